@@ -1,0 +1,1 @@
+"""Units, tolerances and rotations: what every room may use."""

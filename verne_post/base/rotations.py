@@ -1,0 +1,74 @@
+"""Rotations about single axes, and the meaning of a programmed pair (A, C) as a tool axis.
+
+Every function is vectorised over leading dimensions. Points are transformed, axes only rotated.
+Angles are in rad and in *workpiece sense*: positive A and C turn the workpiece by the right-hand
+rule about x and z of the ``upright`` frame (see docs/conventions.md).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import POLE_SINE
+
+Array = NDArray[np.float64]
+
+
+def rotate_x(vector: Array, angle: Array | float) -> Array:
+    """Turn vectors about x: ``Rx(angle) @ vector``, active, column vectors.
+
+    Parameters
+    ----------
+    vector : ndarray, shape (..., 3)
+    angle : ndarray, shape (...)
+        rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.stack(np.broadcast_arrays(x, c * y - s * z, s * y + c * z), axis=-1)
+
+
+def rotate_z(vector: Array, angle: Array | float) -> Array:
+    """Turn vectors about z: ``Rz(angle) @ vector``; shapes as in :func:`rotate_x`."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.stack(np.broadcast_arrays(c * x - s * y, s * x + c * y, z), axis=-1)
+
+
+def axis_of_angles(a: Array | float, c: Array | float) -> Array:
+    """Tool axis in the table frame that the nominal trunnion machine holds at (A, C).
+
+    Parameters
+    ----------
+    a, c : ndarray, shape (...)
+        Nominal tilt and rotary angle, rad, workpiece sense.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Unit vectors from tip to spindle, ``(sin A sin C, sin A cos C, cos A)``.
+    """
+    sa = np.sin(a)
+    return np.stack(np.broadcast_arrays(sa * np.sin(c), sa * np.cos(c), np.cos(a)), axis=-1)
+
+
+def angles_of_axis(axis: Array) -> tuple[Array, Array]:
+    """Nominal angles of a tool axis: the solution with b in [0, pi], C in (-pi, pi].
+
+    Parameters
+    ----------
+    axis : ndarray, shape (..., 3)
+        Unit vectors in the table frame.
+
+    Returns
+    -------
+    b, c : ndarray, shape (...)
+        rad. At the pole, where the rotary angle means nothing, c = 0.
+    """
+    kx, ky, kz = axis[..., 0], axis[..., 1], axis[..., 2]
+    sine = np.hypot(kx, ky)
+    c = np.where(sine > POLE_SINE, np.arctan2(kx, ky), 0.0)
+    return np.arctan2(sine, kz), np.where(c <= -np.pi, np.pi, c)

@@ -1,0 +1,78 @@
+"""Every epsilon of the project: its name, its value and the reason for it.
+
+A number that decides between "equal" and "different" stands here or nowhere.
+Lengths in mm, angles in rad, times in s, unless the name says otherwise.
+"""
+
+from typing import Final
+
+# --- what counts as no motion ------------------------------------------------------------
+
+#: A move shorter than this is no move. Programs carry 3 to 6 decimals; a nanometre is far below
+#: any of them and far above the rounding of a coordinate transformation (1e-13).
+ZERO_LENGTH_MM: Final = 1e-6
+#: The same for rotary words: 1e-7 deg, a tenth of the finest decimals seen in posted programs.
+ZERO_ANGLE: Final = 2e-9
+
+# --- kinematics --------------------------------------------------------------------------
+
+#: Newton on the platform's tilt stops when the step is below this; the next one would be below
+#: the spacing of doubles, because the iteration is quadratic.
+NEWTON_STEP: Final = 1e-9
+#: Bisection of the tilt ends here: 2**-53 of the bracket, there is nothing left to gain.
+BRACKET_STEPS: Final = 60
+#: A root of the squared equation counts as real below this imaginary part; a double root splits
+#: into a pair of about sqrt(machine epsilon) = 1.5e-8.
+REAL_ROOT_IMAG: Final = 1e-6
+#: Residual of the rod equations (mm2) that a polished solution must reach; 1e-9 mm on a rod of 950.
+ROD_RESIDUAL_MM2: Final = 2e-6
+#: sin(tilt of the tool axis) below which the axis counts as vertical, so that C means nothing.
+POLE_SINE: Final = 1e-9
+
+# --- limits ------------------------------------------------------------------------------
+
+#: A value counts as beyond a limit when it exceeds it by more than this. One nanometre: above the
+#: noise of the evaluation, a ten-thousandth of the smallest excess that a machine could notice.
+LIMIT_SLACK_MM: Final = 1e-6
+#: The same for angles (6e-8 deg).
+LIMIT_SLACK: Final = 1e-9
+
+# --- spans: how well a polynomial must stand for the exact joint coordinate -------------------
+
+#: Largest accepted size of the last Chebyshev coefficients of a joint coordinate over one span.
+#: It enters the bounds between samples, and is a tenth of LIMIT_SLACK_MM.
+SPAN_TAIL_MM: Final = 1e-7
+#: The same for angles.
+SPAN_TAIL: Final = 1e-10
+
+# --- tool path ---------------------------------------------------------------------------
+
+#: Two pieces continue each other without a stop when direction, curvature and rotary rate per
+#: length differ by less than this (relative, curvature times 1 mm). At 833 mm/s a kink of
+#: 1e-8 is a step of 8e-6 mm/s, which a 1 ms file shows as 8 mm/s3: a ten-thousandth of the jerk limit.
+CONTINUATION: Final = 1e-8
+
+# --- G-code (values measured on LinuxCNC's interpreter) -----------------------------------
+
+#: Numbers that must be whole (M, T, P, H, ...) may be off by this much.
+WHOLE_NUMBER: Final = 1e-4
+#: Radius mismatch of an arc that is always accepted ...
+ARC_RADIUS_MM: Final = 0.02828427
+#: ... and the share of the radius that is accepted up to a hundred times that.
+ARC_RADIUS_SHARE: Final = 1e-3
+#: An R word may be too small by this much; the arc is then a half circle.
+ARC_R_TOO_SMALL_MM: Final = 0.00127
+#: The start pose is found by replaying the opening lines; it must reproduce itself this well.
+START_POSE_MM: Final = 1e-7
+
+# --- acceptance of a written file (docs/verification.md) ---------------------------------------
+
+VELOCITY_RATIO: Final = 1.001
+ACCELERATION_RATIO: Final = 1.005
+JERK_RATIO: Final = 1.02
+FEED_RATIO: Final = 1.001
+#: Tip and axis against the programmed piece, where no blend is allowed.
+PATH_TIP_MM: Final = 1e-3
+PATH_AXIS_DEG: Final = 1e-3
+#: Share of a column's jerk limit that rounding to its decimals may cost (third difference).
+ROUNDING_JERK_SHARE: Final = 0.01

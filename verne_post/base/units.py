@@ -1,0 +1,9 @@
+"""Factors between the units of the shop floor and the units inside (mm, rad, s)."""
+
+import math
+from typing import Final
+
+MM_PER_INCH: Final = 25.4
+SECONDS_PER_MINUTE: Final = 60.0
+RAD_PER_DEG: Final = math.pi / 180.0
+DEG_PER_RAD: Final = 180.0 / math.pi

@@ -1,0 +1,77 @@
+"""`verne-post check`: judge programs, as text or JSON."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from verne_post.cli.common import (
+    build_options,
+    from_option,
+    load,
+    program_options,
+    progress_bar,
+    read_bytes,
+    refuse,
+    shown_name,
+)
+
+
+@click.command("check")
+@click.argument("inputs", nargs=-1, required=True, metavar="INPUT...")
+@click.option("--output-format", type=click.Choice(["text", "json"]), default="text", help="How findings are written.")
+@click.option(
+    "--output-file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="F",
+    help="Write there in place of standard output.",
+)
+@click.option(
+    "--fail-level",
+    type=click.Choice(["error", "warning"]),
+    default="error",
+    help="Gravity from which findings make exit status 1.",
+)
+@click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
+@from_option
+@program_options
+def command(
+    inputs: tuple[str, ...],
+    output_format: str,
+    output_file: Path | None,
+    fail_level: str,
+    exit_zero: bool,
+    **given: Any,
+) -> int:
+    """Judge programs against every limit, without writing setpoints."""
+    from verne_post.cli.main import EXIT_VIOLATION, gravest
+    from verne_post.model.findings import InputError
+    from verne_post.output.findings import Report, as_json, counts, text
+
+    try:
+        machine = load(given.pop("machine_name"))
+        options = build_options("", **given)
+    except InputError as error:
+        return refuse(inputs[0], error)
+
+    from dataclasses import replace
+
+    from verne_post.pipeline import check
+
+    reports, statuses = [], []
+    for name in inputs:
+        shown = shown_name(name)
+        with progress_bar() as progress:
+            result = check(read_bytes(name), machine, replace(options, source_name=shown), progress)
+        time = result.summary.cycle_time if result.summary else None
+        reports.append(Report(shown, result.findings, time))
+        status = result.exit_code
+        if status == 0 and fail_level == "warning" and counts(result.findings)[1]:
+            status = EXIT_VIOLATION
+        statuses.append(0 if exit_zero and status == EXIT_VIOLATION else status)
+    written = text(reports) if output_format == "text" else as_json(reports, machine)
+    if output_file is None:
+        click.echo(written, nl=False)
+    else:
+        output_file.write_text(written, encoding="utf-8")
+    return gravest(statuses)

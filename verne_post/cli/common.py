@@ -1,0 +1,176 @@
+"""What several commands share: program options, reading input, findings and progress on standard error."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from verne_post.model.findings import Finding, InputError
+    from verne_post.model.machine import Machine
+    from verne_post.model.options import Options, WorkOffset
+    from verne_post.pipeline import Progress
+
+_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+
+
+def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options of every command that reads a program."""
+    options = [
+        click.option("--machine", "machine_name", default="verne", metavar="NAME|FILE", help="Machine by name, or its TOML file."),
+        click.option("--tool-length", type=float, metavar="MM", help="Gauge line to tip; holds throughout the program."),
+        click.option("--tool-table", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+                     help="LinuxCNC tool table (.tbl)."),
+        click.option("--wcs", multiple=True, metavar="G54=X,Y,Z[,C]",
+                     help="Work offset on the table in mm, and the part's turn in degrees; repeatable."),
+        click.option("--cycle", type=float, metavar="SECONDS", help="Control cycle, in place of the machine file's."),
+        click.option("--tolerance", type=float, metavar="MM", help="Tip tolerance of blending (not in this version)."),
+        click.option("--orientation-tolerance", type=float, metavar="DEG",
+                     help="Axis tolerance of blending (not in this version)."),
+        click.option("--block-delete", is_flag=True, help="Skip blocks that begin with a slash."),
+        click.option("--optional-stop", is_flag=True, help="M1 stops."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def from_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """``--from``, for the commands that make or judge setpoints."""
+    return click.option(
+        "--from", "start", metavar="home|Q1,Q2,...",
+        help="Where the machine stands: home, or joint values in the file's units; puts an approach before the program.",
+    )(command)  # fmt: skip
+
+
+def build_options(name: str, **given: Any) -> "Options":
+    """Options from the values of the command line."""
+    from verne_post.model.options import Options
+
+    for option in ("tolerance", "orientation_tolerance"):
+        if given.get(option) is not None:
+            raise click.UsageError(
+                f"--{option.replace('_', '-')}: blending is not in this version, which stops exactly at every corner; "
+                "leave the option out"
+            )
+    cycle = given.get("cycle")
+    if cycle is not None and not 1e-6 <= cycle <= 1.0:
+        raise click.UsageError(f"--cycle {cycle:g}: a control cycle lies between 1e-6 and 1 s")
+    length = given.get("tool_length")
+    if length is not None and not 0.0 <= length <= 1e4:
+        raise click.UsageError(f"--tool-length {length:g}: a tool length lies between 0 and 10000 mm")
+    return Options(
+        tool_length=length,
+        tools=_tools(given.get("tool_table")),
+        wcs=dict(_work_offset(text) for text in given.get("wcs", ())),
+        cycle=cycle,
+        decimals=given.get("decimals"),
+        accept_rounding=given.get("accept_rounding", False),
+        approach=_start(given.get("start")),
+        block_delete=given.get("block_delete", False),
+        optional_stop=given.get("optional_stop", False),
+        source_name=name,
+    )
+
+
+def _tools(path: Path | None) -> Any:
+    if path is None:
+        return None
+    from verne_post.gcode.tools import read_tool_table
+
+    return read_tool_table(read_bytes(str(path)).decode("utf-8", errors="replace"), str(path))
+
+
+def _numbers(text: str, what: str) -> list[float]:
+    import math
+
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = [math.nan]
+    if not all(math.isfinite(value) for value in values):
+        raise click.UsageError(f"{what}: {text!r} is not a list of numbers")
+    return values
+
+
+def _work_offset(text: str) -> tuple[int, "WorkOffset"]:
+    from verne_post.model.options import WorkOffset
+
+    name, _equals, rest = text.partition("=")
+    if name.upper() not in _SYSTEMS:
+        raise click.UsageError(f"--wcs {text}: {name!r} is no work system; expected one of {', '.join(_SYSTEMS)}")
+    values = _numbers(rest, f"--wcs {text}")
+    if len(values) not in (3, 4):
+        raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
+    turn = values[3] if len(values) == 4 else 0.0
+    return _SYSTEMS.index(name.upper()) + 1, WorkOffset((values[0], values[1], values[2]), turn)
+
+
+def _start(text: str | None) -> str | tuple[float, ...] | None:
+    if text is None or text == "home":
+        return text
+    return tuple(_numbers(text, f"--from {text}"))
+
+
+def load(name: str) -> "Machine":
+    """Load a machine; its findings end the command."""
+    from verne_post.config import load_machine
+
+    return load_machine(name)
+
+
+def read_bytes(name: str) -> bytes:
+    """A file, or standard input for ``-``."""
+    if name == "-":
+        return sys.stdin.buffer.read()
+    try:
+        return Path(name).read_bytes()
+    except OSError as error:
+        raise click.UsageError(f"{name}: {error.strerror or error}") from None
+
+
+def shown_name(name: str) -> str:
+    """How an input is called in messages."""
+    return "<stdin>" if name == "-" else name
+
+
+def print_findings(program: str, findings: "tuple[Finding, ...]") -> None:
+    """One line a finding on standard error."""
+    from verne_post.output.findings import text_line
+
+    for item in findings:
+        click.echo(text_line(program, item), err=True)
+
+
+def refuse(program: str, error: "InputError") -> int:
+    """Print why a program cannot be used; returns the exit status."""
+    from verne_post.pipeline import exit_code_of
+
+    print_findings(program, error.findings)
+    return exit_code_of(error)
+
+
+@contextmanager
+def progress_bar() -> Iterator["Progress | None"]:
+    """A progress bar on standard error, only on a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    bars: dict[str, Any] = {}
+
+    def show(stage: str, done: int, total: int) -> None:
+        if stage not in bars:
+            for bar in bars.values():
+                bar.__exit__(None, None, None)
+            bars[stage] = click.progressbar(length=total, label=stage, file=sys.stderr)
+            bars[stage].__enter__()
+        bars[stage].update(done - bars[stage].pos)
+
+    try:
+        yield show
+    finally:
+        for bar in bars.values():
+            bar.__exit__(None, None, None)

@@ -1,0 +1,113 @@
+"""`verne-post convert`: the main job."""
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import click
+
+from verne_post.cli.common import (
+    build_options,
+    from_option,
+    load,
+    print_findings,
+    program_options,
+    progress_bar,
+    read_bytes,
+    refuse,
+    shown_name,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from verne_post.model.setpoints import SetpointBlock
+
+
+@click.command("convert")
+@click.argument("input_name", metavar="INPUT")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="OUT",
+    help="File to write, in place of standard output.",
+)
+@click.option("--format", "file_format", type=click.Choice(["csv"]), default="csv", help="Format of the setpoint file.")
+@click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column.")
+@click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
+@click.option(
+    "--meta",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write facts of the conversion as JSON beside it.",
+)
+@from_option
+@program_options
+def command(
+    input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None, **given: Any
+) -> int:
+    """Convert G-code to verified setpoints.
+
+    INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
+    """
+    from verne_post.model.findings import InputError
+
+    if decimals != "auto" and not (decimals.isdecimal() and int(decimals) <= 12):
+        raise click.UsageError(f"--decimals {decimals}: expected auto, or a whole number from 0 to 12")
+    given["decimals"] = None if decimals == "auto" else int(decimals)
+    name = shown_name(input_name)
+    try:
+        machine = load(given.pop("machine_name"))
+        options = build_options(name, **given)
+    except InputError as error:
+        return refuse(name, error)
+    source = read_bytes(input_name)
+
+    from verne_post.output.setpoints import FORMATS
+    from verne_post.output.summary import meta as meta_text
+    from verne_post.output.summary import paragraph
+    from verne_post.pipeline import convert
+
+    header, encode = FORMATS[file_format]
+    folder = output.parent if output else None
+    if folder is not None and not folder.is_dir():
+        raise click.UsageError(f"-o {output}: the folder does not exist")
+    with tempfile.TemporaryFile("w+", encoding="utf-8", newline="\n", dir=folder) as spool:
+        spool.write(header(machine.columns))
+
+        def sink(block: "SetpointBlock") -> None:
+            spool.write(encode(block))
+
+        with progress_bar() as progress:
+            result = convert(source, machine, options, sink, progress)
+        print_findings(name, result.findings)
+        if not result.ok:
+            return result.exit_code
+        assert result.summary is not None
+        spool.seek(0)
+        if output is None:
+            shutil.copyfileobj(spool, sys.stdout)
+            sys.stdout.flush()
+        else:
+            _replace(output, spool)
+    if meta is not None:
+        meta.write_text(meta_text(result.summary), encoding="utf-8")
+    click.echo(paragraph(result.summary), nl=False, err=True)
+    return result.exit_code
+
+
+def _replace(output: Path, spool: TextIO) -> None:
+    """Write to a temporary name in the same folder, then rename: OUT is whole or untouched."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{output.name}.", dir=output.parent, text=True)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            shutil.copyfileobj(spool, file)
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(temporary).chmod(0o666 & ~umask)
+        Path(temporary).replace(output)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise

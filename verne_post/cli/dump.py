@@ -1,0 +1,51 @@
+"""`verne-post dump`: one stage as JSON lines."""
+
+import sys
+from typing import Any
+
+import click
+
+from verne_post.cli.common import (
+    build_options,
+    from_option,
+    load,
+    print_findings,
+    program_options,
+    read_bytes,
+    refuse,
+    shown_name,
+)
+
+
+@click.command("dump")
+@click.argument("stage", type=click.Choice(["moves", "poses", "joints"]))
+@click.argument("input_name", metavar="INPUT")
+@from_option
+@program_options
+def command(stage: str, input_name: str, machine_name: str, **given: Any) -> int:
+    r"""Print one stage of a program as JSON lines.
+
+    \b
+    moves   what an interpreter reports: program coordinates, no machine
+    poses   tool tip and axis in the work frame
+    joints  joint values, lean of the platform, margins to every limit
+    """
+    from verne_post.cli.main import EXIT_CLEAN, EXIT_USAGE
+    from verne_post.model.findings import InputError
+    from verne_post.output import dump
+    from verne_post.pipeline import interpreter_view, read_program
+
+    name = shown_name(input_name)
+    try:
+        options = build_options(name, **given)
+        if stage == "moves":
+            moves, errors = interpreter_view(read_bytes(input_name), options)
+            sys.stdout.writelines(dump.moves(moves))
+            print_findings(name, errors)
+            return EXIT_USAGE if errors else EXIT_CLEAN
+        program = read_program(read_bytes(input_name), load(machine_name), options)
+    except InputError as error:
+        return refuse(name, error)
+    lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.joints(program.joints())
+    sys.stdout.writelines(lines)
+    return EXIT_CLEAN

@@ -1,0 +1,97 @@
+"""The command line: the group with its default command, streams, and exit status.
+
+Heavy modules are imported by the commands that need them, so that --help and --version stay quick.
+"""
+
+import importlib
+import os
+import sys
+from typing import Final
+
+import click
+
+from verne_post import __version__
+
+#: Command -> module of :mod:`verne_post.cli` that defines it.
+COMMANDS: Final = {
+    "convert": "convert", "check": "check", "dump": "dump", "verify": "verify", "machine": "machine",
+    "explain": "explain",
+}  # fmt: skip
+
+EXIT_CLEAN, EXIT_VIOLATION, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_BUG = 0, 1, 2, 3, 70
+EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141
+
+
+class DefaultGroup(click.Group):
+    """`verne-post INPUT ...` is `verne-post convert INPUT ...`; commands are imported on use."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"verne_post.cli.{COMMANDS[cmd_name]}")
+        command: click.Command = module.command
+        return command
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Put the default command in front of arguments that name none."""
+        own = {name for parameter in self.get_params(ctx) for name in parameter.opts}
+        if args and args[0] not in COMMANDS and args[0] not in own:
+            args = ["convert", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=DefaultGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="verne-post")
+def cli() -> None:
+    r"""Post-processor for the VERNE five-axis parallel-kinematic machine tool.
+
+    \b
+    verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out
+    verne-post check input.nc            judge a program against every limit
+    verne-post verify axes.csv --against input.nc
+    """
+
+
+def run() -> None:
+    """Entry point: run the command and exit with the documented status."""
+    sys.exit(main(sys.argv[1:]))
+
+
+def main(arguments: list[str]) -> int:
+    """Run the command line and return its exit status."""
+    try:
+        result = cli.main(arguments, prog_name="verne-post", standalone_mode=False)
+        sys.stdout.flush()
+        return result if isinstance(result, int) else EXIT_CLEAN
+    except click.exceptions.Exit as error:
+        return error.exit_code
+    except click.Abort:
+        return EXIT_INTERRUPTED
+    except click.ClickException as error:
+        error.show()
+        return EXIT_USAGE
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        # the reader has gone; do not let the interpreter's own flush complain about it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_BROKEN_PIPE
+    except Exception as error:
+        if os.environ.get("VERNE_POST_TRACEBACK"):
+            raise
+        click.echo(
+            f"verne-post: internal error: {type(error).__name__}: {error}\nPlease report it with the program; "
+            "VERNE_POST_TRACEBACK=1 shows where it happened.", err=True,
+        )  # fmt: skip
+        return EXIT_BUG
+
+
+def gravest(statuses: list[int]) -> int:
+    """The exit status of several programs."""
+    order = (EXIT_INTERRUPTED, EXIT_BROKEN_PIPE, EXIT_BUG, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_VIOLATION)
+    return next((status for status in order if status in statuses), EXIT_CLEAN)

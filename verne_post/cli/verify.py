@@ -1,0 +1,50 @@
+"""`verne-post verify`: judge a setpoint file as written."""
+
+import sys
+from typing import Any
+
+import click
+
+from verne_post.cli.common import (
+    build_options,
+    from_option,
+    load,
+    print_findings,
+    program_options,
+    read_bytes,
+    refuse,
+    shown_name,
+)
+
+
+@click.command("verify")
+@click.argument("setpoints", metavar="AXES.CSV")
+@click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
+@from_option
+@program_options
+def command(setpoints: str, against: str, machine_name: str, **given: Any) -> int:
+    """Judge a setpoint file as written, believing nothing but the file.
+
+    Give the options (--from, --wcs, --tool-table, ...) with which it was made.
+    """
+    from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
+    from verne_post.model.findings import InputError
+    from verne_post.output.setpoints import read_csv
+    from verne_post.output.summary import verdict_line
+    from verne_post.pipeline import read_program, verify_setpoints
+
+    if setpoints == "-" and against == "-":
+        raise click.UsageError("only one of the two inputs can be standard input")
+    name = shown_name(setpoints)
+    try:
+        program = read_program(read_bytes(against), load(machine_name), build_options(shown_name(against), **given))
+        stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
+        with stream:
+            verdict = verify_setpoints(program, read_csv(stream, name, program.machine.columns, program.cycle))
+    except InputError as error:
+        return refuse(name, error)
+    except (OSError, UnicodeDecodeError) as error:
+        raise click.UsageError(f"{name}: {error}") from None
+    print_findings(shown_name(against), tuple(verdict.findings))
+    click.echo(verdict_line(name, verdict, program.machine), err=True)
+    return EXIT_CLEAN if verdict.ok else EXIT_VIOLATION

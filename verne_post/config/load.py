@@ -1,0 +1,188 @@
+"""Find, read and check machine files."""
+
+import difflib
+import hashlib
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.config.kinds import KINDS
+from verne_post.config.schema import LimitsFile, MachineFile
+from verne_post.kinematics.five_axis import HybridMachine
+from verne_post.kinematics.tables.tilting import TiltingTable
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.machine import Accuracy, Column, Home, Limits, Machine
+
+
+def machine_files() -> dict[str, Path]:
+    """The machine files that come with the package, by name; in a wheel and in an editable install."""
+    here = Path(__file__).resolve().parents[1]
+    for folder in (here / "machine_configs", here.parent / "machine_configs"):
+        if folder.is_dir():
+            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {}
+
+
+def load_machine(name_or_path: str | Path = "verne") -> Machine:
+    """Load a machine by name, or from a file.
+
+    Raises
+    ------
+    InputError
+        With one finding (VP501) a mistake: file, key, value, bound.
+    """
+    known = machine_files()
+    path = known.get(str(name_or_path), Path(name_or_path))
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        names = ", ".join(known)
+        why = error.strerror or "cannot be read"
+        raise InputError(
+            finding("VP501", f"machine file {str(name_or_path)!r}: {why}; machines by name: {names}")
+        ) from None
+    return machine_from_toml(raw, path.name)
+
+
+def machine_from_toml(raw: bytes, file_name: str) -> Machine:
+    """Build a machine from the bytes of its file."""
+    try:
+        data = tomllib.loads(raw.decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
+    try:
+        content = MachineFile.model_validate(data)
+    except ValidationError as error:
+        raise InputError(*_sentences(error, file_name, MachineFile, data)) from None
+    if content.kind not in KINDS:
+        message = f"{file_name}: kind = {content.kind!r}: unknown; expected one of {', '.join(KINDS)}"
+        raise InputError(finding("VP501", message))
+    kind = KINDS[content.kind]
+    try:
+        module_file = kind.schema.model_validate(content.module)
+    except ValidationError as error:
+        raise InputError(*_sentences(error, file_name, kind.schema, content.module, "module")) from None
+    module = kind.build(**module_file.model_dump())
+    table = TiltingTable(
+        pivot=np.array(content.table.pivot),
+        rotary_offset=np.array(content.table.rotary_offset),
+        machine_zero=np.array(content.table.machine_zero),
+        a_sign=1.0 if content.table.a_positive == "workpiece" else -1.0,
+        c_sign=1.0 if content.table.c_positive == "workpiece" else -1.0,
+    )
+    columns = (
+        *(Column(name, "mm", 1.0) for name in module.actuators),
+        Column("a", "deg", table.a_sign / RAD_PER_DEG),
+        Column("c", "deg", table.c_sign / RAD_PER_DEG),
+    )
+    home = content.home
+    return Machine(
+        name=content.name,
+        kind=content.kind,
+        sha256=hashlib.sha256(raw).hexdigest(),
+        module=module,
+        five_axis=HybridMachine(module, table, content.spindle.nose_offset_mm),
+        coordinates=table,
+        columns=columns,
+        limits=_limits(content.limits, len(module.actuators), table),
+        accuracy=Accuracy(content.accuracy.tip_mm, RAD_PER_DEG * content.accuracy.axis_deg),
+        home=Home(tuple(home.g28), tuple(home.g30)) if home else None,  # type: ignore[arg-type]
+        table_radius=content.table.radius,
+        cycle=content.control.cycle_s,
+        provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
+    )
+
+
+def _limits(file: LimitsFile, n: int, table: TiltingTable) -> Limits:
+    def sliders(value: float | list[float]) -> list[float]:
+        return list(value) if isinstance(value, list) else [value] * n
+
+    ranges = file.rho_mm if isinstance(file.rho_mm[0], list) else [file.rho_mm] * n
+    angles = []
+    for limits_deg, sign in ((file.a_deg, table.a_sign), (file.c_deg, table.c_sign)):
+        low, high = limits_deg or (-math.inf, math.inf)
+        angles.append(
+            [RAD_PER_DEG * low, RAD_PER_DEG * high] if sign > 0 else [-RAD_PER_DEG * high, -RAD_PER_DEG * low]
+        )
+    rows = np.array([*ranges, *angles], dtype=float)
+
+    def group(kind: str) -> np.ndarray:
+        values = [getattr(file, f"{joint}_{kind}") for joint in ("rho", "a", "c")]
+        return np.array([*sliders(values[0]), RAD_PER_DEG * values[1], RAD_PER_DEG * values[2]])
+
+    return Limits(
+        rows[:, 0], rows[:, 1], group("velocity"), group("acceleration"), group("jerk"), file.serial_singularity_mm
+    )
+
+
+# --- errors as sentences ---------------------------------------------------------------------
+
+
+def _sentences(
+    error: ValidationError, file_name: str, schema: type[BaseModel], data: dict[str, Any], prefix: str = ""
+) -> list[Finding]:
+    """One finding a mistake: file, key, value, and what would be right."""
+    sentences: dict[str, str] = {}
+    for item in error.errors():
+        place = [part for part in item["loc"] if isinstance(part, int) or part.isidentifier()]
+        key = ".".join(str(part) for part in ([prefix] if prefix else []) + place) or "the file"
+        if item["type"] == "missing":
+            text = "is missing"
+        elif item["type"] == "extra_forbidden":
+            text = "is not a key of a machine file" + _nearest(str(place[-1]), schema, place)
+        else:
+            what = item["msg"].removeprefix("Value error, ")
+            text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
+            if item["type"] == "value_error" and isinstance(item["input"], dict):
+                text = f": {what}"
+        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else f"{file_name}: {key} {text}"
+    return [finding("VP501", sentence) for sentence in sentences.values()]
+
+
+def _nearest(word: str, schema: type[BaseModel], place: list[int | str]) -> str:
+    fields = dict(schema.model_fields)
+    for part in place[:-1]:
+        model = fields[str(part)].annotation if str(part) in fields else None
+        if isinstance(model, type) and issubclass(model, BaseModel):
+            fields = dict(model.model_fields)
+    close = difflib.get_close_matches(word, fields, n=1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+# --- does the machine make sense -----------------------------------------------------------------
+
+
+def validate_machine(machine: Machine) -> list[Finding]:
+    """What `machine validate` checks beyond the schema: every home position can be reached.
+
+    Returns
+    -------
+    list of Finding
+        Empty when the machine is sound.
+    """
+    found: list[Finding] = []
+    if machine.home is None:
+        return found
+    from verne_post.model.moves import Frame
+
+    for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30)):
+        point = np.array([*home[:3], home[3], 0.0, home[4], 0.0, 0.0, 0.0])
+        frame = Frame()
+        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
+        q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
+        if not ok:
+            found.append(finding("VP501", f"home.{name} = {list(home)} is out of reach of the rods"))
+            continue
+        for column, value, low, high in zip(
+            machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True
+        ):
+            if not low <= value <= high:
+                shown, bound = value * column.factor, (low if value < low else high) * column.factor
+                text = f"home.{name} = {list(home)} needs {column.header} = {shown:.4f}, beyond its limit {bound:.4f}"
+                found.append(finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit))
+    return found

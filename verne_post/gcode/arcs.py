@@ -1,0 +1,110 @@
+"""Arc geometry of G2 and G3: centre, turns and sweep in the active plane.
+
+Rules and tolerances are those measured on LinuxCNC's interpreter (docs/gcode.md). mm, degrees.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.base.tolerances import ARC_R_TOO_SMALL_MM, ARC_RADIUS_MM, ARC_RADIUS_SHARE
+from verne_post.gcode.block import BlockError
+
+#: Plane -> indices of its first, second and normal axis, and the names of its offset words.
+PLANES: Final = {0: (0, 1, 2, "I", "J"), 1: (2, 0, 1, "K", "I"), 2: (1, 2, 0, "J", "K")}
+PLANE_NAMES: Final = ("XY", "ZX", "YZ")
+
+
+@dataclass(frozen=True)
+class Arc:
+    """One arc: plane number, centre (3), signed turns and sweep in degrees (counter-clockwise positive)."""
+
+    plane: int
+    center: tuple[float, float, float]
+    turns: int
+    sweep: float
+
+
+def center_arc(
+    start: list[float], end: list[float], plane: int, clockwise: bool,
+    offsets: dict[str, float], absolute: bool, extra_turns: int,
+) -> Arc:  # fmt: skip
+    """Arc given by its centre (I, J, K).
+
+    Parameters
+    ----------
+    start, end : list of float
+        Program coordinates, at least X Y Z, mm.
+    offsets : dict
+        The I, J, K words of the block, mm.
+    absolute : bool
+        G90.1: centres are absolute.
+    extra_turns : int
+        Full turns beyond the first (P - 1).
+    """
+    first, second, normal, letter1, letter2 = PLANES[plane]
+    wrong = set(offsets) - {letter1, letter2}
+    if wrong:
+        raise BlockError("VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane")
+    if absolute:
+        missing = [letter for letter in (letter1, letter2) if letter not in offsets]
+        if missing:
+            raise BlockError("VP005", f"an arc with absolute centre (G90.1) needs {missing[0]} too")
+        c1, c2 = offsets[letter1], offsets[letter2]
+    else:
+        c1 = start[first] + offsets.get(letter1, 0.0)
+        c2 = start[second] + offsets.get(letter2, 0.0)
+    r1 = math.hypot(start[first] - c1, start[second] - c2)
+    r2 = math.hypot(end[first] - c1, end[second] - c2)
+    if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
+        raise BlockError("VP008", "the radius of the arc is zero")
+    gap = abs(r1 - r2)
+    if gap > 100 * ARC_RADIUS_MM or (gap > ARC_RADIUS_MM and gap > ARC_RADIUS_SHARE * max(r1, r2)):
+        raise BlockError(
+            "VP008",
+            f"the end is not on the circle: radius {r1:.4f} mm at the start, {r2:.4f} mm at the end, "
+            f"difference {gap:.4f} mm; allowed {max(ARC_RADIUS_MM, ARC_RADIUS_SHARE * max(r1, r2)):.4f} mm",
+        )
+    return _arc(start, end, plane, normal, c1, c2, clockwise, extra_turns)
+
+
+def radius_arc(
+    start: list[float], end: list[float], plane: int, clockwise: bool, radius: float, extra_turns: int
+) -> Arc:
+    """Arc given by its radius R; a negative one takes the long way."""
+    first, second, normal, *_ = PLANES[plane]
+    d1, d2 = end[first] - start[first], end[second] - start[second]
+    half = 0.5 * math.hypot(d1, d2)
+    if half == 0.0:
+        raise BlockError(
+            "VP008", "an arc with R needs an end point other than its start; write a full circle with I, J, K"
+        )
+    short = half - abs(radius)
+    if short > ARC_R_TOO_SMALL_MM:
+        raise BlockError("VP008", f"R{radius:g} is too small to reach the end point; it takes at least {half:.4f} mm")
+    height = math.sqrt(max(radius * radius - half * half, 0.0))
+    # the centre lies left of the chord for a short counter-clockwise arc
+    side = 1.0 if clockwise == (radius < 0) else -1.0
+    c1 = 0.5 * (start[first] + end[first]) - side * height * d2 / (2 * half)
+    c2 = 0.5 * (start[second] + end[second]) + side * height * d1 / (2 * half)
+    return _arc(start, end, plane, normal, c1, c2, clockwise, extra_turns)
+
+
+def _arc(
+    start: list[float], end: list[float], plane: int, normal: int, c1: float, c2: float, clockwise: bool, extra: int
+) -> Arc:
+    first, second = PLANES[plane][:2]
+    from_angle = math.atan2(start[second] - c2, start[first] - c1)
+    to_angle = math.atan2(end[second] - c2, end[first] - c1)
+    full = 2 * math.pi
+    same = start[first] == end[first] and start[second] == end[second]
+    sweep = full if same else (to_angle - from_angle) % full
+    if clockwise:
+        sweep = full if same else (from_angle - to_angle) % full
+    # an end a rounding error behind the start is a full circle
+    if sweep < 1e-10:
+        sweep = full
+    sign = -1 if clockwise else 1
+    center = [0.0, 0.0, 0.0]
+    center[first], center[second], center[normal] = c1, c2, start[normal]
+    return Arc(plane, (center[0], center[1], center[2]), sign * (1 + extra), sign * math.degrees(sweep + full * extra))

@@ -1,0 +1,631 @@
+"""One block after the other: the general interpreter, in LinuxCNC's order of execution.
+
+It is exact and complete for the supported words; long stretches of plain moves are done by
+:mod:`verne_post.gcode.plain`, which must agree with it to the last bit.
+"""
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import POLE_SINE, WHOLE_NUMBER
+from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
+from verne_post.gcode.arcs import Arc, center_arc, radius_arc
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import (
+    GROUP_OF_G,
+    GROUP_OF_M,
+    REFUSED_G,
+    REFUSED_M,
+    TAKES_AXES,
+    WORDS_OF_G,
+    g_name,
+)  # fmt: skip
+from verne_post.gcode.offsets import vector9
+from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame, MoveKind, PathControl, PathMode, Vector9
+from verne_post.model.options import Tool
+
+Array = NDArray[np.float64]
+
+_LINEAR: Final = "XYZUVW"
+_SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
+_MAX_M_CODES: Final = 4
+
+
+def initial_state(setup: Setup) -> State:
+    """The state that a program finds: G80 G17 G90 G91.1 G94 G40 G49 G54 G64, mm."""
+    systems = dict(setup.frames)
+    if setup.tool_length is not None:
+        tool = (0.0, 0.0, setup.tool_length, *ZERO9[3:])
+        systems = {number: replace(frame, tool=tool) for number, frame in systems.items()}
+    return State(
+        position=[0.0] * 9,
+        known=[not setup.machine] * 9,
+        systems=systems,
+        frame=systems[1],
+        tools=dict(setup.tools) if setup.tools is not None else None,
+        length_said=setup.tool_length is not None,
+    )
+
+
+class Interpreter:
+    """Executes blocks on a state and records what they do.
+
+    ``ended`` becomes True at M2 or M30.
+    """
+
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        self.setup, self.state, self.recorder = setup, state, recorder
+        self.ended = False
+
+    # --- one block -------------------------------------------------------------------------
+
+    def execute(self, block: Block) -> None:
+        """Execute one block.
+
+        Raises
+        ------
+        BlockError
+            Before anything of the block has taken effect, except for its modal words.
+        """
+        if block.deleted and self.setup.block_delete:
+            return
+        if block.comment is not None:
+            self._comment(block)
+        if block.program_number or not (block.codes or block.words):
+            return
+        g, m = _codes(block)
+        motion = self._plan(block, g)
+        self._feed_mode(block, g)
+        self._speed_and_tool(block, m)
+        if 40 in g.values():
+            self._dwell(block)
+        self._modes(block, g)
+        non_modal = g.get("non-modal")
+        if non_modal is not None and non_modal != 40:
+            self._non_modal(block, non_modal)
+        if motion is not None and motion != 800:
+            self._move(block, motion, machine="machine coordinates" in g)
+        self._stop(block, m)
+
+    def _plan(self, block: Block, g: dict[str, int]) -> int | None:
+        """What the axis words of the block are for; refuses words that nothing uses."""
+        axes = [letter for letter in block.words if letter in AXES]
+        for letter in axes:
+            if letter not in self.setup.axes:
+                named = ", ".join(self.setup.axes)
+                raise BlockError(
+                    "VP011", f"{letter}: the machine has no such axis; it has {named}", block.columns[letter]
+                )
+        explicit = g.get("motion")
+        non_modal = g.get("non-modal")
+        takes = non_modal in TAKES_AXES or g.get("tool length") == 431
+        if takes and explicit is not None and explicit != 800:
+            taker = g_name(non_modal if non_modal in TAKES_AXES else 431)
+            raise BlockError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
+        motion = explicit
+        if axes and not takes and explicit is None:
+            motion = self.state.motion
+            if motion is None:
+                raise BlockError(
+                    "VP005", f"{axes[0]} without a motion code: no G0, G1, G2 or G3 is active", block.columns[axes[0]]
+                )
+        if axes and explicit == 800:
+            if not takes:
+                raise BlockError(
+                    "VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", block.columns[axes[0]]
+                )
+            motion = 800
+        allowed = set("FST" + AXES)
+        for code in (*g.values(), motion):
+            allowed |= set(WORDS_OF_G.get(code, "")) if code is not None else set()
+        for letter, column in block.columns.items():
+            if letter not in allowed:
+                raise BlockError("VP006", f"nothing in the block uses {letter}{block.words[letter]:g}", column)
+        if "machine coordinates" in g and motion not in (0, 10):
+            raise BlockError("VP017", "G53 needs G0 or G1")
+        absolute = g.get("distance", 900 if self.state.absolute else 910) == 900
+        if "machine coordinates" in g and not absolute:
+            raise BlockError("VP017", "G53 is absolute; it cannot be used with G91")
+        return motion
+
+    # --- words that set modes ----------------------------------------------------------------
+
+    def _comment(self, block: Block) -> None:
+        text = block.comment or ""
+        if text[:4].upper() == "MSG,":
+            self.recorder.event(block.line, "message", text=text[4:])
+
+    def _length(self, value: float) -> float:
+        return value * MM_PER_INCH if self.state.inch else value
+
+    def _axis_value(self, block: Block, axis: int) -> float:
+        value = block.words[AXES[axis]]
+        return self._length(value) if AXES[axis] in _LINEAR else value
+
+    def _feed_mode(self, block: Block, g: dict[str, int]) -> None:
+        state = self.state
+        mode = g.get("feed mode")
+        if mode is not None:
+            wanted = {930: FeedMode.INVERSE, 940: FeedMode.PER_MINUTE, 950: FeedMode.PER_REVOLUTION}[mode]
+            if wanted != state.feed_mode:
+                state.feed = state.feed_angular = 0.0
+            state.feed_mode = wanted
+        if "F" in block.words:
+            value = block.words["F"]
+            if value < 0:
+                raise BlockError("VP007", f"F{value:g}: a feed is not negative", block.columns["F"])
+            state.feed_angular = value
+            state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
+
+    def _speed_and_tool(self, block: Block, m: dict[str, list[int]]) -> None:
+        state, record = self.state, self.recorder
+        if "S" in block.words:
+            if block.words["S"] < 0:
+                raise BlockError("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", block.columns["S"])
+            state.spindle_speed = block.words["S"]
+        if "T" in block.words:
+            tool = _whole(block, "T")
+            if state.tools is not None and tool != 0 and tool not in state.tools:
+                raise BlockError("VP012", f"T{tool}: the tool table has no such tool", block.columns["T"])
+            state.selected_tool = tool
+        if "tool change" in m:
+            self._change_tool(block)
+        for code in m.get("spindle", []):
+            state.spindle_on = code != 5
+            direction = {3: "clockwise", 4: "counterclockwise", 5: "stop"}[code]
+            record.event(block.line, "spindle", direction=direction, speed=state.spindle_speed)
+        for code in m.get("coolant", []):
+            record.event(block.line, "coolant", state={7: "mist", 8: "flood", 9: "off"}[code])
+
+    def _change_tool(self, block: Block) -> None:
+        state = self.state
+        tool = state.selected_tool or 0
+        if self.setup.tool_length is not None and state.loaded_tool not in (None, 0, tool) and tool != 0:
+            raise BlockError(
+                "VP018",
+                f"--tool-length holds for one tool, but the program changes from T{state.loaded_tool} to T{tool}; "
+                "use --tool-table instead",
+            )
+        state.loaded_tool = tool
+        state.spindle_on = False
+        self.recorder.event(block.line, "tool", number=tool)
+
+    def _modes(self, block: Block, g: dict[str, int]) -> None:
+        state = self.state
+        if "plane" in g:
+            state.plane = (g["plane"] - 170) // 10
+        if "units" in g:
+            state.inch = g["units"] == 200
+        if "tool length" in g:
+            self._tool_length(block, g["tool length"])
+        if "work offset" in g:
+            self._set_frame(
+                replace(state.systems[_SYSTEMS[g["work offset"]]], g92=state.frame.g92, tool=state.frame.tool)
+            )
+        if "path control" in g:
+            self._path_control(block, g["path control"])
+        if "distance" in g:
+            state.absolute = g["distance"] == 900
+        if "arc distance" in g:
+            state.absolute_centers = g["arc distance"] == 901
+        if "motion" in g:
+            state.motion = None if g["motion"] == 800 else g["motion"]
+
+    def _path_control(self, block: Block, code: int) -> None:
+        if code != 640:
+            mode = PathMode.EXACT_PATH if code == 610 else PathMode.EXACT_STOP
+            self.state.control = PathControl(mode)
+            return
+        values = []
+        for letter in "PQ":
+            value = block.words.get(letter)
+            if value is not None and value < 0:
+                raise BlockError("VP007", f"{letter}{value:g}: a tolerance is not negative", block.columns[letter])
+            values.append(None if value is None else self._length(value))
+        self.state.control = PathControl(PathMode.BLEND, values[0], values[1] if values[1] is not None else values[0])
+
+    # --- tools and frames ----------------------------------------------------------------------
+
+    def _tool_length(self, block: Block, code: int) -> None:
+        state = self.state
+        state.length_said = True
+        if code == 490:
+            offset = ZERO9
+        elif code == 431:
+            values = list(state.frame.tool)
+            for axis, letter in enumerate(AXES):
+                if letter in block.words:
+                    values[axis] = self._axis_value(block, axis)
+            if self.setup.machine and any(values[:2] + values[3:]):
+                raise BlockError("VP007", "G43.1 can only set a length (Z) on this machine; X, Y and angles must be 0")
+            offset = vector9(values)
+        else:
+            offset = self._offset_of_tool(block)
+        if self.setup.tool_length is None:
+            self._set_frame(replace(state.frame, tool=offset))
+
+    def _offset_of_tool(self, block: Block) -> Vector9:
+        state = self.state
+        number = _whole(block, "H") if "H" in block.words else 0
+        if self.setup.tool_length is not None:
+            return ZERO9
+        if number == 0:
+            number = state.loaded_tool or 0
+        if number == 0:
+            if self.setup.machine:
+                raise BlockError(
+                    "VP012", "G43 without H, and no tool is in the spindle; write G43 H, or use --tool-length"
+                )
+            return ZERO9
+        if state.tools is None or number not in state.tools:
+            why = "there is no tool table" if state.tools is None else "the tool table has no such tool"
+            raise BlockError(
+                "VP012", f"H{number}: {why}; give --tool-table FILE or --tool-length MM, or G10 L1 P{number} Z in the program",
+                block.columns.get("H"),
+            )  # fmt: skip
+        offset = state.tools[number].offset
+        if self.setup.machine and any(offset[:2] + offset[3:]):
+            raise BlockError(
+                "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
+            )
+        return offset
+
+    def _set_frame(self, frame: Frame) -> None:
+        """Change frames while the machine stands still: the same place has new program coordinates."""
+        state, coordinates = self.state, self.setup.coordinates
+        old = state.frame
+        if frame == old:
+            return
+        machine = coordinates.to_machine(np.array(state.position), old)
+        position = [float(v) for v in coordinates.to_program(machine, frame)]
+        if self.setup.machine:
+            if frame.tool != old.tool and state.held is None:
+                state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
+            if state.held is not None:
+                # programmed values follow a change of work offset, but not one of tool length
+                was = np.where(np.isnan(state.held), state.position, state.held)
+                same_tool = replace(frame, tool=old.tool)
+                moved = coordinates.to_program(coordinates.to_machine(was, old), same_tool)
+                state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
+        state.position = position
+        state.frame = frame
+        plain = replace(frame, g92=ZERO9)
+        state.systems[frame.system] = plain
+        if frame.tool != old.tool:
+            state.systems = {number: replace(item, tool=frame.tool) for number, item in state.systems.items()}
+
+    # --- G4, G10, G28, G30, G52, G92 ------------------------------------------------------------
+
+    def _dwell(self, block: Block) -> None:
+        seconds = block.words.get("P")
+        if seconds is None:
+            raise BlockError("VP005", "G4 needs P, the time in seconds")
+        if seconds < 0:
+            raise BlockError("VP007", f"P{seconds:g}: a dwell is not negative", block.columns["P"])
+        self.recorder.add(self.state, block.line, MoveKind.DWELL, self.state.position, seconds)
+
+    def _non_modal(self, block: Block, code: int) -> None:
+        if code == 100:
+            self._g10(block)
+        elif code in (280, 300):
+            self._home(block, code)
+        elif code in (520, 920):
+            self._g92(block, code)
+        elif code in (921, 922):
+            if code == 921:
+                self.state.g92_stored = ZERO9
+            self._set_frame(replace(self.state.frame, g92=ZERO9))
+        else:
+            self._set_frame(replace(self.state.frame, g92=vector9(self.state.g92_stored)))
+
+    def _require_known(self, block: Block, axes: list[int], why: str) -> None:
+        for axis in axes:
+            if not self.state.known[axis]:
+                letter = AXES[axis]
+                raise BlockError(
+                    "VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
+                    f"name {letter} with G90 first", block.columns.get(letter),
+                )  # fmt: skip
+
+    def _named_axes(self, block: Block) -> list[int]:
+        return [axis for axis, letter in enumerate(AXES) if letter in block.words]
+
+    def _g10(self, block: Block) -> None:
+        state = self.state
+        if "L" not in block.words or "P" not in block.words:
+            raise BlockError("VP005", "G10 needs L and P")
+        kind, number = _whole(block, "L"), _whole(block, "P")
+        axes = self._named_axes(block)
+        if kind == 1:
+            self._g10_tool(block, number, axes)
+            return
+        if kind not in (2, 20):
+            raise BlockError(
+                "VP002", f"G10 L{kind} is not supported; this version has L1, L2 and L20", block.columns["L"]
+            )
+        for letter in "IJQ":
+            if letter in block.words:
+                raise BlockError("VP006", f"G10 L{kind} does not use {letter}", block.columns[letter])
+        if not 0 <= number <= 9:
+            raise BlockError("VP007", f"P{number}: work systems are P1 to P9, P0 is the active one", block.columns["P"])
+        system = number or state.frame.system
+        frame = replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool)
+        origin = list(frame.origin)
+        if kind == 2:
+            for axis in axes:
+                origin[axis] = self._axis_value(block, axis)
+            frame = replace(frame, origin=vector9(origin), turn=block.words.get("R", frame.turn))
+        else:
+            if "R" in block.words:
+                raise BlockError("VP006", "G10 L20 does not use R", block.columns["R"])
+            self._require_known(block, axes, "G10 L20")
+            coordinates = self.setup.coordinates
+            here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), frame)
+            shift = np.zeros(9)
+            for axis in axes:
+                shift[axis] = here[axis] - self._axis_value(block, axis)
+            shift[:3] = coordinates.displacement(shift[:3], frame)
+            frame = replace(frame, origin=vector9(np.asarray(origin) + shift))
+        if system == state.frame.system:
+            self._set_frame(frame)
+        else:
+            state.systems[system] = replace(frame, g92=ZERO9)
+
+    def _g10_tool(self, block: Block, number: int, axes: list[int]) -> None:
+        state = self.state
+        if number < 1:
+            raise BlockError("VP007", f"P{number}: a tool number is 1 or more", block.columns["P"])
+        tools = dict(state.tools or {})
+        old = tools.get(number, Tool(number, number, ZERO9))
+        offset = list(old.offset)
+        for axis in axes:
+            offset[axis] = self._axis_value(block, axis)
+        diameter = 2 * self._length(block.words["R"]) if "R" in block.words else old.diameter
+        for letter in "IJQ":
+            if letter in block.words:
+                raise BlockError("VP006", f"G10 L1 uses {letter} only on a lathe", block.columns[letter])
+        tools[number] = replace(old, offset=vector9(offset), diameter=diameter)
+        state.tools = tools
+
+    def _g92(self, block: Block, code: int) -> None:
+        state = self.state
+        axes = self._named_axes(block)
+        if not axes:
+            raise BlockError("VP005", f"{g_name(code)} needs at least one axis word")
+        g92 = list(state.frame.g92)
+        if code == 920:
+            self._require_known(block, axes, "G92")
+        for axis in axes:
+            value = self._axis_value(block, axis)
+            g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
+        state.g92_stored = tuple(g92)
+        self._set_frame(replace(state.frame, g92=vector9(g92)))
+
+    def _home(self, block: Block, code: int) -> None:
+        state, setup = self.state, self.setup
+        home = setup.home if code == 280 else setup.home2
+        if home is None:
+            raise BlockError(
+                "VP015", f"{g_name(code)} needs the home position of the machine: add [home] {g_name(code).lower()} "
+                "to the machine file, or retract with G53 G0 Z0",
+            )  # fmt: skip
+        axes = self._named_axes(block)
+        # an incremental via word of 0 means no via point, so the axis need not be known
+        moving = [axis for axis in axes if state.absolute or block.words[AXES[axis]] != 0.0]
+        if not state.absolute:
+            self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
+        via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
+        for axis in moving:
+            value = self._axis_value(block, axis)
+            via[axis] = value if state.absolute else via[axis] + value
+            state.known[axis] = True
+        self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
+        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
+
+    # --- motion ----------------------------------------------------------------------------------
+
+    def _move(self, block: Block, motion: int, *, machine: bool) -> None:
+        kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
+        axes = self._named_axes(block)
+        state = self.state
+        if kind == MoveKind.FEED:
+            self._check_feed(block, motion)
+        if machine:
+            self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
+            return
+        if motion in (20, 30):
+            self._require_known(block, self._arc_axes(axes), "an arc")
+        if not state.absolute:
+            self._require_known(block, axes, "an incremental move")
+        start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
+        end = list(start)
+        for axis in axes:
+            value = self._axis_value(block, axis)
+            end[axis] = value if state.absolute else end[axis] + value
+        if motion in (20, 30):
+            self._arc(block, motion, start, end)
+        else:
+            self._record(block.line, kind, end, axes, absolute=state.absolute)
+
+    @staticmethod
+    def _arc_axes(axes: list[int]) -> list[int]:
+        return sorted({0, 1, 2, *axes})
+
+    def _check_feed(self, block: Block, motion: int) -> None:
+        state = self.state
+        name = g_name(motion)
+        if state.feed_mode == FeedMode.INVERSE and "F" not in block.words:
+            raise BlockError("VP009", f"{name} in inverse time mode (G93) needs F in its own block")
+        if state.feed == 0.0:
+            raise BlockError("VP009", f"{name} with feed zero; give F")
+        turning = state.spindle_on and state.spindle_speed > 0
+        if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
+            raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
+        if self.setup.machine and not state.length_said:
+            raise BlockError(
+                "VP012", "the tool length has not been said before the first feed move; "
+                "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
+            )  # fmt: skip
+
+    def _start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
+        """Where unnamed axes stay; applies the rule for a change of tool length under tilt."""
+        state = self.state
+        held, state.held = state.held, None
+        if held is None:
+            return state.position
+        tilt = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[3]
+        if abs(math.sin(RAD_PER_DEG * tilt)) <= POLE_SINE and math.cos(RAD_PER_DEG * tilt) > 0:
+            return state.position
+        if kind != MoveKind.RAPID or not (absolute or machine):
+            raise BlockError(
+                "VP016", f"the tool length has changed while the table is tilted (A {tilt:g} deg), so the tip is elsewhere; "
+                "the next motion must be a G0 in absolute terms",
+            )  # fmt: skip
+        if machine:
+            return state.position
+        return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
+
+    def _to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
+        """Move the named axes to machine coordinates; the others keep theirs."""
+        state, coordinates = self.state, self.setup.coordinates
+        self._start_of_motion(kind, absolute=True, machine=True)
+        machine = coordinates.to_machine(np.array(state.position), state.frame)
+        for axis, value in targets.items():
+            machine[axis] = value
+        end = [float(v) for v in coordinates.to_program(machine, state.frame)]
+        self._record(line, kind, end, list(targets), absolute=True)
+
+    def _record(self, line: int, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool) -> None:
+        state = self.state
+        if kind == MoveKind.RAPID:
+            feed = math.nan
+        else:
+            feed = self._feed_of(line_lengths(np.array(end) - np.array(state.position)))
+        self.recorder.add(state, line, kind, end, feed)
+        self._arrive(end, axes, absolute=absolute)
+
+    def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
+        state = self.state
+        state.position = end
+        for axis in axes:
+            state.named[axis] = True
+            if absolute:
+                state.known[axis] = True
+
+    def _feed_of(self, lengths: tuple[object, object]) -> float:
+        """Feed of a move as `dump moves` shows it: see :func:`effective_feed`."""
+        state = self.state
+        return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
+
+    def _arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
+        state = self.state
+        offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
+        turns = _whole(block, "P") if "P" in block.words else 1
+        if turns < 1:
+            raise BlockError("VP007", f"P{turns}: the number of turns is 1 or more", block.columns["P"])
+        clockwise = motion == 20
+        if "R" in block.words:
+            if offsets:
+                raise BlockError("VP003", "an arc has either R or a centre (I, J, K), not both", block.columns["R"])
+            arc = radius_arc(start, end, state.plane, clockwise, self._length(block.words["R"]), turns - 1)
+        elif offsets:
+            arc = center_arc(start, end, state.plane, clockwise, offsets, state.absolute_centers, turns - 1)
+        else:
+            raise BlockError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+        feed = self._feed_of((arc_length(arc, start, end), True))
+        self.recorder.add(state, block.line, MoveKind.ARC, end, feed, arc)
+        self._arrive(end, self._named_axes(block), absolute=state.absolute)
+
+    # --- ends ------------------------------------------------------------------------------------
+
+    def _stop(self, block: Block, m: dict[str, list[int]]) -> None:
+        for code in m.get("stopping", []):
+            if code in (2, 30):
+                self.ended = True
+                self.recorder.event(block.line, "end", code=f"M{code}")
+            else:
+                kind = {0: "program", 1: "optional", 60: "pallet"}[code]
+                self.recorder.event(block.line, "stop", stop=kind)
+
+
+def line_lengths(delta: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Length of a straight move by LinuxCNC's rule, and whether the tip moves.
+
+    XYZ if they move, else UVW, else the norm of ABC; ``delta`` has shape (..., 9).
+    """
+    linear = np.sqrt(delta[..., 0] ** 2 + delta[..., 1] ** 2 + delta[..., 2] ** 2)
+    second = np.sqrt(delta[..., 6] ** 2 + delta[..., 7] ** 2 + delta[..., 8] ** 2)
+    angular = np.sqrt(delta[..., 3] ** 2 + delta[..., 4] ** 2 + delta[..., 5] ** 2)
+    length = np.where(linear > 0, linear, np.where(second > 0, second, angular))
+    return length, (linear > 0) | (second > 0)
+
+
+def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
+    """Length of a helical arc, mm."""
+    first, second, normal = ((0, 1, 2), (2, 0, 1), (1, 2, 0))[arc.plane]
+    radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
+    return math.hypot(radius * math.radians(arc.sweep), end[normal] - start[normal])
+
+
+def effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:
+    """Feed in mm/min, deg/min for rotary-only moves, mm or deg per revolution for G95.
+
+    Inverse time (F in 1/min) becomes the speed that results, length times F.
+    """
+    if mode == FeedMode.INVERSE:
+        return np.asarray(length) * np.asarray(feed)
+    return np.where(np.asarray(tip_moves), np.asarray(feed), np.asarray(angular))
+
+
+def _codes(block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
+    """G codes by modal group (times ten) and M codes by modal group."""
+    g: dict[str, int] = {}
+    m: dict[str, list[int]] = {}
+    for letter, number, column in block.codes:
+        if letter == "G":
+            code = round(number * 10)
+            if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
+                raise BlockError("VP002", f"G{number:g} is not a code", column)
+            if code in REFUSED_G:
+                raise BlockError(
+                    "VP002", f"{g_name(code)} ({REFUSED_G[code]}) is not supported by this version", column
+                )
+            if code not in GROUP_OF_G:
+                raise BlockError("VP002", f"{g_name(code)} is not a code of this language", column)
+            group = GROUP_OF_G[code]
+            if group in g:
+                raise BlockError(
+                    "VP003", f"{g_name(g[group])} and {g_name(code)} are of one modal group ({group})", column
+                )
+            g[group] = code
+            continue
+        code = round(number)
+        if abs(number - code) > WHOLE_NUMBER or number < 0:
+            raise BlockError("VP007", f"M{number:g}: an M code is a whole number", column)
+        if code in REFUSED_M:
+            raise BlockError("VP002", f"M{code} ({REFUSED_M[code]}) is not supported by this version", column)
+        if code not in GROUP_OF_M:
+            raise BlockError("VP002", f"M{code} is not a code of this language", column)
+        group = GROUP_OF_M[code]
+        if group in m:
+            raise BlockError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
+        m.setdefault(group, []).append(code)
+    if sum(len(codes) for codes in m.values()) > _MAX_M_CODES:
+        raise BlockError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
+    return g, m
+
+
+def _whole(block: Block, letter: str) -> int:
+    value = block.words[letter]
+    number = round(value)
+    if abs(value - number) > WHOLE_NUMBER:
+        raise BlockError("VP007", f"{letter}{value:g} must be a whole number", block.columns[letter])
+    if number < 0:
+        raise BlockError("VP007", f"{letter}{value:g} must not be negative", block.columns[letter])
+    return number

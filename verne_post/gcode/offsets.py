@@ -1,0 +1,45 @@
+"""Work offsets, G92 and tool offsets as frames, and what they mean to a plain Cartesian interpreter."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.model.moves import Frame, Vector9
+
+Array = NDArray[np.float64]
+
+
+def vector9(values: object) -> Vector9:
+    """Nine floats as the tuple that a Frame holds."""
+    return tuple(float(value) for value in values)  # type: ignore[return-value, attr-defined]
+
+
+@dataclass(frozen=True)
+class CartesianCoordinates:
+    """LinuxCNC's own view: ``machine = R (program + G92) + G5x + tool offset``, axis by axis."""
+
+    def displacement(self, vector: Array, frame: Frame) -> Array:
+        """Turn displacements (..., 3) of the program into machine directions."""
+        angle = RAD_PER_DEG * frame.turn
+        c, s = math.cos(angle), math.sin(angle)
+        turned = np.array(vector, dtype=float)
+        turned[..., 0] = c * vector[..., 0] - s * vector[..., 1]
+        turned[..., 1] = s * vector[..., 0] + c * vector[..., 1]
+        return turned
+
+    def to_machine(self, program: Array, frame: Frame) -> Array:
+        """Program coordinates (..., 9) -> machine coordinates."""
+        machine = program + np.asarray(frame.g92)
+        if frame.turn:
+            machine[..., :3] = self.displacement(machine[..., :3], frame)
+        return machine + np.asarray(frame.origin) + np.asarray(frame.tool)
+
+    def to_program(self, machine: Array, frame: Frame) -> Array:
+        """Machine coordinates (..., 9) -> program coordinates."""
+        program = machine - np.asarray(frame.origin) - np.asarray(frame.tool)
+        if frame.turn:
+            program[..., :3] = self.displacement(program[..., :3], replace(frame, turn=-frame.turn))
+        return program - np.asarray(frame.g92)

@@ -1,0 +1,161 @@
+"""Bytes -> words, vectorised: the fast reader for plain blocks.
+
+A *plain* block consists of letters followed by decimal numbers, and blanks. Anything else (comments,
+parameters, expressions, damaged numbers) is left to :mod:`verne_post.gcode.block`, which reads one
+block exactly; both obey one contract, and numbers are bit-identical to ``float()``.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Bytes scanned at a time: the intermediate arrays then stay in the processor's cache.
+CHUNK_BYTES: Final = 1 << 18
+#: A mantissa of at most 15 digits and a power of ten up to 1e15 are exact doubles, and IEEE division
+#: of exact operands is correctly rounded, as ``float()`` is. Longer numbers go to the exact reader.
+MAX_DIGITS: Final = 15
+
+_BLANK, _DIGIT, _DOT, _SIGN, _LETTER, _NEWLINE, _OTHER = range(7)
+
+
+def _classes() -> NDArray[np.uint8]:
+    table = np.full(256, _OTHER, dtype=np.uint8)
+    for characters, kind in ((b" \t\r", _BLANK), (b"0123456789", _DIGIT), (b".", _DOT), (b"+-", _SIGN),
+                             (b"\n", _NEWLINE)):  # fmt: skip
+        table[list(characters)] = kind
+    letters = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+    table[list(letters)] = _LETTER
+    table[list(letters.lower())] = _LETTER
+    return table
+
+
+_CLASS: Final = _classes()
+_POWER: Final = np.array([float(10**k) for k in range(MAX_DIGITS + 1)])
+
+
+@dataclass(frozen=True)
+class WordTable:
+    """Words of consecutive source lines.
+
+    Attributes
+    ----------
+    first_line : int
+        1-based number of the first line.
+    text : bytes
+        The lines themselves.
+    n_lines : int
+    letter : ndarray of uint8, shape (w,)
+        Upper-case letter codes, in source order.
+    value : ndarray, shape (w,)
+    row : ndarray of intp, shape (w,)
+        Line of each word, from 0.
+    plain : ndarray of bool, shape (n_lines,)
+        False for lines that only the exact reader can read; their words are not in the table.
+    """
+
+    first_line: int
+    text: bytes
+    n_lines: int
+    letter: NDArray[np.uint8]
+    value: NDArray[np.float64]
+    row: NDArray[np.intp]
+    plain: NDArray[np.bool_]
+
+
+def chunks(source: bytes) -> Iterator[tuple[int, bytes]]:
+    """Cut a program into pieces of whole lines: (1-based number of the first line, bytes)."""
+    start, line = 0, 1
+    while start < len(source):
+        end = source.rfind(b"\n", start, start + CHUNK_BYTES) + 1
+        if end == 0:
+            end = source.find(b"\n", start) + 1 or len(source)
+        elif start + CHUNK_BYTES >= len(source):
+            end = len(source)
+        piece = source[start:end]
+        yield line, piece
+        line += piece.count(b"\n")
+        start = end
+
+
+def scan(first_line: int, text: bytes) -> WordTable:
+    """Split plain lines into words.
+
+    Parameters
+    ----------
+    first_line : int
+        1-based number of the first line of ``text``.
+    text : bytes
+        Whole lines.
+    """
+    n_lines = text.count(b"\n") + (not text.endswith(b"\n"))
+    raw = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", dtype=np.uint8)
+    kinds = _CLASS[raw]
+    solid = kinds != _BLANK
+    characters, kinds = raw[solid], kinds[solid]
+    starts = np.flatnonzero(kinds >= _LETTER)
+    kind = kinds[starts]
+    length = np.diff(starts, append=len(characters)) - 1
+    newline = kind == _NEWLINE
+    row = np.cumsum(newline) - newline
+    plain = np.ones(n_lines, dtype=bool)
+    if starts[0] > 0:  # digits before the first letter
+        plain[0] = False
+    # digits before the first letter of a line, or a character that no plain word has
+    stray = newline & (length > 0)
+    plain[np.minimum(row[stray] + 1, n_lines - 1)] = False
+    plain[row[kind == _OTHER]] = False
+
+    is_word = kind == _LETTER
+    begin, length, row = starts[is_word] + 1, length[is_word], row[is_word]
+    letter = characters[starts[is_word]] & 0xDF
+    value, good = _numbers(characters, begin, length)
+    plain[row[~good]] = False
+    keep = plain[row]
+    return WordTable(first_line, text, n_lines, letter[keep], value[keep], row[keep], plain)
+
+
+def _numbers(
+    characters: NDArray[np.uint8], begin: NDArray[np.intp], length: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Values of the numbers at ``begin``; False where a number is not plain."""
+    padded = np.append(characters, np.uint8(0))
+    first = padded[begin]
+    signed = ((first == ord("-")) | (first == ord("+"))) & (length > 0)
+    body = length - signed
+    # one sign, MAX_DIGITS digits and a point are the most that is read here
+    good = (body > 0) & (body <= MAX_DIGITS + 1)
+    body = np.where(good, body, 0)
+    # words in order of length: those that have a character at place j are one slice
+    order = np.argsort(body.astype(np.uint8), kind="stable")
+    at = (begin + signed)[order]
+    begins = np.searchsorted(body[order], np.arange(1, MAX_DIGITS + 2))
+    n = len(at)
+    mantissa = np.zeros(n, dtype=np.int64)
+    decimals = np.zeros(n, dtype=np.int8)
+    points = np.zeros(n, dtype=np.int8)
+    strange = np.zeros(n, dtype=bool)
+    for place, low in enumerate(begins):
+        if low == n:
+            break
+        some = slice(int(low), None)
+        character = padded[at[some] + place]
+        digit = character - np.uint8(48)
+        is_digit = digit < 10
+        if is_digit.all():
+            mantissa[some] = mantissa[some] * 10 + digit
+            decimals[some] += points[some]
+        else:
+            mantissa[some] = np.where(is_digit, mantissa[some] * 10 + digit, mantissa[some])
+            decimals[some] += points[some] * is_digit
+            is_point = character == ord(".")
+            points[some] += is_point
+            strange[some] |= ~(is_digit | is_point)
+    usable = ~strange & (points <= 1) & (body[order] - points >= 1) & (body[order] - points <= MAX_DIGITS)
+    magnitude = mantissa / _POWER[np.minimum(decimals, MAX_DIGITS)]
+    value = np.empty(n)
+    value[order] = magnitude
+    good[order] &= usable
+    return np.where(first == ord("-"), -value, value), good

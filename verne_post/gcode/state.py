@@ -1,0 +1,172 @@
+"""The modal state of the interpreter, and the recorder that turns its motion into a Moves table."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.gcode.arcs import Arc
+from verne_post.model.moves import Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+from verne_post.model.options import Tool
+from verne_post.model.protocols import Coordinates
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What an interpretation is given beside the text.
+
+    Attributes
+    ----------
+    coordinates : Coordinates
+        What standing still means when frames change, and where machine coordinates are.
+    axes : str
+        Letters of the axes that may be named.
+    machine : bool
+        True for `convert` and `check`: positions must be known, tool lengths said.
+    home, home2 : tuple or None
+        Machine positions of G28 and G30 (nine-vectors), None where there are none.
+    tools : dict or None
+    tool_length : float or None
+        Holds throughout when given.
+    frames : dict
+        Initial frame of each work system, 1 to 9.
+    block_delete, optional_stop : bool
+    """
+
+    coordinates: Coordinates
+    axes: str
+    machine: bool
+    home: tuple[float, ...] | None
+    home2: tuple[float, ...] | None
+    tools: dict[int, Tool] | None
+    tool_length: float | None
+    frames: dict[int, Frame]
+    block_delete: bool = False
+    optional_stop: bool = False
+
+
+@dataclass
+class State:
+    """Everything modal. Positions in program coordinates, mm and degrees."""
+
+    position: list[float]
+    known: list[bool]
+    systems: dict[int, Frame]
+    frame: Frame
+    tools: dict[int, Tool] | None
+    named: list[bool] = field(default_factory=lambda: [False] * 9)
+    #: Programmed values from before a change of tool length, until the next motion.
+    held: list[float] | None = None
+    motion: int | None = None
+    plane: int = 0
+    absolute: bool = True
+    absolute_centers: bool = False
+    feed_mode: FeedMode = FeedMode.PER_MINUTE
+    inch: bool = False
+    control: PathControl = field(default_factory=PathControl)
+    feed: float = 0.0  # mm/min, mm/rev or 1/min, as the mode has it
+    feed_angular: float = 0.0  # the same number, never scaled by units
+    g92_stored: tuple[float, ...] = (0.0,) * 9
+    spindle_speed: float = 0.0
+    spindle_on: bool = False
+    selected_tool: int | None = None
+    loaded_tool: int | None = None
+    length_said: bool = False
+
+
+@dataclass
+class Recorder:
+    """Collects motion row by row or block by block, and freezes it into a Moves table."""
+
+    columns: list[dict[str, Array]] = field(default_factory=list)
+    rows: list[tuple[int, int, list[float], float, int, float, int, int, int]] = field(default_factory=list)
+    arcs: list[Arc] = field(default_factory=list)
+    frames: dict[Frame, int] = field(default_factory=dict)
+    controls: dict[PathControl, int] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
+    count: int = 0
+
+    def frame_index(self, frame: Frame) -> int:
+        """Row of a frame in the table of frames."""
+        return self.frames.setdefault(frame, len(self.frames))
+
+    def add(
+        self, state: State, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None
+    ) -> None:
+        """Record one motion or dwell."""
+        arc_row = -1
+        if arc is not None:
+            arc_row = len(self.arcs)
+            self.arcs.append(arc)
+        spindle = state.spindle_speed if state.spindle_on else 0.0
+        control = self.controls.setdefault(state.control, len(self.controls))
+        row = (line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row)
+        self.rows.append(row)
+        self.count += 1
+
+    def add_many(self, state: State, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
+        """Record straight moves that share the modal state, as arrays."""
+        self._flush()
+        n = len(line)
+        spindle = state.spindle_speed if state.spindle_on else 0.0
+        self.columns.append(
+            {
+                "line": line.astype(np.int32),
+                "kind": kind.astype(np.int8),
+                "end": end,
+                "feed": feed,
+                "feed_mode": np.full(n, state.feed_mode, dtype=np.int8),
+                "spindle": np.full(n, spindle),
+                "frame": np.full(n, self.frame_index(state.frame), dtype=np.int32),
+                "control": np.full(n, self.controls.setdefault(state.control, len(self.controls)), dtype=np.int32),
+                "arc": np.full(n, -1, dtype=np.int32),
+            }
+        )
+        self.count += n
+
+    def event(self, line: int, kind: str, **data: object) -> None:
+        """Record something that is not motion."""
+        self.events.append(Event(line, kind, self.count, data))
+
+    def _flush(self) -> None:
+        if not self.rows:
+            return
+        line, kind, end, feed, mode, spindle, frame, control, arc = zip(*self.rows, strict=True)
+        self.columns.append(
+            {
+                "line": np.array(line, dtype=np.int32),
+                "kind": np.array(kind, dtype=np.int8),
+                "end": np.array(end, dtype=float),
+                "feed": np.array(feed, dtype=float),
+                "feed_mode": np.array(mode, dtype=np.int8),
+                "spindle": np.array(spindle, dtype=float),
+                "frame": np.array(frame, dtype=np.int32),
+                "control": np.array(control, dtype=np.int32),
+                "arc": np.array(arc, dtype=np.int32),
+            }
+        )
+        self.rows = []
+
+    def freeze(self, start: list[float], first_frame: Frame) -> Moves:
+        """Build the table; ``start`` is where the program starts, in ``first_frame``."""
+        self._flush()
+        names = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc")
+        kinds = (np.int32, np.int8, float, float, np.int8, float, np.int32, np.int32, np.int32)
+        if self.columns:
+            table = {name: np.concatenate([block[name] for block in self.columns]) for name in names}
+        else:
+            table = {name: np.zeros((0, 9) if name == "end" else 0, dtype=kind)
+                     for name, kind in zip(names, kinds, strict=True)}  # fmt: skip
+        self.columns = []
+        arcs = Arcs(
+            np.array([arc.plane for arc in self.arcs], dtype=np.int8),
+            np.array([arc.center for arc in self.arcs], dtype=float).reshape(-1, 3),
+            np.array([arc.turns for arc in self.arcs], dtype=np.int32),
+            np.array([arc.sweep for arc in self.arcs], dtype=float),
+        )
+        return Moves(
+            arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
+            start=np.array(start, dtype=float), start_frame=first_frame, **table,
+        )  # fmt: skip

@@ -1,0 +1,62 @@
+"""Tool tables in LinuxCNC's text format: ``T1 P1 Z50.0 D6.0 ; remark``, one tool a line, mm."""
+
+from verne_post.gcode.block import BlockError, read_block
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.moves import AXES, Vector9
+from verne_post.model.options import Tool
+
+_LETTERS = set("TPDIJQ" + AXES)
+
+
+def read_tool_table(text: str, name: str) -> dict[int, Tool]:
+    """Parse a tool table.
+
+    Parameters
+    ----------
+    text : str
+    name : str
+        File name for messages.
+
+    Returns
+    -------
+    dict
+        Tools by number, offsets in mm and degrees.
+
+    Raises
+    ------
+    InputError
+        With one finding (VP019) a bad line.
+    """
+    tools: dict[int, Tool] = {}
+    errors: list[Finding] = []
+    for number, raw in enumerate(text.splitlines(), start=1):
+        try:
+            tool = _read_line(raw, number)
+        except BlockError as error:
+            message = f"{name}:{number}: {error.message}"
+            errors.append(finding("VP019", message, column=error.column))
+            continue
+        if tool is None:
+            continue
+        if tool.number in tools:
+            errors.append(finding("VP019", f"{name}:{number}: tool T{tool.number} stands twice in the table"))
+        tools[tool.number] = tool
+    if errors:
+        raise InputError(*errors)
+    return tools
+
+
+def _read_line(raw: str, number: int) -> Tool | None:
+    block = read_block(raw, number)
+    if not block.words and not block.codes:
+        return None
+    if block.codes or not set(block.words) <= _LETTERS:
+        strange = block.codes[0][0] if block.codes else min(set(block.words) - _LETTERS)
+        raise BlockError("VP019", f"{strange} is not a word of a tool table; expected T, P, an axis, D, I, J or Q")
+    if "T" not in block.words:
+        raise BlockError("VP019", "the tool number T is missing")
+    for letter in "TP":
+        if block.words.get(letter, 0.0) % 1 or block.words.get(letter, 0.0) < 0:
+            raise BlockError("VP019", f"{letter} must be a whole number from 0 on", block.columns[letter])
+    offset: Vector9 = tuple(block.words.get(axis, 0.0) for axis in AXES)  # type: ignore[assignment]
+    return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0))

@@ -1,0 +1,101 @@
+"""The whole machine: a parallel module over a tilting rotary table.
+
+The platform only ever leans about x, and so does the table's tilt. With the gauge-line point g of
+the nominal trunnion machine (:meth:`TiltingTable.gauge_point`) the platform point is
+``P = pivot + F Rx(alpha) g``, ``F = diag(1, -1, -1)``, and the table stands at A + alpha. The module
+owns the solution for alpha (:meth:`ParallelModule.inverse_leaning`). C does not depend on alpha.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x
+from verne_post.kinematics.tables.tilting import TiltingTable
+from verne_post.model.protocols import ParallelModule
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class HybridMachine:
+    """Implements the ``FiveAxis`` protocol. Table frame, mm, rad, workpiece sense.
+
+    ``nose_offset`` is the distance from P to the gauge line along the tool axis, mm.
+    """
+
+    module: ParallelModule
+    table: TiltingTable
+    nose_offset: float
+
+    def _platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        return self.table.gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
+
+    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+        """Joint values that follow the programmed branch: q = (module, A + alpha, C).
+
+        Parameters
+        ----------
+        tip : ndarray, shape (..., 3)
+        angles : ndarray, shape (..., 2)
+            Nominal A and C, unwrapped as programmed.
+        tool_length : ndarray, shape (...) or float
+
+        Returns
+        -------
+        q : ndarray, shape (..., 5)
+            NaN where not ok.
+        position : ndarray, shape (..., 3)
+            P in the base frame.
+        alpha : ndarray, shape (...)
+            Lean of the platform.
+        ok : ndarray of bool, shape (...)
+        """
+        gauge = self._platform_gauge(tip, angles, tool_length)
+        rho, alpha, ok = self.module.inverse_leaning(self.table.pivot, gauge)
+        q = np.concatenate([rho, angles], axis=-1)
+        q[..., -2] += alpha
+        q[~ok] = np.nan
+        position = rotate_x(gauge, alpha) * [1.0, -1.0, -1.0] + self.table.pivot
+        return q, position, alpha, ok
+
+    def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+        """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
+        return self.module.why_not(self.table.pivot, self._platform_gauge(tip, angles, tool_length))
+
+    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """Where the tool is: tip (..., 3) and nominal angles (..., 2) of joint values (..., 5)."""
+        q = np.asarray(q, dtype=float)
+        position, alpha, ok = self.module.forward(q[..., :-2])
+        angles = np.array(q[..., -2:])
+        angles[..., 0] -= alpha
+        gauge = rotate_x((position - self.table.pivot) * [1.0, -1.0, -1.0], -alpha)
+        tip = self.table.tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
+        return tip, angles, ok
+
+    def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
+        """Joint values of a pose given by its tool axis; see :meth:`Machine.inverse`."""
+        tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")
+        angles = np.stack(angles_of_axis(axis), axis=-1)
+        shape = np.broadcast_shapes(tip.shape[:-1], axis.shape[:-1], np.shape(tool_length))
+        tip = np.broadcast_to(tip, (*shape, 3))
+        angles = np.broadcast_to(angles, (*shape, 2))
+        q, _position, _alpha, ok = self.solve(tip, angles, tool_length)
+        return q, ok
+
+    def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """Tip, tool axis and ok of joint values; see :meth:`Machine.forward`."""
+        q = np.asarray(q, dtype=float)
+        if q.ndim == 0 or q.shape[-1] != 5:
+            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        tip, angles, ok = self.nominal(q, tool_length)
+        return tip, axis_of_angles(angles[..., 0], angles[..., 1]), ok
+
+
+def _vectors(value: Array, name: str) -> Array:
+    array = np.asarray(value, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{name} must have shape (..., 3), got {array.shape}")
+    return array

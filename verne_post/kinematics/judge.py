@@ -1,0 +1,321 @@
+"""Every check of geometry, along whole pieces, before any time is planned.
+
+Each piece is covered by spans (:mod:`verne_post.kinematics.spans`). A limit is judged on the bounds
+between the samples; where they cannot decide, the span is halved until they can. On the way the
+largest derivatives of the joints are collected, which the time law needs.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import axis_of_angles
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
+from verne_post.kinematics import spans
+from verne_post.kinematics.joint_path import JointPath, Solved
+from verne_post.model.codes import CODES, Severity
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Machine
+from verne_post.model.toolpath import PieceKind, ToolPath
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+#: Pieces judged at a time.
+CHUNK_PIECES: Final = 2048
+#: First guess of a span: at most this much path and rotation.
+SPAN_MM: Final = 50.0
+SPAN_ANGLE: Final = np.radians(20.0)
+#: A span is halved at most this often; 2**-16 of a metre is 0.015 mm.
+MAX_DEPTH: Final = 16
+#: Once a violation is certain its worst value is refined only this much further.
+WORST_DEPTH: Final = 6
+
+
+@dataclass(frozen=True)
+class Check:
+    """One bound on one quantity: ``sign * (value - limit)`` must not be below zero.
+
+    ``warn`` is a second, weaker threshold; below it a warning is due.
+    """
+
+    code: str
+    name: str
+    axis: str | None
+    quantity: int
+    sign: float
+    limit: float
+    warn: float
+    slack: float
+    unit: str
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class JointBounds:
+    """Largest derivatives of the joints by u over each piece, each shape (n, n_joints); NaN where unsolvable."""
+
+    first: Array
+    second: Array
+    third: Array
+
+
+@dataclass
+class _Worst:
+    """Worst value of one check for each piece that violates it."""
+
+    value: dict[int, tuple[float, float]] = field(default_factory=dict)  # piece -> (margin, value)
+
+    def note(self, piece: Ints, margin: Array, value: Array) -> None:
+        for p, m, v in zip(piece.tolist(), margin.tolist(), value.tolist(), strict=True):
+            if p not in self.value or m < self.value[p][0]:
+                self.value[p] = (m, v)
+
+
+def checks_of(machine: Machine) -> list[Check]:
+    """The bounds of a machine, from its limits and the margins of its module."""
+    found = []
+    for joint, column in enumerate(machine.columns):
+        slack = LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK
+        for sign, limit in ((1.0, machine.limits.lower[joint]), (-1.0, machine.limits.upper[joint])):
+            if np.isfinite(limit):
+                found.append(
+                    Check(column.code, CODES[column.code].title, column.joint, joint, sign, float(limit), float(limit),
+                          slack, column.unit, column.factor)
+                )  # fmt: skip
+    n = len(machine.columns)
+    for index, margin in enumerate(machine.module.margin_names(machine.limits.serial_singularity)):
+        found.append(
+            Check(margin.code, margin.name, margin.axis, n + index, 1.0, margin.error_below, margin.warn_below,
+                  LIMIT_SLACK_MM, margin.unit, 1.0)
+        )  # fmt: skip
+    return found
+
+
+def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
+    """Judge every piece of a path.
+
+    Parameters
+    ----------
+    joints : JointPath
+    progress : callable, optional
+        Told how many pieces have been judged.
+
+    Returns
+    -------
+    JointBounds
+        What the time law needs.
+    list of Finding
+        VP1xx and VP2xx, one for each stretch of consecutive violating pieces.
+    """
+    machine, path = joints.machine, joints.path
+    n, n_joints = len(path), len(machine.columns)
+    bounds = JointBounds(*(np.zeros((n, n_joints)) for _ in range(3)))
+    checks = checks_of(machine)
+    worst = [_Worst() for _ in checks]
+    below_table = _Worst()
+    unreachable: dict[int, str] = {}
+    for first in range(0, n, CHUNK_PIECES):
+        chunk = np.arange(first, min(first + CHUNK_PIECES, n))
+        for piece, low, high, depth in _spans(path, chunk):
+            _judge_spans(joints, piece, low, high, depth, bounds, checks, worst, below_table, unreachable)
+        if progress:
+            progress(int(chunk[-1]) + 1)
+    findings = _unreachable_findings(path, unreachable)
+    for check, found in zip(checks, worst, strict=True):
+        findings += _limit_findings(path, check, found)
+    findings += _table_findings(path, below_table)
+    return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
+
+
+def _spans(path: ToolPath, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, Ints]]:
+    """First cover of pieces: (piece, low, high, depth)."""
+    delta = path.end[chunk] - path.start[chunk]
+    turn = np.abs(delta[:, 3:]).sum(axis=1)
+    arc = path.arc[chunk]
+    curved = arc >= 0
+    length = path.length[chunk]
+    turn[curved] += np.abs(path.arcs.sweep[arc[curved]])
+    joint = path.kind[chunk] == PieceKind.JOINT
+    if joint.any():
+        ends = path.joints[path.joint[chunk[joint]]]
+        length = length.copy()
+        length[joint] = np.abs(ends[:, 1] - ends[:, 0])[:, :-2].max(axis=1)
+    parts = np.maximum(np.ceil(np.maximum(length / SPAN_MM, turn / SPAN_ANGLE)), 1).astype(int)
+    piece = np.repeat(chunk, parts)
+    index = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
+    share = np.repeat(parts, parts)
+    for begin in range(0, len(piece), CHUNK_PIECES):
+        some = slice(begin, begin + CHUNK_PIECES)
+        yield piece[some], index[some] / share[some], (index[some] + 1) / share[some], np.zeros(len(piece[some]), int)
+
+
+def _judge_spans(
+    joints: JointPath, piece: Ints, low: Array, high: Array, depth: Ints, bounds: JointBounds,
+    checks: list[Check], worst: list[_Worst], below_table: _Worst, unreachable: dict[int, str],
+) -> None:  # fmt: skip
+    """Judge spans, halving those that the bounds cannot decide."""
+    machine = joints.machine
+    n_joints = len(machine.columns)
+    tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
+    while len(piece):
+        u = low[:, None] + spans.SAMPLES * (high - low)[:, None]
+        solved = joints.solve(np.repeat(piece, spans.NODES), u.ravel())
+        solvable = solved.ok.reshape(u.shape).all(axis=1)
+        if not solvable.all():
+            _note_unreachable(joints, piece, u, solved, unreachable)
+        quantities = np.concatenate([solved.q, machine.module.geometry_margins(solved.position, solved.alpha)], axis=1)
+        values = quantities.reshape(len(piece), spans.NODES, -1)[solvable]
+        kept = np.flatnonzero(solvable)
+        halve = np.zeros(len(piece), dtype=bool)
+        # Spans next to an unsolvable one are judged too; the unsolvable ones are already a finding.
+        rough = spans.tail(values)
+        coarse = (rough[:, :n_joints] > tails).any(axis=1)
+        deep = depth[kept] >= MAX_DEPTH
+        halve[kept] |= coarse & ~deep
+        fine = ~coarse | deep
+        _collect(bounds, piece[kept[fine]], (high - low)[kept[fine]], values[fine, :, :n_joints])
+        lower, upper = spans.enclosure(values)
+        for check, found in zip(checks, worst, strict=True):
+            k = check.quantity
+            if check.sign > 0:
+                certain, seen = lower[:, k] - rough[:, k] - check.warn, values[:, :, k].min(axis=1) - check.warn
+            else:
+                certain, seen = check.warn - upper[:, k] - rough[:, k], check.warn - values[:, :, k].max(axis=1)
+            open_ = np.flatnonzero(certain < -check.slack)
+            if not len(open_):
+                continue
+            broken = open_[seen[open_] < -check.slack]
+            found.note(piece[kept[broken]], seen[broken], check.warn + check.sign * seen[broken])
+            gap = seen[open_] - certain[open_]
+            limit = np.where(seen[open_] < -check.slack, WORST_DEPTH, MAX_DEPTH)
+            more = (gap > check.slack) & (depth[kept[open_]] < limit)
+            halve[kept[open_[more]]] = True
+        _judge_table(joints, piece, solved, depth, halve, below_table)
+        if unreachable:  # an unreachable piece is a finding already; its other bounds need no refinement
+            halve &= ~np.isin(piece, list(unreachable))
+        index = np.flatnonzero(halve)
+        middle = 0.5 * (low[index] + high[index])
+        piece = np.concatenate([piece[index], piece[index]])
+        low, high = np.concatenate([low[index], middle]), np.concatenate([middle, high[index]])
+        depth = np.concatenate([depth[index], depth[index]]) + 1
+
+
+def _collect(bounds: JointBounds, piece: Ints, width: Array, values: Array) -> None:
+    for order, target in enumerate((bounds.first, bounds.second, bounds.third), start=1):
+        lower, upper = spans.enclosure(values, order)
+        np.maximum.at(target, piece, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
+
+
+def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, halve: Mask, found: _Worst) -> None:
+    """VP210: tip or nose below z = 0 of the table frame within the table's radius."""
+    radius = joints.machine.table_radius
+    n = len(piece)
+    nose = solved.tip + joints.path.tool_length[np.repeat(piece, spans.NODES), None] * axis_of_angles(
+        solved.angles[:, 0], solved.angles[:, 1]
+    )
+    for point in (solved.tip, nose):
+        height = point[:, 2].reshape(n, spans.NODES, 1)
+        if height.min() > SPAN_MM:
+            continue
+        away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(n, spans.NODES, 1)
+        low_height, low_away = spans.enclosure(height)[0][:, 0], spans.enclosure(away)[0][:, 0]
+        open_ = (low_height < -LIMIT_SLACK_MM) & (low_away < radius**2)
+        under = (height[:, :, 0] < -LIMIT_SLACK_MM) & (away[:, :, 0] < radius**2)
+        broken = np.flatnonzero(under.any(axis=1))
+        if len(broken):
+            deepest = np.where(under[broken], height[broken, :, 0], np.inf).min(axis=1)
+            found.note(piece[broken], deepest, deepest)
+        limit = np.where(under.any(axis=1), WORST_DEPTH, MAX_DEPTH)
+        gap = height[:, :, 0].min(axis=1) - low_height
+        halve |= open_ & (depth < limit) & ((gap > LIMIT_SLACK_MM) | ~under.any(axis=1))
+
+
+# --- findings ------------------------------------------------------------------------------
+
+
+def _note_unreachable(joints: JointPath, piece: Ints, u: Array, solved: Solved, unreachable: dict[int, str]) -> None:
+    bad = np.flatnonzero(~solved.ok)
+    owner = np.repeat(piece, spans.NODES)[bad]
+    new, first = np.unique(owner, return_index=True)
+    fresh = [k for k, p in enumerate(new) if int(p) not in unreachable]
+    if not fresh:
+        return
+    rows = bad[first[fresh]]
+    codes = joints.machine.five_axis.why_not(solved.tip[rows], solved.angles[rows], joints.path.tool_length[new[fresh]])
+    unreachable.update(zip((int(p) for p in new[fresh]), codes, strict=True))
+
+
+def _stretches(pieces: list[int]) -> Iterator[list[int]]:
+    """Maximal groups of consecutive numbers."""
+    group: list[int] = []
+    for piece in sorted(pieces):
+        if group and piece != group[-1] + 1:
+            yield group
+            group = []
+        group.append(piece)
+    if group:
+        yield group
+
+
+def _unreachable_findings(path: ToolPath, unreachable: dict[int, str]) -> list[Finding]:
+    found = []
+    for code in ("VP110", "VP201"):
+        for group in _stretches([piece for piece, why in unreachable.items() if why == code]):
+            lines = path.line[group]
+            what = {
+                "VP110": "out of reach: no position of the sliders closes the rods",
+                "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
+            }[code]
+            found.append(
+                finding(
+                    code, what, line=int(lines[0]), last_line=int(lines[-1]), worst_line=int(lines[0]), count=len(group)
+                )
+            )
+    return found
+
+
+def _limit_findings(path: ToolPath, check: Check, worst: _Worst) -> list[Finding]:
+    found = []
+    levels: list[tuple[Severity, list[int], float]] = []
+    deficit = {piece: value for piece, (_m, value) in worst.value.items()}
+    if check.warn == check.limit:
+        levels.append(("error", list(deficit), check.limit))
+    else:
+        bad = [p for p, v in deficit.items() if check.sign * (v - check.limit) < -check.slack]
+        levels.append(("error", bad, check.limit))
+        levels.append(("warning", [p for p in deficit if p not in set(bad)], check.warn))
+    for severity, pieces, limit in levels:
+        for group in _stretches(pieces):
+            at = min(group, key=lambda piece: check.sign * deficit[piece])
+            value, bound = deficit[at] * check.factor, limit * check.factor
+            side = "below" if value < bound else "above"
+            what = check.axis if check.code.startswith("VP10") and check.axis else check.name
+            if check.code == "VP202":
+                what = f"{check.name} ({check.axis})"
+            message = f"{what} {value:.6f} {check.unit} is {side} {bound:g} {check.unit} by {abs(value - bound):.6f} {check.unit}"
+            found.append(
+                finding(
+                    check.code, message, severity=severity, line=int(path.line[group[0]]),
+                    last_line=int(path.line[group[-1]]), worst_line=int(path.line[at]), axis=check.axis,
+                    value=value, limit=bound, unit=check.unit, count=len(group),
+                )
+            )  # fmt: skip
+    return found
+
+
+def _table_findings(path: ToolPath, below: _Worst) -> list[Finding]:
+    found = []
+    for group in _stretches(list(below.value)):
+        at = min(group, key=lambda piece: below.value[piece][0])
+        value = below.value[at][1]
+        message = f"tip or spindle nose {-value:.6f} mm below the table face, inside the table's radius"
+        found.append(
+            finding("VP210", message, line=int(path.line[group[0]]), last_line=int(path.line[group[-1]]),
+                    worst_line=int(path.line[at]), value=value, limit=0.0, unit="mm", count=len(group))
+        )  # fmt: skip
+    return found

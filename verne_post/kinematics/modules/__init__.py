@@ -1,0 +1,1 @@
+"""One file a parallel module: geometry, inverse, forward, margins, nothing else."""

@@ -1,0 +1,355 @@
+"""The parallel module of the VERNE: three vertical sliders, six rods, a platform that leans.
+
+Equation numbers refer to Kanaan, Wenger, Chablat, *Kinematics analysis of the parallel module of
+the VERNE machine*. Base frame: z points down, x along the line from leg pair II/III to leg I; mm, rad.
+The *working mode* is the one the machine uses: every attachment point of a slider above the
+platform's (s1 = s2 = s3 = -1) and uncrossed rods of leg I (R1 cos alpha > r1).
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
+from verne_post.model.protocols import Margin
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
+CHUNK: Final = 8192
+#: Newton steps from alpha = 0; four reach 2e-13 almost everywhere, the rest goes to the bracket.
+INVERSE_STEPS: Final = 6
+#: Newton steps of the forward solution from the middle of the workspace (rim: 8).
+FORWARD_STEPS: Final = 25
+
+
+@dataclass(frozen=True)
+class VerneModule:
+    """Lengths of the module, with the paper's symbols (mm).
+
+    ``leg1_x_offset`` is D1 - d1, ``leg23_x_offset`` D2 - d2: only these differences enter.
+    """
+
+    leg1_x_offset: float
+    R1: float
+    r1: float
+    L1: float
+    leg23_x_offset: float
+    R2: float
+    r4: float
+    L2: float
+    L3: float
+
+    actuators: ClassVar[tuple[str, ...]] = ("rho1", "rho2", "rho3")
+
+    @property
+    def crossing_angle(self) -> float:
+        """The lean at which the rods of leg I would cross: R1 cos(alpha) = r1."""
+        return float(np.arccos(self.r1 / self.R1))
+
+    # --- inverse -------------------------------------------------------------------------
+
+    def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
+        """Sliders for a platform position, in the working mode: equations (11) to (14).
+
+        Parameters
+        ----------
+        position : ndarray, shape (..., 3)
+            P in the base frame, mm.
+
+        Returns
+        -------
+        rho : ndarray, shape (..., 3)
+            mm, NaN where not ok.
+        alpha : ndarray, shape (...)
+            Lean of the platform, rad, NaN where not ok.
+        ok : ndarray of bool, shape (...)
+        """
+        flat = np.asarray(position, dtype=float).reshape(-1, 3)
+        zero = np.zeros(len(flat))
+        rho, alpha, ok = self._solve(flat[:, 0], flat[:, 1], zero, zero, flat[:, 2], zero, zero)
+        shape = np.shape(position)[:-1]
+        return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
+
+    def inverse_leaning(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+        """Sliders for a platform point that turns with the lean itself: ``pivot + F Rx(alpha) gauge``.
+
+        Parameters
+        ----------
+        pivot : ndarray, shape (3,)
+            Base frame, mm.
+        gauge : ndarray, shape (..., 3)
+            Upright frame at alpha = 0, mm.
+
+        Returns
+        -------
+        rho, alpha, ok
+            As :meth:`inverse`.
+        """
+        g = np.asarray(gauge, dtype=float).reshape(-1, 3)
+        gx, gy, gz = g[:, 0], g[:, 1], g[:, 2]
+        # F Rx(alpha) (gx, gy, gz) = (gx, -(c gy - s gz), -(s gy + c gz))
+        y0 = np.full(len(g), float(pivot[1]))
+        z0 = np.full(len(g), float(pivot[2]))
+        rho, alpha, ok = self._solve(pivot[0] + gx, y0, -gy, gz, z0, -gz, -gy)
+        shape = np.shape(gauge)[:-1]
+        return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
+
+    def _solve(
+        self, x: Array, y0: Array, yc: Array, ys: Array, z0: Array, zc: Array, zs: Array
+    ) -> tuple[Array, Array, Mask]:
+        """Working-mode solution where y_P = y0 + yc cos(alpha) + ys sin(alpha), z_P alike; all shape (n,)."""
+        n = len(x)
+        rho = np.empty((n, 3))
+        alpha = np.empty(n)
+        ok = np.empty(n, dtype=bool)
+        for first in range(0, n, CHUNK):
+            part = slice(first, first + CHUNK)
+            x_leg1 = x[part] + self.leg1_x_offset
+            a, good = self._newton(x_leg1, y0[part], yc[part], ys[part])
+            if not good.all():
+                bad = np.flatnonzero(~good)
+                a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
+            c, s = np.cos(a), np.sin(a)
+            y = y0[part] + yc[part] * c + ys[part] * s
+            z = z0[part] + zc[part] * c + zs[part] * s
+            radicands = self._radicands(x[part], y, c)
+            with np.errstate(invalid="ignore"):
+                drop = np.sqrt(radicands)
+            rho[part, 0] = z - drop[0]
+            rho[part, 1] = z - self.R2 * s - drop[1]
+            rho[part, 2] = z + self.R2 * s - drop[2]
+            alpha[part] = a
+            ok[part] = np.isfinite(rho[part]).all(axis=1)
+        rho[~ok] = np.nan
+        alpha[~ok] = np.nan
+        return rho, alpha, ok
+
+    def _radicands(self, x: Array, y: Array, cos_alpha: Array) -> Array:
+        """Radicands of (11), (12), (13), shape (3, ...): squared vertical drops of the three legs, mm2."""
+        x1, x2 = x + self.leg1_x_offset, x + self.leg23_x_offset
+        arm = self.R2 * cos_alpha - self.r4
+        leg1 = self.L1**2 - (self.R1**2 + self.r1**2 - 2 * self.R1 * self.r1 * cos_alpha)
+        return np.stack([leg1 - x1**2 - y**2, self.L2**2 - x2**2 - (y - arm) ** 2, self.L3**2 - x2**2 - (y + arm) ** 2])
+
+    def _newton(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Mask]:
+        """Newton on (14) in the working mode from alpha = 0; False where it did not converge inside.
+
+        f = y (R1 cos a - r1) + R1 sin a sqrt(M),  M the radicand of (11).
+        """
+        R1, r1 = self.R1, self.r1
+        const = self.L1**2 - R1**2 - r1**2 - x_leg1**2
+        a = np.zeros_like(x_leg1)
+        step = a
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            for _ in range(INVERSE_STEPS):
+                c, s = np.cos(a), np.sin(a)
+                y = y0 + yc * c + ys * s
+                dy = ys * c - yc * s
+                root = np.sqrt(const + 2 * R1 * r1 * c - y * y)
+                f = y * (R1 * c - r1) + R1 * s * root
+                df = dy * (R1 * c - r1) - y * R1 * s + R1 * c * root - R1 * s * (R1 * r1 * s + y * dy) / root
+                step = f / df
+                a = a - step
+                # written so that NaN counts as not converged
+                if bool((np.abs(step) < NEWTON_STEP).all()):
+                    break
+            good = (np.abs(step) < NEWTON_STEP) & (np.abs(a) < self.crossing_angle)
+        return a, good
+
+    def _bracketed(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> Array:
+        """Rows where Newton failed: every real root of the squared equation, by bracket or closed form."""
+        lo = np.full_like(x_leg1, -self.crossing_angle)
+        hi = -lo
+        for _ in range(BRACKET_STEPS):
+            mid = 0.5 * (lo + hi)
+            f, _radicand = self._loop(mid, x_leg1, y0, yc, ys)
+            above = f > 0
+            hi = np.where(above, mid, hi)
+            lo = np.where(above, lo, mid)
+        a = 0.5 * (lo + hi)
+        _f, radicand = self._loop(a, x_leg1, y0, yc, ys)
+        with np.errstate(invalid="ignore"):
+            lost = ~(radicand > 0)
+        a[lost] = np.nan
+        for row in np.flatnonzero(lost):
+            inside = self._working(x_leg1[row], y0[row], yc[row], ys[row])
+            if len(inside):
+                a[row] = inside[np.argmin(np.abs(inside))]
+        return a
+
+    def _loop(self, a: Array, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Array]:
+        """Equation (14) in the working mode with the radicand of (11) cut off at zero, and the radicand."""
+        c, s = np.cos(a), np.sin(a)
+        y = y0 + yc * c + ys * s
+        radicand = self.L1**2 - (self.R1**2 + self.r1**2 - 2 * self.R1 * self.r1 * c) - x_leg1**2 - y * y
+        root = np.sqrt(np.maximum(radicand, 0.0))
+        return y * (self.R1 * c - self.r1) + self.R1 * s * root, radicand
+
+    def _orientation_roots(self, x_leg1: float, y0: float, yc: float, ys: float) -> Array:
+        """All real alpha of (7) with y = y0 + yc cos + ys sin: a trigonometric cubic, at most six roots.
+
+        Seven samples give its seven Fourier coefficients exactly; in w = exp(i alpha) it is a
+        polynomial of degree six, whose roots on the unit circle are the real angles.
+        """
+        if not np.isfinite([x_leg1, y0, yc, ys]).all():
+            return np.empty(0)
+        a = 2 * np.pi * np.arange(7) / 7
+        c, s = np.cos(a), np.sin(a)
+        y = y0 + yc * c + ys * s
+        arm = self.R1**2 + self.r1**2 - 2 * self.R1 * self.r1 * c
+        value = arm * y**2 - (self.R1 * s) ** 2 * (self.L1**2 - arm - x_leg1**2)
+        coefficients = np.fft.fft(value) / 7  # orders 0, 1, 2, 3, -3, -2, -1
+        roots = np.roots(coefficients[[3, 2, 1, 0, 6, 5, 4]])
+        on_circle = np.abs(np.abs(roots) - 1) < REAL_ROOT_IMAG
+        return np.sort(np.angle(roots[on_circle]))
+
+    def _working(self, x_leg1: float, y0: float, yc: float, ys: float) -> Array:
+        """The roots of :meth:`_orientation_roots` that are in the working mode of leg I."""
+        a = self._orientation_roots(x_leg1, y0, yc, ys)
+        f, radicand = self._loop(a, np.full_like(a, x_leg1), y0, yc, ys)  # type: ignore[arg-type]
+        # f is a length squared; the wrong sign of the root doubles a term of that size
+        same_sign = np.abs(f) <= REAL_ROOT_IMAG * self.R1 * self.L1
+        return a[(np.abs(a) < self.crossing_angle) & (radicand > 0) & same_sign]
+
+    def why_not(self, pivot: Array, gauge: Array) -> list[str]:
+        """Why poses have no solution in the working mode: "VP201" if only crossed ones exist, else "VP110".
+
+        Parameters
+        ----------
+        pivot : ndarray, shape (3,)
+        gauge : ndarray, shape (m, 3)
+            As in :meth:`inverse_leaning`.
+        """
+        codes = []
+        for gx, gy, gz in np.asarray(gauge, dtype=float):
+            x = float(pivot[0] + gx)
+            a = self._orientation_roots(x + self.leg1_x_offset, float(pivot[1]), -gy, gz)
+            y = pivot[1] - gy * np.cos(a) + gz * np.sin(a)
+            real = (self._radicands(np.full_like(a, x), y, np.cos(a)) > 0).all(axis=0)
+            codes.append("VP201" if bool(np.any(real & (self.R1 * np.cos(a) <= self.r1))) else "VP110")
+        return codes
+
+    # --- forward -------------------------------------------------------------------------
+
+    def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
+        """Platform position for slider coordinates, in the working mode: Newton on (10), (5), (6).
+
+        Equation (14) is used to write y and z by the drop w = z - rho1 of leg I,
+        ``y = -w R1 sin(alpha) / (R1 cos(alpha) - r1)``, which is smooth in the working mode.
+
+        Parameters
+        ----------
+        rho : ndarray, shape (..., 3)
+            mm.
+
+        Returns
+        -------
+        position : ndarray, shape (..., 3)
+            mm, NaN where not ok.
+        alpha : ndarray, shape (...)
+        ok : ndarray of bool, shape (...)
+            True where the iteration reached a solution in the working mode.
+        """
+        flat = np.asarray(rho, dtype=float).reshape(-1, 3)
+        position = np.empty((len(flat), 3))
+        alpha = np.empty(len(flat))
+        ok = np.empty(len(flat), dtype=bool)
+        for first in range(0, len(flat), CHUNK):
+            part = slice(first, first + CHUNK)
+            position[part], alpha[part], ok[part] = self._forward_chunk(flat[part])
+        shape = np.shape(rho)[:-1]
+        return position.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
+
+    def _forward_start(self) -> tuple[float, float]:
+        """A point in the middle of the workspace: x of P and the drop of leg I there."""
+        x = -0.5 * (self.leg1_x_offset + self.leg23_x_offset)
+        drop2 = self.L1**2 - (self.R1 - self.r1) ** 2 - (x + self.leg1_x_offset) ** 2
+        return x, float(np.sqrt(max(drop2, (0.25 * self.L1) ** 2)))
+
+    def _forward_chunk(self, rho: Array) -> tuple[Array, Array, Mask]:
+        R1, r1, R2, r4 = self.R1, self.r1, self.R2, self.r4
+        rho1, rho2, rho3 = rho.T
+        x0, w0 = self._forward_start()
+        x, w, a = np.full(len(rho), x0), np.full(len(rho), w0), np.zeros(len(rho))
+        dx = dw = da = np.full(len(rho), np.nan)
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            for _ in range(FORWARD_STEPS):
+                c, s = np.cos(a), np.sin(a)
+                uncrossed = R1 * c - r1
+                t = -R1 * s / uncrossed
+                dt = -R1 * (R1 - r1 * c) / uncrossed**2
+                y, dy = t * w, dt * w
+                x1, x2 = x + self.leg1_x_offset, x + self.leg23_x_offset
+                arm, darm = R2 * c - r4, -R2 * s
+                y2, z2 = y - arm, rho1 + w - R2 * s - rho2
+                y3, z3 = y + arm, rho1 + w + R2 * s - rho3
+                e1 = x1**2 + y**2 + w**2 - self.L1**2 + R1**2 + r1**2 - 2 * R1 * r1 * c
+                e2 = x2**2 + y2**2 + z2**2 - self.L2**2
+                e3 = x2**2 + y3**2 + z3**2 - self.L3**2
+                # halves of the partial derivatives by x, w, alpha
+                j11, j12, j13 = x1, y * t + w, y * dy + R1 * r1 * s
+                j21, j22, j23 = x2, y2 * t + z2, y2 * (dy - darm) - z2 * R2 * c
+                j31, j32, j33 = x2, y3 * t + z3, y3 * (dy + darm) + z3 * R2 * c
+                m1, m2, m3 = j22 * j33 - j23 * j32, j23 * j31 - j21 * j33, j21 * j32 - j22 * j31
+                det = 2 * (j11 * m1 + j12 * m2 + j13 * m3)
+                dx = (e1 * m1 + e2 * (j13 * j32 - j12 * j33) + e3 * (j12 * j23 - j13 * j22)) / det
+                dw = (e1 * m2 + e2 * (j11 * j33 - j13 * j31) + e3 * (j13 * j21 - j11 * j23)) / det
+                da = (e1 * m3 + e2 * (j12 * j31 - j11 * j32) + e3 * (j11 * j22 - j12 * j21)) / det
+                # The tilt may not jump over the crossing of the rods, where y has a pole.
+                scale = np.minimum(1.0, 0.3 / np.abs(da))
+                x, w, a = x - scale * dx, w - scale * dw, a - scale * da
+                if bool((np.abs(da) < NEWTON_STEP).all() and (np.abs(dx) + np.abs(dw) < NEWTON_STEP * self.L1).all()):
+                    break
+            c, s = np.cos(a), np.sin(a)
+            y = -w * R1 * s / (R1 * c - r1)
+            position = np.stack([x, y, rho1 + w], axis=-1)
+            converged = (np.abs(da) < NEWTON_STEP) & (np.abs(dx) + np.abs(dw) < NEWTON_STEP * self.L1)
+            ok = converged & self._in_working_mode(position, a, rho)
+        position[~ok] = np.nan
+        a[~ok] = np.nan
+        return position, a, ok
+
+    def _in_working_mode(self, position: Array, alpha: Array, rho: Array) -> Mask:
+        """Rods closed, uncrossed, and every slider attachment above the platform's."""
+        z = position[:, 2]
+        lean = self.R2 * np.sin(alpha)
+        above = (rho[:, 0] < z) & (rho[:, 1] < z - lean) & (rho[:, 2] < z + lean)
+        scale = (self.L1 / 850.0) ** 2  # the residual is a length squared
+        closed = (np.abs(self.rod_residuals(position, alpha, rho)) < ROD_RESIDUAL_MM2 * max(scale, 1.0)).all(axis=0)
+        return above & closed & (np.abs(alpha) < self.crossing_angle)
+
+    def rod_residuals(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """Left-hand sides of the rod equations (3), (4), (5), (6), shape (4, ...), mm2."""
+        x, y, z = position[..., 0], position[..., 1], position[..., 2]
+        c, s = np.cos(alpha), np.sin(alpha)
+        x1, x2 = x + self.leg1_x_offset, x + self.leg23_x_offset
+        arm1, arm2 = self.R1 * c - self.r1, self.R2 * c - self.r4
+        drop1, lean1, lean2 = z - rho[..., 0], self.R1 * s, self.R2 * s
+        return np.stack(
+            [
+                x1**2 + (y + arm1) ** 2 + (drop1 + lean1) ** 2 - self.L1**2,
+                x1**2 + (y - arm1) ** 2 + (drop1 - lean1) ** 2 - self.L1**2,
+                x2**2 + (y - arm2) ** 2 + (z - lean2 - rho[..., 1]) ** 2 - self.L2**2,
+                x2**2 + (y + arm2) ** 2 + (z + lean2 - rho[..., 2]) ** 2 - self.L3**2,
+            ]
+        )
+
+    # --- margins --------------------------------------------------------------------------
+
+    def geometry_margins(self, position: Array, alpha: Array) -> Array:
+        """Vertical drops of the three legs (mm), then R1 cos(alpha) - r1 (mm); shape (..., 4)."""
+        c = np.cos(alpha)
+        drops = np.sqrt(np.maximum(self._radicands(position[..., 0], position[..., 1], c), 0.0))
+        return np.stack([drops[0], drops[1], drops[2], self.R1 * c - self.r1], axis=-1)
+
+    def margin_names(self, serial_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` measures, with thresholds (mm)."""
+        drops = tuple(
+            Margin("vertical drop of a rod", "VP202", joint, "mm", serial_singularity, 2 * serial_singularity)
+            for joint in self.actuators
+        )
+        return (*drops, Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0))

@@ -1,0 +1,64 @@
+"""Polynomials that stand for a smooth function over a short span, with bounds between the samples.
+
+A span is sampled at Chebyshev points. The Bernstein coefficients of the interpolating polynomial
+enclose its values (and those of its derivatives), and the last Chebyshev coefficients tell how well
+it stands for the function. Where an enclosure is too wide to decide, the span is halved.
+"""
+
+from math import comb
+from typing import Final
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Samples per span: degree 7. Over 20 degrees of rotation or 50 mm the machine's joints are
+#: represented to 1e-11 mm, and three derivatives of a polynomial of degree 7 are still of degree 4.
+NODES: Final = 8
+_POINTS: Final = np.asarray(chebyshev.chebpts1(NODES), dtype=np.float64)
+#: Positions of the samples in a span, from 0 to 1 (both ends excluded).
+SAMPLES: Final[Array] = np.asarray(0.5 * (_POINTS + 1.0), dtype=np.float64)
+#: Values at the samples -> Chebyshev coefficients.
+_TO_CHEBYSHEV: Final[Array] = np.linalg.inv(np.asarray(chebyshev.chebvander(_POINTS, NODES - 1), dtype=np.float64))
+
+
+def _bernstein_matrix(degree: int) -> Array:
+    """Monomials on [0, 1] -> Bernstein coefficients of the same degree."""
+    return np.array(
+        [[comb(i, k) / comb(degree, k) if k <= i else 0.0 for k in range(degree + 1)] for i in range(degree + 1)]
+    )
+
+
+def _enclosures() -> list[Array]:
+    """Samples -> Bernstein coefficients of derivatives 0 to 3 by the span's own 0..1 parameter."""
+    monomials = np.linalg.inv(np.vander(SAMPLES, NODES, increasing=True))
+    found = []
+    for order in range(4):
+        degree = NODES - 1 - order
+        derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T]).T
+        found.append(_bernstein_matrix(degree) @ derived[: degree + 1])
+    return found
+
+
+_ENCLOSE: Final[list[Array]] = _enclosures()
+
+
+def tail(values: Array) -> Array:
+    """Size of the last two Chebyshev coefficients: values (n, NODES, k) -> (n, k)."""
+    return np.abs(np.einsum("cj,njk->nck", _TO_CHEBYSHEV[-2:], values)).sum(axis=1)
+
+
+def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
+    """Lower and upper bound (n, k) of a derivative by the span's own 0..1 parameter.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, NODES, k)
+        Samples.
+    order : int
+        0 to 3.
+    """
+    coefficients = np.einsum("cj,njk->nck", _ENCLOSE[order], values)
+    return coefficients.min(axis=1), coefficients.max(axis=1)

@@ -1,0 +1,1 @@
+"""One file a kind of table: frame changes and the meaning of program coordinates on it."""

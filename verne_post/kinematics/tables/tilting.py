@@ -1,0 +1,127 @@
+"""The tilting rotary table: a tilt A about x that carries a rotary C about z, which carries the part.
+
+Everything here is the *nominal trunnion machine*: the same table under a spindle that never leans.
+Its gauge-line point is the bridge to the parallel module, and its coordinates are what G53, G28,
+G30 and G10 L2 speak of (docs/conventions.md). mm and rad, workpiece sense, unless a name says deg.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import rotate_x, rotate_z
+from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.model.moves import Frame
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class TiltingTable:
+    """Geometry and senses of the table; implements ``TableCoordinates``.
+
+    Attributes
+    ----------
+    pivot : ndarray, shape (3,)
+        A point on the tilt axis, base frame.
+    rotary_offset : ndarray, shape (3,)
+        From there to the rotary centre, tilt frame at A = 0 (z up).
+    machine_zero : ndarray, shape (3,)
+        Origin of machine coordinates over the rotary centre, at A = 0 (z up).
+    a_sign, c_sign : float
+        +1 where the machine file names the workpiece's motion, -1 where it names the tool's (ISO 841).
+    """
+
+    pivot: Array
+    rotary_offset: Array
+    machine_zero: Array
+    a_sign: float = 1.0
+    c_sign: float = 1.0
+
+    @property
+    def axes(self) -> str:
+        """Letters of the axes that a program may name."""
+        return "XYZAC"
+
+    # --- the nominal machine ---------------------------------------------------------------
+
+    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Gauge-line point of the nominal machine, seen from the pivot in the upright frame.
+
+        Parameters
+        ----------
+        tip : ndarray, shape (..., 3)
+            Table frame.
+        angles : ndarray, shape (..., 2)
+            Nominal A and C.
+        tool_length : ndarray, shape (...) or float
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            ``Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, tool_length)``.
+        """
+        turned = rotate_x(self.rotary_offset + rotate_z(tip, angles[..., 1]), angles[..., 0])
+        turned[..., 2] += tool_length
+        return turned
+
+    def tip_of_gauge(self, gauge: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Inverse of :meth:`gauge_point`: tip in the table frame."""
+        turned = np.array(gauge, dtype=float)
+        turned[..., 2] -= tool_length
+        return rotate_z(rotate_x(turned, -angles[..., 0]) - self.rotary_offset, -angles[..., 1])
+
+    # --- program, table and machine coordinates ------------------------------------------------
+
+    def work_origin(self, offset_mm: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Origin in machine coordinates of a work offset given in the table frame: o - machine_zero."""
+        x, y, z = (float(v) for v in np.asarray(offset_mm) - self.machine_zero)
+        return x, y, z
+
+    def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
+        """Program coordinates (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2)."""
+        shifted = np.asarray(program, dtype=float) + np.asarray(frame.g92)
+        origin = np.asarray(frame.origin)
+        tip = self.machine_zero + origin[:3] + self.displacement(shifted[..., :3], frame)
+        a = self.a_sign * RAD_PER_DEG * (shifted[..., 3] + origin[3])
+        c = self.c_sign * RAD_PER_DEG * (shifted[..., 5] + origin[5]) - RAD_PER_DEG * frame.part_turn
+        return tip, np.stack([a, c], axis=-1)
+
+    def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
+        """Inverse of :meth:`to_table`; the axes that the table lacks are 0."""
+        origin = np.asarray(frame.origin)
+        program = np.zeros((*np.shape(tip)[:-1], 9))
+        program[..., :3] = rotate_z(tip - self.machine_zero - origin[:3], -self._turn(frame))
+        program[..., 3] = self.a_sign * DEG_PER_RAD * angles[..., 0] - origin[3]
+        program[..., 5] = self.c_sign * (DEG_PER_RAD * angles[..., 1] + frame.part_turn) - origin[5]
+        return program - np.asarray(frame.g92)
+
+    def displacement(self, vector: Array, frame: Frame) -> Array:
+        """Turn displacements (..., 3) of the program into the table frame."""
+        return rotate_z(np.asarray(vector, dtype=float), self._turn(frame))
+
+    def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
+        """A point and a direction (..., 3) of the table frame in the work frame of ``frame``."""
+        turn = -self._turn(frame)
+        return rotate_z(point - self.machine_zero - np.asarray(frame.origin)[:3], turn), rotate_z(axis, turn)
+
+    @staticmethod
+    def _turn(frame: Frame) -> float:
+        return RAD_PER_DEG * (frame.turn + frame.part_turn)
+
+    def to_machine(self, program: Array, frame: Frame) -> Array:
+        """Machine coordinates: gauge line over machine zero, nominal angles in the file's sense."""
+        tip, angles = self.to_table(program, frame)
+        machine = np.zeros(np.shape(program))
+        machine[..., :3] = self.gauge_point(tip, angles, frame.tool_length) - self.rotary_offset - self.machine_zero
+        machine[..., 3] = self.a_sign * DEG_PER_RAD * angles[..., 0]
+        machine[..., 5] = self.c_sign * DEG_PER_RAD * angles[..., 1]
+        return machine
+
+    def to_program(self, machine: Array, frame: Frame) -> Array:
+        """Program coordinates in ``frame`` of a machine position."""
+        machine = np.asarray(machine, dtype=float)
+        angles = RAD_PER_DEG * np.stack([self.a_sign * machine[..., 3], self.c_sign * machine[..., 5]], axis=-1)
+        gauge = machine[..., :3] + self.rotary_offset + self.machine_zero
+        return self.from_table(self.tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)

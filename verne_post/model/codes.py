@@ -1,0 +1,314 @@
+"""The registry of finding codes: one row a code, with what `verne-post explain CODE` prints."""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+Severity = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True)
+class Code:
+    """What a finding code means, what the program does about it, and how a person mends it."""
+
+    code: str
+    title: str
+    severity: Severity
+    meaning: str
+    remedy: str
+
+
+def _table(*rows: tuple[str, str, Severity, str, str]) -> dict[str, Code]:
+    return {row[0]: Code(*row) for row in rows}
+
+
+CODES: Final[dict[str, Code]] = _table(
+    # --- VP0xx: text and modal state ------------------------------------------------------
+    (
+        "VP001",
+        "unreadable block",
+        "error",
+        "The characters of the block do not form words of a letter and a number.",
+        "Write a letter followed by a number; comments stand in ( ) on one line or after a ;.",
+    ),
+    (
+        "VP002",
+        "unknown or unsupported code",
+        "error",
+        "The word is not part of the language, or not supported by this version; it is never skipped.",
+        "Remove the word, or post the program without it.",
+    ),
+    (
+        "VP003",
+        "two codes of one modal group",
+        "error",
+        "Two G or M codes of the same modal group stand in one block.",
+        "Keep one of them, or write two blocks.",
+    ),
+    ("VP004", "repeated word", "error", "A letter stands twice in one block.", "Keep one of them."),
+    (
+        "VP005",
+        "missing word",
+        "error",
+        "A code needs a word that is not in its block.",
+        "Add the word that the message names.",
+    ),
+    (
+        "VP006",
+        "word without a use",
+        "error",
+        "Nothing in the block uses this word.",
+        "Remove it, or add the code that it belongs to.",
+    ),
+    (
+        "VP007",
+        "number out of range",
+        "error",
+        "The number of a word is outside what the word allows.",
+        "Use a value that the message names.",
+    ),
+    (
+        "VP008",
+        "impossible arc",
+        "error",
+        "Start, end and centre or radius of the arc do not fit together.",
+        "Post the arc with more decimals, or as straight moves.",
+    ),
+    (
+        "VP009",
+        "feed missing",
+        "error",
+        "A feed move has no feed: F is zero, was never given, or must stand in each block (G93).",
+        "Give F.",
+    ),
+    (
+        "VP010",
+        "program does not end",
+        "error",
+        "The file ends without M2, M30 or a closing %.",
+        "End it with M2 or M30.",
+    ),
+    (
+        "VP011",
+        "axis that the machine lacks",
+        "error",
+        "The program names an axis that this machine does not have.",
+        "Post the program for an A, C machine.",
+    ),
+    (
+        "VP012",
+        "tool length unknown",
+        "error",
+        "The tool length that the program needs has not been said.",
+        "Give --tool-length, --tool-table with the tool, or G10 L1 in the program.",
+    ),
+    (
+        "VP013",
+        "position unknown",
+        "error",
+        "An incremental move, an arc or a G92 needs a position that no absolute word has named yet.",
+        "Name the axis with G90 first.",
+    ),
+    (
+        "VP014",
+        "stop for a person",
+        "error",
+        "M0, M6 or M60 after the motion has begun: a stream of setpoints cannot wait.",
+        "Split the program there.",
+    ),
+    (
+        "VP015",
+        "machine coordinates unknown",
+        "error",
+        "G28 or G30 needs a [home] position in the machine file, or the words do not fit the state.",
+        "Add [home] to the machine file, or use G53.",
+    ),
+    (
+        "VP016",
+        "tool length changed under tilt",
+        "error",
+        "After a change of tool length with the table tilted, the next move must be a rapid in absolute terms.",
+        "Follow the change with a G0 that names the position.",
+    ),
+    (
+        "VP017",
+        "modal state forbids it",
+        "error",
+        "The code is not allowed in the present modal state.",
+        "Change the mode that the message names first.",
+    ),
+    (
+        "VP018",
+        "unusable option",
+        "error",
+        "An option contradicts the program.",
+        "Change the option that the message names.",
+    ),
+    (
+        "VP019",
+        "unreadable tool table",
+        "error",
+        "A line of the tool table is not of the form 'T1 P1 Z50 D6 ; remark'.",
+        "Mend the line that the message names.",
+    ),
+    (
+        "VP020",
+        "unreadable setpoint file",
+        "error",
+        "The setpoint file does not have the columns or the numbers that the machine needs.",
+        "Write it with verne-post convert, or mend the row that the message names.",
+    ),
+    (
+        "VP021",
+        "nothing to do",
+        "error",
+        "The program contains no motion and no dwell.",
+        "Check that this is the right file.",
+    ),
+    # --- VP1xx: position limits and reach --------------------------------------------------
+    (
+        "VP101",
+        "slider travel",
+        "error",
+        "A slider coordinate leaves its travel.",
+        "Move the part on the table (--wcs), or tilt differently.",
+    ),
+    (
+        "VP102",
+        "tilt range",
+        "error",
+        "The actuated tilt A (the programmed tilt plus the platform's lean) leaves its range.",
+        "Tilt less, or post with the other table solution.",
+    ),
+    (
+        "VP103",
+        "rotary range",
+        "error",
+        "The rotary axis C leaves its range.",
+        "Unwind C in the program, or use a machine file without c_deg.",
+    ),
+    (
+        "VP110",
+        "out of reach",
+        "error",
+        "No real solution of the rod equations exists: the rods are too short for this pose.",
+        "Move the part towards the middle of the workspace (--wcs), or use a shorter tool.",
+    ),
+    # --- VP2xx: singularity, rod crossing, clearance ----------------------------------------
+    (
+        "VP201",
+        "rod crossing",
+        "error",
+        "Every real solution has R1 cos(alpha) <= r1: the rods of leg I would cross.",
+        "Move the part towards the middle of the workspace (--wcs).",
+    ),
+    (
+        "VP202",
+        "near a serial singularity",
+        "warning",
+        "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. "
+        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that.",
+        "Move the part towards the middle of the workspace (--wcs).",
+    ),
+    (
+        "VP203",
+        "near a parallel singularity",
+        "warning",
+        "The scaled determinant of the parallel Jacobian comes close to zero.",
+        "Move the part towards the middle of the workspace (--wcs).",
+    ),
+    (
+        "VP210",
+        "below the table face",
+        "error",
+        "The tool tip or the spindle nose is below the table face, inside the table's radius.",
+        "Raise the part's zero (--wcs), or use a longer tool.",
+    ),
+    # --- VP3xx: branches ------------------------------------------------------------------------
+    (
+        "VP301",
+        "flip, rewind or another branch",
+        "error",
+        "The motion needs another table solution, or another turn of C, than the one programmed.",
+        "Post the program so that it stays on one branch.",
+    ),
+    # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
+    (
+        "VP401",
+        "velocity beyond its limit",
+        "error",
+        "First differences of the written setpoints exceed the velocity limit.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP402",
+        "acceleration beyond its limit",
+        "error",
+        "Second differences of the written setpoints exceed the acceleration limit.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP403",
+        "jerk beyond its limit",
+        "error",
+        "Third differences of the written setpoints exceed the jerk limit.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP404",
+        "feed exceeded",
+        "error",
+        "The tool moves faster along the piece than programmed.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP410",
+        "feed not reached",
+        "note",
+        "The programmed feed was not reached on some pieces, because of an axis limit.",
+        "Nothing needs mending; the summary says where and how much.",
+    ),
+    (
+        "VP411",
+        "off the programmed path",
+        "error",
+        "The forward kinematics of a row lies farther from the programmed piece than the tolerance.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP412",
+        "incomplete",
+        "error",
+        "The file does not begin at the start pose, does not end at the last pose, or skips a piece.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP413",
+        "progress runs back",
+        "error",
+        "The rows do not follow the program in its order.",
+        "The file is not fit to run.",
+    ),
+    (
+        "VP420",
+        "no time law found",
+        "error",
+        "The solver found no time law for a piece; there is no verdict on the program.",
+        "Report the program; a longer control cycle or a simpler piece may help.",
+    ),
+    # --- VP5xx: machine file ----------------------------------------------------------------
+    (
+        "VP501",
+        "machine file",
+        "error",
+        "The machine file is missing, is not TOML, or a key of it is unknown, missing or out of bounds.",
+        "Mend the key that the message names; `verne-post machine show` prints a good file.",
+    ),
+    # --- VP9xx: internal ----------------------------------------------------------------------
+    (
+        "VP901",
+        "our own verification failed",
+        "error",
+        "What was about to be written did not pass verification. Nothing was written.",
+        "Please report it with the program and the machine file.",
+    ),
+)

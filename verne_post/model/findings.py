@@ -1,0 +1,71 @@
+"""Findings: what is wrong with a program, as data. Every room returns them, output prints them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from verne_post.model.codes import CODES, Severity
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One entry of a report.
+
+    Attributes
+    ----------
+    code : str
+        Key of :data:`verne_post.model.codes.CODES`.
+    severity : {"error", "warning", "note"}
+    message : str
+        One sentence: what is wrong and what would be right.
+    line, last_line, worst_line : int or None
+        1-based source lines of a stretch of moves; None where no line is concerned.
+    column : int or None
+        1-based column of the offending character, for errors in the text.
+    axis : str or None
+        The joint concerned, as in the machine's columns ("rho2", "a").
+    value, limit : float or None
+        In ``unit``, with the sign convention of the machine file.
+    count : int
+        Number of moves (or rows) that the finding stands for.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    line: int | None = None
+    last_line: int | None = None
+    worst_line: int | None = None
+    column: int | None = None
+    axis: str | None = None
+    value: float | None = None
+    limit: float | None = None
+    unit: str | None = None
+    count: int = 1
+
+
+def finding(code: str, message: str, **where: object) -> Finding:
+    """Build a finding whose severity is the code's own, unless ``severity=`` is given."""
+    where.setdefault("severity", CODES[code].severity)
+    return Finding(code=code, message=message, **where)  # type: ignore[arg-type]
+
+
+def worst(findings: Iterable[Finding]) -> Severity | None:
+    """Return the gravest severity among findings, None when there are none."""
+    found = {item.severity for item in findings}
+    order: tuple[Severity, ...] = ("error", "warning", "note")
+    return next((severity for severity in order if severity in found), None)
+
+
+class InputError(Exception):
+    """The input cannot be used at all; carries the findings that say why."""
+
+    def __init__(self, *findings: Finding) -> None:
+        super().__init__("; ".join(item.message for item in findings))
+        self.findings = findings
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (type(self), self.findings)
+
+
+class SolverError(InputError):
+    """A solver gave up: there is no verdict (exit status 3)."""

@@ -1,0 +1,116 @@
+"""The machine as the rooms see it: frozen values, lengths in mm, angles in rad, times in s."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.protocols import FiveAxis, ParallelModule, TableCoordinates
+
+Array = NDArray[np.float64]
+
+#: The two joints of the tilting rotary table, behind the module's actuators.
+TABLE_JOINTS: Final = ("a", "c")
+
+
+@dataclass(frozen=True)
+class Column:
+    """How an actuated joint is written: ``file value = inside value * factor``.
+
+    The factor carries the unit (degrees) and the sense of the machine file (sign).
+    """
+
+    joint: str
+    unit: str
+    factor: float
+
+    @property
+    def header(self) -> str:
+        """Name of the column in a setpoint file."""
+        return f"{self.joint}_{self.unit}"
+
+    @property
+    def code(self) -> str:
+        """Finding code of this joint's travel."""
+        return {"a": "VP102", "c": "VP103"}.get(self.joint, "VP101")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the actuated joints, each of shape (n_joints,), in workpiece sense.
+
+    ``lower`` and ``upper`` are infinite for an unlimited joint. ``serial_singularity`` is the
+    smallest vertical drop of a rod, mm.
+    """
+
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+    serial_singularity: float
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Defaults of G64: tip tolerance in mm, axis tolerance in rad."""
+
+    tip: float
+    axis: float
+
+
+@dataclass(frozen=True)
+class Home:
+    """Stored positions of G28 and G30: machine coordinates x, y, z in mm, a, c in degrees."""
+
+    g28: tuple[float, float, float, float, float]
+    g30: tuple[float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One machine: kinematics, limits, control, and where every number comes from.
+
+    The functions :meth:`inverse` and :meth:`forward` speak the table frame, mm and rad, workpiece
+    sense, whatever the senses of the machine file.
+    """
+
+    name: str
+    kind: str
+    sha256: str
+    module: ParallelModule
+    five_axis: FiveAxis
+    coordinates: TableCoordinates
+    columns: tuple[Column, ...]
+    limits: Limits
+    accuracy: Accuracy
+    home: Home | None
+    table_radius: float
+    cycle: float
+    provenance: dict[str, str]
+
+    def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, NDArray[np.bool_]]:
+        """Joint values of five-axis poses.
+
+        Parameters
+        ----------
+        tip : ndarray, shape (..., 3)
+            Tool tip in the table frame, mm.
+        axis : ndarray, shape (..., 3)
+            Unit tool axis in the table frame, from tip to spindle.
+        tool_length : ndarray, shape (...) or float
+            Gauge line to tip, mm.
+
+        Returns
+        -------
+        q : ndarray, shape (..., n_joints)
+            mm and rad; the table solution with tilt b in [0, pi] and C in (-pi, pi]. NaN where ``ok`` is False.
+        ok : ndarray of bool, shape (...)
+            True where a real solution in the working mode exists; travel is judged elsewhere.
+        """
+        return self.five_axis.inverse(tip, axis, tool_length)
+
+    def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Pose of joint values: ``(tip, axis, ok)``, shapes and frames as in :meth:`inverse`."""
+        return self.five_axis.forward(q, tool_length)

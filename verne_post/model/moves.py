@@ -1,0 +1,175 @@
+"""Moves: what a program says, with all modal state resolved. Made by gcode, read by toolpath.
+
+Positions are what an interpreter reports: absolute, program coordinates of the active work system
+with tool offset and G92 taken out, mm and degrees whatever the program's units, in the order
+X Y Z A B C U V W. Every row knows its source line.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Vector9 = tuple[float, float, float, float, float, float, float, float, float]
+
+AXES: Final = "XYZABCUVW"
+ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class MoveKind(IntEnum):
+    """Kind of a move."""
+
+    RAPID = 0
+    FEED = 1
+    ARC = 2
+    DWELL = 3
+
+
+class FeedMode(IntEnum):
+    """G94, G93, G95."""
+
+    PER_MINUTE = 0
+    INVERSE = 1
+    PER_REVOLUTION = 2
+
+
+class PathMode(IntEnum):
+    """G61, G61.1, G64."""
+
+    EXACT_PATH = 0
+    EXACT_STOP = 1
+    BLEND = 2
+
+
+@dataclass(frozen=True)
+class PathControl:
+    """How exactly corners are taken.
+
+    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm; None means not said.
+    """
+
+    mode: PathMode = PathMode.BLEND
+    tolerance: float | None = None
+    merge: float | None = None
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Everything that lies between program coordinates and machine coordinates.
+
+    Lengths in mm, angles in degrees in the sense of the machine file (``part_turn``: workpiece sense).
+
+    Attributes
+    ----------
+    system : int
+        1 to 9 for G54 to G59.3.
+    origin : Vector9
+        The system's origin in machine coordinates (parameters 5221 ...).
+    turn : float
+        R of G10 L2: turns X and Y only.
+    part_turn : float
+        c of ``--wcs``: how far the part is turned on the table.
+    g92 : Vector9
+        Offset of G92 or G52 in force.
+    tool : Vector9
+        Tool offset in force; the length is its third entry.
+    """
+
+    system: int = 1
+    origin: Vector9 = ZERO9
+    turn: float = 0.0
+    part_turn: float = 0.0
+    g92: Vector9 = ZERO9
+    tool: Vector9 = ZERO9
+
+    @property
+    def tool_length(self) -> float:
+        """Gauge line to tip, mm."""
+        return self.tool[2]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that is not motion: spindle, coolant, tool, stop, message.
+
+    ``before`` is the index of the move that follows it (the number of moves so far).
+    """
+
+    line: int
+    kind: str
+    before: int
+    data: dict[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """The arcs among the moves, in order; row ``Moves.arc[i]`` belongs to move i.
+
+    Attributes
+    ----------
+    plane : ndarray of int8, shape (m,)
+        0 XY, 1 ZX, 2 YZ.
+    center : ndarray, shape (m, 3)
+        Program coordinates; the entry normal to the plane is that of the start.
+    turns : ndarray of int32, shape (m,)
+        Signed, counter-clockwise positive; 1 = up to one full turn.
+    sweep : ndarray, shape (m,)
+        Signed angle in degrees.
+    """
+
+    plane: NDArray[np.int8]
+    center: Array
+    turns: NDArray[np.int32]
+    sweep: Array
+
+
+@dataclass(frozen=True)
+class Moves:
+    """The program as a table, one row a motion or dwell, in order of execution.
+
+    Attributes
+    ----------
+    line : ndarray of int32, shape (n,)
+    kind : ndarray of int8, shape (n,)
+        :class:`MoveKind`.
+    end : ndarray, shape (n, 9)
+        mm and degrees.
+    feed : ndarray, shape (n,)
+        mm/min, deg/min for rotary-only moves; the speed that results for inverse time; mm per
+        revolution for G95; NaN for rapids; seconds for dwells.
+    feed_mode : ndarray of int8, shape (n,)
+        :class:`FeedMode`.
+    spindle : ndarray, shape (n,)
+        Spindle speed (1/min) in force, 0 when it stands.
+    frame : ndarray of int32, shape (n,)
+        Index into ``frames``.
+    control : ndarray of int32, shape (n,)
+        Index into ``controls``.
+    arc : ndarray of int32, shape (n,)
+        Index into ``arcs``, -1 for other moves.
+    start : ndarray, shape (9,)
+        Where the program starts, program coordinates of ``start_frame``.
+    start_frame : Frame
+    """
+
+    line: NDArray[np.int32]
+    kind: NDArray[np.int8]
+    end: Array
+    feed: Array
+    feed_mode: NDArray[np.int8]
+    spindle: Array
+    frame: NDArray[np.int32]
+    control: NDArray[np.int32]
+    arc: NDArray[np.int32]
+    arcs: Arcs
+    frames: tuple[Frame, ...]
+    controls: tuple[PathControl, ...]
+    events: tuple[Event, ...]
+    start: Array
+    start_frame: Frame
+
+    def __len__(self) -> int:
+        return len(self.line)

@@ -1,0 +1,64 @@
+"""Options of a conversion: plain data, picklable, no files."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from verne_post.model.moves import Vector9
+
+
+@dataclass(frozen=True)
+class Tool:
+    """One line of a tool table: offsets in mm and degrees, diameter in mm."""
+
+    number: int
+    pocket: int
+    offset: Vector9
+    diameter: float = 0.0
+
+
+@dataclass(frozen=True)
+class WorkOffset:
+    """Where the part's zero sits on the table (mm, table frame) and how far the part is turned (deg)."""
+
+    origin_mm: tuple[float, float, float]
+    turn_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may choose for one program.
+
+    Attributes
+    ----------
+    tool_length : float or None
+        mm; holds throughout when given, the program's words do not change it.
+    tools : mapping or None
+        Tool table by number; None when there is none.
+    wcs : mapping
+        Work offsets by system number (1 = G54).
+    cycle : float or None
+        Control cycle in s, in place of the machine file's.
+    decimals : int or None
+        Decimals of every column; None chooses them per column.
+    accept_rounding : bool
+        Write even where the rounding noise of the given decimals exceeds a limit.
+    approach : None, "home" or tuple of float
+        Where the machine stands before the program: home, or joint values in file units.
+    block_delete : bool
+        Skip blocks that begin with a slash.
+    optional_stop : bool
+        M1 stops.
+    source_name : str
+        Name of the program in messages.
+    """
+
+    tool_length: float | None = None
+    tools: Mapping[int, Tool] | None = None
+    wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
+    cycle: float | None = None
+    decimals: int | None = None
+    accept_rounding: bool = False
+    approach: str | tuple[float, ...] | None = None
+    block_delete: bool = False
+    optional_stop: bool = False
+    source_name: str = "program"

@@ -1,0 +1,48 @@
+"""The facts of one conversion: what the summary paragraph says and `--meta` writes."""
+
+from dataclasses import dataclass
+
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Event, Frame
+from verne_post.model.options import Options
+from verne_post.model.setpoints import SetpointFormat
+from verne_post.model.verification import Verification
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """Facts of one conversion.
+
+    Attributes
+    ----------
+    cycle_time : float
+        Duration of the file, s.
+    n_stops : int
+        Standstills between the first and the last motion.
+    feed_pieces, feed_reached : int
+        Pieces with a feed, and those that reach it.
+    blending_asked : bool
+        The program gives a G64 tolerance.
+    start : tuple of float
+        The first row, in file units: the machine must already stand there.
+    frames : tuple of Frame
+        Work systems in use.
+    verification : Verification or None
+        None when nothing was written (`check`).
+    """
+
+    source: bytes
+    machine: Machine
+    options: Options
+    cycle_time: float
+    n_rows: int
+    n_pieces: int
+    n_stops: int
+    feed_pieces: int
+    feed_reached: int
+    blending_asked: bool
+    start: tuple[float, ...]
+    frames: tuple[Frame, ...]
+    events: tuple[Event, ...]
+    format: SetpointFormat
+    verification: Verification | None

@@ -1,0 +1,114 @@
+"""The tool path as a table of pieces in the table frame. Made by toolpath, read by kinematics and verify.
+
+A *piece* is one programmed motion, with parameter u from 0 to 1. A *run* is a sequence of pieces
+between two standstills; its path parameter s adds up the lengths of its pieces.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+class PieceKind(IntEnum):
+    """Shape of a piece."""
+
+    LINE = 0
+    ARC = 1
+    JOINT = 2
+
+
+@dataclass(frozen=True)
+class ArcPieces:
+    """Geometry of arc pieces in the table frame.
+
+    ``tip(u) = center + r(u) (cos(u sweep) e1 + sin(u sweep) e2) + u rise``,
+    ``r(u) = r0 + u (r1 - r0)``: radii differ by what the program's decimals leave open.
+
+    Attributes
+    ----------
+    center, e1, e2, rise : ndarray, shape (m, 3)
+        mm; e1 and e2 are orthogonal unit vectors, e1 points from the centre to the start.
+    r0, r1 : ndarray, shape (m,)
+        Radius at start and end, mm.
+    sweep : ndarray, shape (m,)
+        rad, positive from e1 to e2.
+    """
+
+    center: Array
+    e1: Array
+    e2: Array
+    rise: Array
+    r0: Array
+    r1: Array
+    sweep: Array
+
+
+@dataclass(frozen=True)
+class ToolPath:
+    """All motion of a program.
+
+    Attributes
+    ----------
+    line : ndarray of int32, shape (n,)
+        Source line; 0 for an approach that the program does not contain.
+    kind : ndarray of int8, shape (n,)
+        :class:`PieceKind`.
+    start, end : ndarray, shape (n, 5)
+        Tip in the table frame (mm) and nominal angles A, C (rad, workpiece sense, unwrapped).
+        For JOINT pieces these are the poses at both ends.
+    tool_length : ndarray, shape (n,)
+        Gauge line to tip, mm.
+    feed_time : ndarray, shape (n,)
+        Seconds that the piece takes at the programmed feed, 0 for rapids.
+    length : ndarray, shape (n,)
+        Metric length: tip path and rotation together, mm.
+    arc : ndarray of int32, shape (n,)
+        Row of ``arcs``, -1 for other pieces.
+    joints : ndarray, shape (k, 2, n_joints)
+        Joint values at both ends of the JOINT pieces, mm and rad.
+    joint : ndarray of int32, shape (n,)
+        Row of ``joints``, -1 for other pieces.
+    move : ndarray of int32, shape (n,)
+        Row of the Moves table, -1 for an approach.
+    run : ndarray of int32, shape (n,)
+        The run that the piece belongs to, 0, 1, ...
+    dwell_run : ndarray of int32, shape (d,)
+        A dwell stands before this run (the number of runs: after the last).
+    dwell_seconds : ndarray, shape (d,)
+    dwell_line : ndarray of int32, shape (d,)
+    first_pose : ndarray, shape (5,)
+        Where the program starts, as ``start``.
+    first_tool_length : float
+    """
+
+    line: Ints
+    kind: NDArray[np.int8]
+    start: Array
+    end: Array
+    tool_length: Array
+    feed_time: Array
+    length: Array
+    arc: Ints
+    arcs: ArcPieces
+    joints: Array
+    joint: Ints
+    move: Ints
+    run: Ints
+    dwell_run: Ints
+    dwell_seconds: Array
+    dwell_line: Ints
+    first_pose: Array
+    first_tool_length: float
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    @property
+    def n_runs(self) -> int:
+        """Number of runs."""
+        return int(self.run[-1]) + 1 if len(self.run) else 0

@@ -1,0 +1,1 @@
+"""Everything that becomes bytes: setpoint files, findings, dumps, summaries."""

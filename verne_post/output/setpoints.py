@@ -1,0 +1,114 @@
+"""Setpoint files: the table of formats, each with a writer; and the reader of the default one."""
+
+from collections.abc import Callable, Iterator
+from typing import IO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Column
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.output.rounding import MAX_DECIMALS, time_decimals
+
+_READ_ROWS: Final = 8192
+
+
+def csv_header(columns: tuple[Column, ...]) -> str:
+    """``t_s,rho1_mm,...,line``."""
+    return ",".join(["t_s", *(column.header for column in columns), "line"]) + "\n"
+
+
+def csv_rows(block: SetpointBlock) -> str:
+    """Rows of a block as text."""
+    fmt = block.format
+    row = ",".join([f"%.{fmt.time_decimals}f", *(f"%.{d}f" for d in fmt.decimals), "%d"]) + "\n"
+    n = len(block.values)
+    time = (block.first + np.arange(n)) * fmt.cycle
+    table = np.column_stack([time, block.values, block.line])
+    return (row * n) % tuple(table.ravel().tolist())
+
+
+#: Formats of setpoint files: name -> (header, rows).
+FORMATS: Final[dict[str, tuple[Callable[[tuple[Column, ...]], str], Callable[[SetpointBlock], str]]]] = {
+    "csv": (csv_header, csv_rows),
+}
+
+
+def read_csv(stream: IO[str], name: str, columns: tuple[Column, ...], cycle: float) -> Iterator[SetpointBlock]:
+    """Read a setpoint file block by block.
+
+    Parameters
+    ----------
+    stream : text stream
+    name : str
+        For messages.
+    columns : tuple of Column
+        What the machine needs.
+    cycle : float
+        Control cycle in s; row k must stand at k * cycle.
+
+    Raises
+    ------
+    InputError
+        VP020: wrong columns, something that is not a number, a row out of time.
+    """
+    expected = csv_header(columns).strip()
+    header = stream.readline().strip()
+    if header != expected:
+        raise InputError(finding("VP020", f"{name}: the columns are {header!r}, expected {expected!r}"))
+    first, fmt = 0, None
+    while lines := [line for _, line in zip(range(_READ_ROWS), stream, strict=False)]:
+        table = _numbers(lines, len(columns) + 2, name, first)
+        if fmt is None:
+            fmt = _format_of(lines, cycle)
+        _check_time(table[:, 0], name, first, fmt)
+        line = table[:, -1]
+        if (line != np.round(line)).any():
+            row = int(np.argmax(line != np.round(line)))
+            raise InputError(finding("VP020", f"{name}:{first + row + 2}: the line number {line[row]} is not whole"))
+        yield SetpointBlock(first, table[:, 1:-1], line.astype(np.int32), fmt)
+        first += len(lines)
+
+
+def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.float64]:
+    try:
+        table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
+        if table.shape == (len(lines), width) and np.isfinite(table).all():
+            return table
+    except ValueError:
+        pass
+    for row, text in enumerate(lines):  # name the first bad row
+        cells = text.strip().split(",")
+        where = f"{name}:{first + row + 2}"
+        if len(cells) != width:
+            raise InputError(finding("VP020", f"{where}: {len(cells)} cells, expected {width}"))
+        for cell in cells:
+            try:
+                good = bool(np.isfinite(float(cell)))
+            except ValueError:
+                good = False
+            if not good:
+                raise InputError(finding("VP020", f"{where}: {cell!r} is not a finite number"))
+    raise InputError(finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"))
+
+
+def _format_of(lines: list[str], cycle: float) -> SetpointFormat:
+    """Decimals as written: the most that a column shows in the first rows."""
+    counts = np.array([[len(cell.partition(".")[2]) for cell in line.strip().split(",")] for line in lines[:64]]).max(
+        axis=0
+    )
+    return SetpointFormat(cycle, tuple(int(min(d, MAX_DECIMALS)) for d in counts[1:-1]), int(counts[0]))
+
+
+def _check_time(t: NDArray[np.float64], name: str, first: int, fmt: SetpointFormat) -> None:
+    expected = (first + np.arange(len(t))) * fmt.cycle
+    # half a unit of the last decimal that is written or that the cycle has
+    allowed = 0.51 * 10.0 ** -min(fmt.time_decimals, time_decimals(fmt.cycle))
+    bad = np.flatnonzero(~(np.abs(t - expected) <= allowed))
+    if len(bad):
+        row = int(bad[0])
+        raise InputError(
+            finding("VP020", f"{name}:{first + row + 2}: t_s is {t[row]:g}, expected {expected[row]:g} "
+                    f"(row {first + row} at a cycle of {fmt.cycle:g} s)")
+        )  # fmt: skip

@@ -1,0 +1,149 @@
+"""The paragraph that a conversion prints, and the side-car file of `--meta`."""
+
+import hashlib
+import json
+import textwrap
+
+import numpy as np
+
+from verne_post.base.tolerances import ROUNDING_JERK_SHARE
+from verne_post.model.machine import Machine
+from verne_post.model.summary import Summary
+from verne_post.model.verification import Verification
+from verne_post.output.rounding import rounding_noise
+
+_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+
+
+def paragraph(summary: Summary) -> str:
+    """One paragraph of plain sentences, wrapped at 100 columns."""
+    machine, options = summary.machine, summary.options
+    joints = [column.joint for column in machine.columns]
+    start = ", ".join(
+        f"{column.header} {value:.{min(d, 4)}f}"
+        for column, value, d in zip(machine.columns, summary.start, summary.format.decimals, strict=True)
+    )
+    parts = [
+        f"{options.source_name} on {machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
+        f"{1e3 * summary.format.cycle:g} ms, {summary.n_pieces} pieces, {summary.n_stops} stops between them "
+        f"(this version stops at every corner{', the G64 tolerance is not used' if summary.blending_asked else ''}).",
+        f"The machine must stand at the first row: {start}.",
+    ]
+    verdict = summary.verification
+    if verdict is not None:
+        worst = []
+        for name, ratios in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
+                             ("jerk", verdict.jerk_ratio)):  # fmt: skip
+            at = int(np.argmax(ratios))
+            worst.append(f"{name} {ratios[at]:.4f} ({joints[at]})")
+        parts.append(f"Worst of the limits in the written numbers: {', '.join(worst)}; feed {verdict.feed_ratio:.4f}.")
+        parts.append(
+            f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
+            f"axis {verdict.axis_deviation_deg:.6f} deg."
+        )
+    if summary.feed_pieces:
+        parts.append(f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves.")
+    parts += _offsets(summary)
+    parts += _stops(summary)
+    if options.decimals is not None:
+        parts.append(_rounding(summary))
+    assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
+    if assumed:
+        parts.append(f"Assumed values of the machine file, not measured ones: {', '.join(assumed)}.")
+    return textwrap.fill(" ".join(parts), width=100, break_on_hyphens=False) + "\n"
+
+
+def _offsets(summary: Summary) -> list[str]:
+    said = []
+    for frame in summary.frames:
+        name = _SYSTEMS[frame.system - 1]
+        x, y, z = (value - origin for value, origin in zip(
+            frame.origin[:3], summary.machine.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True))  # fmt: skip
+        turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
+        place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
+        if (x, y, z) == (0.0, 0.0, 0.0) and not frame.part_turn:
+            place = f"{name} at the rotary centre on the table face (no offset was said)"
+        if place not in said:
+            said.append(place)
+    return [f"Work offset: {'; '.join(said)}."]
+
+
+def _stops(summary: Summary) -> list[str]:
+    stops = [event for event in summary.events if event.kind in ("tool", "stop")]
+    if not stops:
+        return []
+    names = [
+        f"line {event.line} "
+        + (f"tool {event.data['number']}" if event.kind == "tool" else f"{event.data['stop']} stop")
+        for event in stops
+    ]
+    return [f"For a person to do before the start: {'; '.join(names)}."]
+
+
+def _rounding(summary: Summary) -> str:
+    acceleration, jerk = rounding_noise(summary.machine, summary.format)
+    parts = [
+        f"{column.joint} {a:.3g} {column.unit}/s2 and {j:.3g} {column.unit}/s3"
+        for column, a, j in zip(summary.machine.columns, acceleration, jerk, strict=True)
+    ]
+    return f"Rounding to the given decimals may add {'; '.join(parts)} to the differences."
+
+
+def meta(summary: Summary) -> str:
+    """Side-car JSON: what was made from what, and how well. The same input gives the same bytes."""
+    from verne_post import __version__
+
+    machine, verdict = summary.machine, summary.verification
+    joints = [column.joint for column in machine.columns]
+    data: dict[str, object] = {
+        "schema": 1,
+        "version": __version__,
+        "program": {"name": summary.options.source_name, "sha256": hashlib.sha256(summary.source).hexdigest()},
+        "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
+        "options": {
+            "tool_length_mm": summary.options.tool_length,
+            "decimals": summary.options.decimals,
+            "approach": summary.options.approach,
+            "wcs": {
+                _SYSTEMS[system - 1]: [*offset.origin_mm, offset.turn_deg]
+                for system, offset in sorted(summary.options.wcs.items())
+            },
+        },
+        "columns": {
+            "names": ["t_s", *(column.header for column in machine.columns), "line"],
+            "decimals": list(summary.format.decimals),
+            "rounding_jerk_share": ROUNDING_JERK_SHARE,
+        },
+        "cycle_s": summary.format.cycle,
+        "rows": summary.n_rows,
+        "machining_time_s": summary.cycle_time,
+        "pieces": summary.n_pieces,
+        "stops": summary.n_stops,
+        "first_row": list(summary.start),
+        "feed_moves": {"all": summary.feed_pieces, "feed_reached": summary.feed_reached},
+    }
+    if verdict is not None:
+        data["verification"] = {
+            "velocity_ratio": dict(zip(joints, verdict.velocity_ratio.tolist(), strict=True)),
+            "acceleration_ratio": dict(zip(joints, verdict.acceleration_ratio.tolist(), strict=True)),
+            "jerk_ratio": dict(zip(joints, verdict.jerk_ratio.tolist(), strict=True)),
+            "feed_ratio": verdict.feed_ratio,
+            "feed_line": verdict.feed_line,
+            "tip_deviation_mm": verdict.tip_deviation_mm,
+            "axis_deviation_deg": verdict.axis_deviation_deg,
+        }
+    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+
+
+def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
+    """What `verify` says of a file."""
+    word = "passes" if verdict.ok else "FAILS"
+    ratios = [
+        f"{what} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
+        for what, ratio in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
+                            ("jerk", verdict.jerk_ratio))
+    ]  # fmt: skip
+    return (
+        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {', '.join(ratios)}, feed {verdict.feed_ratio:.4f}; "
+        f"tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg from the programmed path."
+    )

@@ -1,0 +1,352 @@
+"""Bytes + Machine + Options -> Result. The only module that sees two rooms at once; it does no I/O.
+
+The life of a program: read (gcode) -> path (toolpath) -> judge (kinematics) -> plan, sample (timing)
+-> round, verify -> sink. Everything is judged before the first row is made, and every row is verified
+as it will be written; the Result is ok only when both have passed.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post import gcode
+from verne_post.gcode.read import interpreted_until_error
+from verne_post.gcode.state import Setup
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.kinematics.judge import JointBounds, judge
+from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
+from verne_post.model.machine import Home, Machine
+from verne_post.model.moves import ZERO9, Event, Frame, Moves
+from verne_post.model.options import Options
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.model.summary import Summary
+from verne_post.model.toolpath import ToolPath
+from verne_post.model.verification import Verification
+from verne_post.output.rounding import rounded, setpoint_format
+from verne_post.timing.exact_stop import RunLaws, plan_runs
+from verne_post.timing.sample import Timeline, rows, timeline
+from verne_post.toolpath.approach import with_approach
+from verne_post.toolpath.build import build_path
+from verne_post.toolpath.evaluate import pose
+from verne_post.verify.verifier import Verifier
+
+Array = NDArray[np.float64]
+Sink = Callable[[SetpointBlock], None]
+#: Called with (stage, done, total).
+Progress = Callable[[str, int, int], None]
+_STOP_CODES = {"program": "M0", "optional": "M1", "pallet": "M60"}
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program read and laid out on a machine."""
+
+    machine: Machine
+    options: Options
+    moves: Moves
+    path: ToolPath
+
+    @property
+    def cycle(self) -> float:
+        """Control cycle in s."""
+        return self.options.cycle or self.machine.cycle
+
+    def joints(self) -> JointPath:
+        """The joints along the path."""
+        return JointPath(self.path, self.machine, pose)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A judged program with its time laws."""
+
+    program: Program
+    laws: RunLaws
+    timeline: Timeline
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Setpoints:
+    """A whole setpoint file in memory: times (n,), values (n, n_joints) in file units, lines (n,)."""
+
+    t: Array
+    values: Array
+    line: NDArray[np.int32]
+    columns: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What a conversion came to.
+
+    ``setpoints`` is None when a sink took the rows, or when the result is not ok.
+    """
+
+    ok: bool
+    exit_code: int
+    findings: tuple[Finding, ...]
+    summary: Summary | None = None
+    setpoints: Setpoints | None = field(default=None)
+
+
+# --- stages ------------------------------------------------------------------------------
+
+
+def machine_setup(machine: Machine, options: Options) -> Setup:
+    """What the interpreter is given for a real machine."""
+    frames = {}
+    for system in range(1, 10):
+        offset = options.wcs.get(system)
+        origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
+        frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
+    home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
+    points = [(*p[:3], p[3], 0.0, p[4], 0.0, 0.0, 0.0) for p in (home.g28, home.g30)]
+    return Setup(
+        coordinates=machine.coordinates,
+        axes=machine.coordinates.axes,
+        machine=True,
+        home=points[0] if machine.home else None,
+        home2=points[1] if machine.home else None,
+        tools=dict(options.tools) if options.tools is not None else None,
+        tool_length=options.tool_length,
+        frames=frames,
+        block_delete=options.block_delete,
+        optional_stop=options.optional_stop,
+    )
+
+
+def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
+    """Moves as a plain interpreter sees them (`dump moves`), up to the first error, and the errors."""
+    setup = gcode.interpreter_setup(
+        tools=options.tools,
+        tool_length=options.tool_length,
+        origins={system: offset.origin_mm for system, offset in options.wcs.items()},
+        block_delete=options.block_delete,
+    )
+    return interpreted_until_error(source, setup)
+
+
+def read_program(source: bytes, machine: Machine, options: Options) -> Program:
+    """Read a program for a machine.
+
+    Raises
+    ------
+    InputError
+        VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
+    """
+    moves = gcode.interpret_program(source, machine_setup(machine, options))
+    path = build_path(moves, machine.coordinates)
+    if not len(path):
+        raise InputError(finding("VP021", "the program contains no motion"))
+    _refuse_stops(moves, path, options)
+    if options.approach is not None:
+        path = with_approach(path, machine, _approach_start(machine, options))
+    return Program(machine, options, moves, path)
+
+
+def _refuse_stops(moves: Moves, path: ToolPath, options: Options) -> None:
+    """A stream of setpoints cannot wait for a person once it moves."""
+    first = int(path.move[0])
+    found = []
+    for event in moves.events:
+        if event.before > first and _waits(event, options):
+            code = "M6" if event.kind == "tool" else _STOP_CODES[str(event.data["stop"])]
+            text = f"{code} after the motion has begun: setpoints cannot wait for a person; split the program there"
+            found.append(finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line))
+    if found:
+        raise InputError(*found)
+
+
+def _waits(event: Event, options: Options) -> bool:
+    if event.kind == "stop":
+        return event.data["stop"] != "optional" or options.optional_stop
+    return event.kind == "tool"
+
+
+def _approach_start(machine: Machine, options: Options) -> Array:
+    """Joint values from which the approach starts, workpiece sense."""
+    if options.approach == "home":
+        if machine.home is None:
+            raise InputError(finding("VP015", "--from home needs [home] in the machine file"))
+        x, y, z, a, c = machine.home.g28
+        point = np.array([x, y, z, a, 0.0, c, 0.0, 0.0, 0.0])
+        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
+        q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
+        if not ok:
+            raise InputError(finding("VP018", "--from home: the home position is out of reach of the rods"))
+        return q
+    values = np.array(options.approach, dtype=float)
+    if values.shape != (len(machine.columns),):
+        names = ",".join(column.joint for column in machine.columns)
+        raise InputError(finding("VP018", f"--from takes home, or {len(machine.columns)} values {names}"))
+    return values / [column.factor for column in machine.columns]
+
+
+def judge_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
+    """Every geometric check along every piece."""
+    total = len(program.path)
+    return judge(program.joints(), None if progress is None else lambda done: progress("judging", done, total))
+
+
+def plan_program(program: Program, progress: Progress | None = None) -> Plan:
+    """Judge and, when nothing is wrong, plan.
+
+    Raises
+    ------
+    InputError
+        With all findings when one of them is an error.
+    SolverError
+        When a time law cannot be found.
+    """
+    bounds, findings = judge_program(program, progress)
+    if worst(findings) == "error":
+        raise InputError(*findings)
+    laws = plan_runs(program.path, bounds.first, bounds.second, bounds.third, program.machine.limits)
+    return Plan(program, laws, timeline(program.path, laws, program.cycle), tuple(findings))
+
+
+def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
+    """Rows as they will be written: exact inverse kinematics at s(t_k), rounded."""
+    joints, machine = plan.program.joints(), plan.program.machine
+    for first, piece, u, line in rows(plan.program.path, plan.laws, plan.timeline):
+        yield SetpointBlock(first, rounded(joints.q(piece, u), machine, fmt), line.astype(np.int32), fmt)
+
+
+def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
+    """A verifier for setpoints of this program."""
+    machine = program.machine
+    return Verifier(program.path, machine.five_axis.nominal, machine.limits, machine.columns, fmt)
+
+
+# --- the whole job ------------------------------------------------------------------------
+
+
+def convert(
+    source: bytes, machine: Machine, options: Options | None = None, sink: Sink | None = None,
+    progress: Progress | None = None,
+) -> Result:  # fmt: skip
+    """Convert a program to setpoints.
+
+    Parameters
+    ----------
+    source : bytes
+        G-code.
+    machine : Machine
+    options : Options, optional
+    sink : callable, optional
+        Takes blocks of rows as they are made; discard them unless the Result is ok. Without a sink
+        the rows are collected in ``Result.setpoints``.
+    progress : callable, optional
+
+    Returns
+    -------
+    Result
+        Never raises for bad input; see ``findings`` and ``exit_code``.
+    """
+    options = options or Options()
+    collected: list[SetpointBlock] = []
+    take = collected.append if sink is None else sink
+    try:
+        program = read_program(source, machine, options)
+        fmt = setpoint_format(machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding)
+        plan = plan_program(program, progress)
+    except InputError as error:
+        return failed(error)
+    verifier = verifier_of(program, fmt)
+    for block in setpoint_blocks(plan, fmt):
+        verifier.feed(block)
+        take(block)
+        if progress is not None:
+            progress("writing", block.first + len(block.values), plan.timeline.n_rows)
+    verdict = verifier.finish()
+    summary = summarise(source, plan, fmt, verdict)
+    if not verdict.ok:
+        ours = tuple(
+            replace(item, code="VP901", message=f"our own verification failed: {item.code}: {item.message}")
+            for item in verdict.findings
+        )
+        return Result(False, 70, (*plan.findings, *ours), summary)
+    setpoints = None
+    if sink is None:
+        values = np.concatenate([block.values for block in collected])
+        setpoints = Setpoints(
+            fmt.cycle * np.arange(len(values), dtype=np.float64),
+            values,
+            np.concatenate([block.line for block in collected]),
+            ("t_s", *(column.header for column in machine.columns), "line"),
+        )
+    return Result(True, 0, plan.findings, summary, setpoints)
+
+
+def check(source: bytes, machine: Machine, options: Options | None = None, progress: Progress | None = None) -> Result:
+    """Judge a program without making setpoints; the summary has the machining time."""
+    try:
+        program = read_program(source, machine, options or Options())
+        fmt = setpoint_format(machine, program.cycle, None, accept_rounding=False)
+        plan = plan_program(program, progress)
+    except InputError as error:
+        return failed(error)
+    return Result(True, 0, plan.findings, summarise(source, plan, fmt, None))
+
+
+def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verification:
+    """Judge setpoints as written against a program.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read.
+    """
+    verifier: Verifier | None = None
+    for block in blocks:
+        verifier = verifier or verifier_of(program, block.format)
+        verifier.feed(block)
+    if verifier is None:
+        raise InputError(finding("VP020", "the setpoint file has no rows"))
+    return verifier.finish()
+
+
+def failed(error: InputError) -> Result:
+    """The result of a program that was refused."""
+    return Result(False, exit_code_of(error), error.findings)
+
+
+def exit_code_of(error: InputError) -> int:
+    """3 when a solver gave up, 2 when the input is unusable, 1 when it violates a limit."""
+    if isinstance(error, SolverError):
+        return 3
+    codes = {item.code for item in error.findings if item.severity == "error"}
+    return 2 if any(code.startswith(("VP0", "VP5")) for code in codes) else 1
+
+
+def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
+    """The facts of a conversion, for the paragraph and the side-car file."""
+    program = plan.program
+    path, laws, moves = program.path, plan.laws, program.moves
+    feeding = np.flatnonzero(path.feed_time > 0)
+    wanted = path.length[feeding] / path.feed_time[feeding]
+    reached = int((laws.peak_speed()[path.run[feeding]] >= 0.999 * wanted).sum())
+    q_start = program.joints().q(np.array([0]), np.array([0.0]))
+    start = rounded(q_start, program.machine, fmt)[0]
+    used = np.unique(moves.frame[path.move[path.move >= 0]])
+    systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)
+    return Summary(
+        source=source,
+        machine=program.machine,
+        options=program.options,
+        cycle_time=plan.timeline.first_row[-1] * plan.timeline.cycle,
+        n_rows=plan.timeline.n_rows,
+        n_pieces=len(path),
+        n_stops=path.n_runs - 1,
+        feed_pieces=len(feeding),
+        feed_reached=reached,
+        blending_asked=any(control.tolerance is not None for control in moves.controls),
+        start=tuple(float(value) for value in start),
+        frames=tuple(systems),
+        events=moves.events,
+        format=fmt,
+        verification=verdict,
+    )

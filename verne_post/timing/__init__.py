@@ -1,0 +1,1 @@
+"""JointPath -> time laws -> setpoints."""

@@ -1,0 +1,88 @@
+"""Laws -> rows: the timeline of runs and dwells in whole control cycles, and which pose each row has."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.toolpath import ToolPath
+from verne_post.timing.exact_stop import RunLaws
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Rows made at a time; memory does not depend on the length of the program's motion.
+BLOCK_ROWS: Final = 8192
+#: A duration this close above a whole number of cycles is that number (relative to one cycle).
+WHOLE_CYCLE: Final = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Timeline:
+    """Runs and dwells in order, each a whole number of cycles.
+
+    Attributes
+    ----------
+    run : ndarray of intp, shape (m,)
+        Run of each item, -1 for a dwell.
+    line : ndarray, shape (m,)
+        Source line of a dwell, 0 for a run.
+    first_row : ndarray, shape (m + 1,)
+        Row at which each item begins; the last entry is the last row of the file.
+    cycle : float
+        s.
+    """
+
+    run: Ints
+    line: Ints
+    first_row: Ints
+    cycle: float
+
+    @property
+    def n_rows(self) -> int:
+        """Rows of the whole file: from rest to rest, both ends included."""
+        return int(self.first_row[-1]) + 1
+
+
+def timeline(path: ToolPath, laws: RunLaws, cycle: float) -> Timeline:
+    """Lay runs and dwells end to end; every run is stretched to whole cycles."""
+    run_cycles = np.maximum(np.ceil(laws.total / cycle - WHOLE_CYCLE), 1).astype(np.int64)
+    dwell_cycles = np.ceil(path.dwell_seconds / cycle - WHOLE_CYCLE).astype(np.int64)
+    n_runs, n_dwells = len(run_cycles), len(dwell_cycles)
+    # a dwell comes before the run with its number
+    position = np.concatenate([np.arange(n_runs) + 0.5, path.dwell_run.astype(float)])
+    order = np.argsort(position, kind="stable")
+    run: Ints = np.concatenate([np.arange(n_runs), np.full(n_dwells, -1)])[order]
+    line = np.concatenate([np.zeros(n_runs, np.int64), path.dwell_line])[order]
+    cycles = np.concatenate([run_cycles, dwell_cycles])[order]
+    return Timeline(run, line, np.append(0, np.cumsum(cycles)), cycle)
+
+
+def rows(path: ToolPath, laws: RunLaws, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
+    """Blocks of rows: (first row, piece (n,), u (n,), source line (n,))."""
+    run_begin = np.flatnonzero(np.diff(path.run, prepend=-1))
+    ends = np.cumsum(path.length)
+    starts = ends - path.length
+    last_piece = np.append(run_begin[1:], len(path)) - 1
+    # dwells rest where the next run starts, or where the last one ended
+    runs_before = np.cumsum(plan.run >= 0)
+    next_run = np.where(runs_before < len(run_begin), runs_before, -1)
+    for first in range(0, plan.n_rows, BLOCK_ROWS):
+        k = np.arange(first, min(first + BLOCK_ROWS, plan.n_rows))
+        item = np.minimum(np.searchsorted(plan.first_row, k, side="right") - 1, len(plan.run) - 1)
+        run = plan.run[item]
+        moving = run >= 0
+        owner = np.where(moving, run, next_run[item])
+        after_all = owner < 0
+        owner[after_all] = laws.length.size - 1
+        cycles = plan.first_row[item + 1] - plan.first_row[item]
+        t = np.where(moving, (k - plan.first_row[item]) / np.maximum(cycles, 1) * laws.total[owner], 0.0)
+        s = laws.position(owner, t)
+        at = starts[run_begin[owner]] + s
+        piece = np.clip(np.searchsorted(ends, at, side="right"), run_begin[owner], last_piece[owner])
+        u = np.clip((at - starts[piece]) / path.length[piece], 0.0, 1.0)
+        finished = after_all | (k == plan.first_row[item + 1])
+        piece[finished], u[finished] = last_piece[owner[finished]], 1.0
+        yield first, piece, u, np.where(moving, path.line[piece], plan.line[item])

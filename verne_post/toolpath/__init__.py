@@ -1,0 +1,1 @@
+"""Moves -> ToolPath: geometry of the programmed pieces in the table frame."""

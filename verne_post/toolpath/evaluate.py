@@ -1,0 +1,47 @@
+"""Poses along pieces: the programmed geometry, evaluated exactly."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+
+def pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
+    """Tip and nominal angles at parameter u of pieces (LINE and ARC).
+
+    Parameters
+    ----------
+    path : ToolPath
+    piece : ndarray of int, shape (n,)
+    u : ndarray, shape (n,)
+        0 to 1.
+
+    Returns
+    -------
+    tip : ndarray, shape (n, 3)
+        Table frame, mm.
+    angles : ndarray, shape (n, 2)
+        Nominal A and C, rad, workpiece sense.
+    """
+    start, end = path.start[piece], path.end[piece]
+    at = start + u[:, None] * (end - start)
+    tip, angles = at[:, :3], at[:, 3:]
+    curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    if len(curved):
+        tip[curved] = arc_tip(path.arcs, path.arc[piece[curved]], u[curved])
+    return tip, angles
+
+
+def arc_tip(arcs: ArcPieces, row: Ints, u: Array) -> Array:
+    """Tip (n, 3) at parameter u (n,) of the arcs in ``row`` (n,)."""
+    angle = u * arcs.sweep[row]
+    radius = arcs.r0[row] + u * (arcs.r1[row] - arcs.r0[row])
+    return (
+        arcs.center[row]
+        + (radius * np.cos(angle))[:, None] * arcs.e1[row]
+        + (radius * np.sin(angle))[:, None] * arcs.e2[row]
+        + u[:, None] * arcs.rise[row]
+    )

@@ -1,0 +1,135 @@
+"""Where on its programmed piece a measured pose is, and how far off: closed-form projections.
+
+This room has its own evaluation of the pieces, so that an error in the tool path's would show.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Weight of a radian against a millimetre in the projection.
+RADIAN_MM: Final = 50.0
+#: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
+ARC_STEPS: Final = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Poses that the written joint values really have; arrays of length n."""
+
+    q: Array
+    tip: Array
+    angles: Array
+
+
+def unwrapped_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+    """Parameter u of the nearest point of the piece, not limited to [0, 1].
+
+    Parameters
+    ----------
+    piece : ndarray of int, shape (n,)
+        Consecutive rows of one piece stand together.
+    fresh : ndarray of bool, shape (n,)
+        True where a row is the first one of its piece.
+    u_before : float
+        u of the row before the first, where that row is on the same piece (arcs of several turns).
+    """
+    delta = path.end[piece] - path.start[piece]
+    now = np.concatenate([measured.tip, measured.angles], axis=1) - path.start[piece]
+    weight = np.array([1.0, 1.0, 1.0, RADIAN_MM, RADIAN_MM])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        u = np.sum(now * delta * weight**2, axis=1) / np.sum((delta * weight) ** 2, axis=1)
+    arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    if len(arc):
+        u[arc] = _arc_u(path, piece[arc], Measured(measured.q[arc], measured.tip[arc], measured.angles[arc]),
+                        _fresh_of(arc, fresh), u_before)  # fmt: skip
+    joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
+    if len(joint):
+        ends = path.joints[path.joint[piece[joint]]]
+        span = ends[:, 1] - ends[:, 0]
+        scale = _joint_weight(span.shape[1])
+        away = (measured.q[joint] - ends[:, 0]) * scale
+        u[joint] = np.sum(away * span * scale, axis=1) / np.sum((span * scale) ** 2, axis=1)
+    return u
+
+
+def _fresh_of(rows: Ints, fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """First rows of pieces among a selection: marked, or after a gap in the selection."""
+    return fresh[rows] | (np.diff(rows, prepend=rows[0]) > 1)
+
+
+def _joint_weight(n_joints: int) -> Array:
+    return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
+
+
+def _arc_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+    arcs, row = path.arcs, path.arc[piece]
+    away = measured.tip - arcs.center[row]
+    sweep = arcs.sweep[row]
+    x, y = np.sum(away * arcs.e1[row], axis=1), np.sum(away * arcs.e2[row], axis=1)
+    angle = np.arctan2(y, x) * np.sign(sweep)
+    # add the small steps from row to row, so that full turns and several turns count
+    step = np.diff(angle, prepend=angle[0])
+    step = (step + np.pi) % (2 * np.pi) - np.pi
+    begin = angle.copy()
+    if not fresh[0]:
+        expected = u_before * abs(sweep[0])
+        begin[0] = expected + (angle[0] - expected + np.pi) % (2 * np.pi) - np.pi
+    step[fresh] = 0.0
+    total = np.cumsum(step)
+    first = np.flatnonzero(fresh | (np.arange(len(fresh)) == 0))
+    owner = np.searchsorted(first, np.arange(len(fresh)), side="right") - 1
+    u = (begin[first[owner]] + total - total[first[owner]]) / np.abs(sweep)
+    turn = path.end[piece, 3:] - path.start[piece, 3:]
+    for _ in range(ARC_STEPS):
+        at, slope = _arc_point(arcs, row, u)
+        rest = measured.tip - at
+        rest_turn = RADIAN_MM**2 * (measured.angles - path.start[piece, 3:] - u[:, None] * turn)
+        square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
+        u = u + (np.sum(rest * slope, axis=1) + np.sum(rest_turn * turn, axis=1)) / square
+    return u
+
+
+def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
+    """Point of an arc and its derivative by u."""
+    phi = (u * arcs.sweep[row])[:, None]
+    grow = (arcs.r1 - arcs.r0)[row][:, None]
+    radius = arcs.r0[row][:, None] + u[:, None] * grow
+    toward = np.cos(phi) * arcs.e1[row] + np.sin(phi) * arcs.e2[row]
+    across = np.cos(phi) * arcs.e2[row] - np.sin(phi) * arcs.e1[row]
+    point = arcs.center[row] + radius * toward + u[:, None] * arcs.rise[row]
+    return point, grow * toward + radius * arcs.sweep[row][:, None] * across + arcs.rise[row]
+
+
+def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
+    """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
+
+    For JOINT pieces: sliders (mm), and twice the larger table angle.
+    """
+    programmed = path.start[piece] + u[:, None] * (path.end[piece] - path.start[piece])
+    tip, angles = programmed[:, :3], programmed[:, 3:]
+    arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    if len(arc):
+        tip[arc] = _arc_point(path.arcs, path.arc[piece[arc]], u[arc])[0]
+    tip_off = np.linalg.norm(measured.tip - tip, axis=1)
+    axis_off = np.linalg.norm(_axis(measured.angles) - _axis(angles), axis=1)
+    rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
+    joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
+    if len(joint):
+        ends = path.joints[path.joint[piece[joint]]]
+        off = np.abs(measured.q[joint] - ends[:, 0] - u[joint, None] * (ends[:, 1] - ends[:, 0]))
+        tip_off[joint] = off[:, :-2].max(axis=1)
+        axis_off[joint] = rotary_off[joint] = off[:, -2:].max(axis=1)
+    return tip_off, axis_off, rotary_off
+
+
+def _axis(angles: Array) -> Array:
+    a, c = angles[:, 0], angles[:, 1]
+    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)

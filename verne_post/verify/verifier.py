@@ -1,0 +1,422 @@
+"""The verifier: rows in, in order, block by block; a verdict out.
+
+It is handed the programmed pieces as data and the forward kinematics as a function. It checks
+velocity, acceleration and jerk by differences of the rows (three rest rows padded at both ends),
+travel, the path by forward kinematics, the feed, and completeness: every piece is passed in program
+order, from the first pose to the last, and progress never runs back.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import (
+    ACCELERATION_RATIO,
+    FEED_RATIO,
+    JERK_RATIO,
+    LIMIT_SLACK,
+    LIMIT_SLACK_MM,
+    PATH_AXIS_DEG,
+    PATH_TIP_MM,
+    ROUNDING_JERK_SHARE,
+    VELOCITY_RATIO,
+)  # fmt: skip
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Column, Limits
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.model.toolpath import ToolPath
+from verne_post.model.verification import Verification
+from verne_post.verify.projection import Measured, deviation, unwrapped_u
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Forward = Callable[[Array, Array], tuple[Array, Array, NDArray[np.bool_]]]
+
+_REST_ROWS: Final = 3
+#: Rounded joints move the tip by at most this many quanta of a slider, and this many mm per radian
+#: of a table angle: slider over tip motion is at most 1.3, a radian of A or C moves sliders by 200 mm,
+#: and a tip may be 1 m from the table's axes.
+_TIP_PER_SLIDER: Final = 3.0
+_TIP_PER_RADIAN_MM: Final = 1000.0
+#: Rows looked at together when several pieces share a source line.
+_LOOK_AHEAD: Final = 1024
+
+
+def rounding_quanta(columns: tuple[Column, ...], fmt: SetpointFormat) -> Array:
+    """One unit of the last decimal of each column, in file units."""
+    return np.array([10.0**-d for d in fmt.decimals[: len(columns)]])
+
+
+class Verifier:
+    """Judges a stream of setpoint rows against a program.
+
+    Parameters
+    ----------
+    path : ToolPath
+        The programmed pieces.
+    forward : callable
+        (q, tool_length) -> tip, nominal angles, ok; mm and rad, workpiece sense.
+    limits, columns :
+        Of the machine.
+    fmt : SetpointFormat
+        How the rows are rounded, and their cycle.
+    """
+
+    def __init__(
+        self, path: ToolPath, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat
+    ) -> None:
+        self.path, self.forward, self.limits, self.columns, self.fmt = path, forward, limits, columns, fmt
+        self.result = Verification()
+        self.factor = np.array([column.factor for column in columns])
+        size = np.abs(self.factor)
+        self.quanta = rounding_quanta(columns, fmt)
+        dt = fmt.cycle
+        self.limit = [limits.velocity * size, limits.acceleration * size, limits.jerk * size]
+        # fine decimals are inside the acceptance ratios; coarser ones the user asked for are allowed their own noise
+        coarse = 4 * self.quanta / dt**3 > ROUNDING_JERK_SHARE * self.limit[2] * (1 + 1e-12)
+        self.noise = [np.where(coarse, k * self.quanta / dt**order, 0.0) for order, k in ((1, 1), (2, 2), (3, 4))]
+        self.worst = [np.zeros(len(columns)) for _ in range(3)]
+        inside = self.quanta / size
+        self.tip_noise = float(_TIP_PER_SLIDER * inside[:-2].max() + _TIP_PER_RADIAN_MM * inside[-2:].max())
+        self._items()
+        self.tail = np.empty((0, len(columns)))
+        self.counts: dict[str, Finding] = {}
+        # where the last row was: item, its u, its line
+        self.item, self.u, self.group = -1, 0.0, -1
+        self.line: int | None = None
+        self.dwelt = 0
+        self.lost = False
+
+    def _items(self) -> None:
+        """Pieces and dwells in program order, and groups of neighbours with one source line."""
+        path = self.path
+        n = len(path)
+        begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
+        before = begins[path.dwell_run]
+        where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
+        order = np.argsort(where, kind="stable")
+        self.piece = np.concatenate([np.arange(n), np.full(len(before), -1)])[order]
+        self.item_line = np.concatenate([path.line, path.dwell_line])[order].astype(np.int64)
+        cycles = np.ceil(path.dwell_seconds / self.fmt.cycle - 1e-9).astype(np.int64)
+        self.dwell_cycles = np.concatenate([np.zeros(n, np.int64), cycles])[order]
+        keep = (self.piece >= 0) | (self.dwell_cycles > 0)
+        self.piece, self.item_line, self.dwell_cycles = self.piece[keep], self.item_line[keep], self.dwell_cycles[keep]
+        run = np.where(self.piece >= 0, path.run[self.piece] if n else 0, -1)
+        self.stop_before = np.append(True, (run[1:] != run[:-1]) | (run[1:] < 0))
+        self.group_first = np.flatnonzero(np.diff(self.item_line, prepend=-1))
+        self.group_line = self.item_line[self.group_first]
+        self.group_size = np.diff(np.append(self.group_first, len(self.piece)))
+        # the piece that says where a dwell rests: the next one at its start, or the last one at its end
+        following = np.where(self.piece >= 0, self.piece, n)
+        self.rest_piece = np.minimum.accumulate(following[::-1])[::-1] if len(following) else following
+
+    # --- stream ---------------------------------------------------------------------------
+
+    def feed(self, block: SetpointBlock) -> None:
+        """Judge the next rows."""
+        if not len(block.values):
+            return
+        values = block.values
+        if self.result.n_rows == 0:
+            self.result.first_row = values[0].copy()
+            self.tail = np.repeat(values[:1], _REST_ROWS, axis=0)
+        self._dynamics(np.concatenate([self.tail, values]), block.first, block.line)
+        self._travel(values, block)
+        if not self.lost:
+            self._path(block)
+        self.tail = np.concatenate([self.tail, values])[-_REST_ROWS:]
+        self.result.n_rows += len(values)
+
+    def finish(self) -> Verification:
+        """Judge the end of the file and return the verdict."""
+        result = self.result
+        if result.n_rows == 0:
+            self._note("VP412", "the file has no rows", None)
+        else:
+            end = np.repeat(self.tail[-1:], _REST_ROWS, axis=0)
+            self._dynamics(np.concatenate([self.tail, end]), result.n_rows, None)
+            if not self.lost:
+                self._complete()
+        result.velocity_ratio, result.acceleration_ratio, result.jerk_ratio = (
+            worst / limit for worst, limit in zip(self.worst, self.limit, strict=True)
+        )
+        result.findings = list(self.counts.values())
+        return result
+
+    def _note(self, code: str, message: str, line: int | None, **more: object) -> None:
+        """Keep the first finding of each kind and count the others."""
+        key = f"{code}{more.get('axis', '')}"
+        if key in self.counts:
+            self.counts[key] = replace(self.counts[key], count=self.counts[key].count + 1)
+        else:
+            self.counts[key] = finding(code, message, line=line, last_line=line, worst_line=line, **more)
+
+    # --- limits ---------------------------------------------------------------------------
+
+    def _dynamics(self, values: Array, first: int, lines: Ints | None) -> None:
+        """Differences of rows; ``values`` begins with the rows before row ``first``."""
+        dt = self.fmt.cycle
+        difference = values
+        names = (("VP401", "velocity", VELOCITY_RATIO), ("VP402", "acceleration", ACCELERATION_RATIO),
+                 ("VP403", "jerk", JERK_RATIO))  # fmt: skip
+        for order, (code, name, ratio) in enumerate(names):
+            difference = np.diff(difference, axis=0) / dt
+            # only differences that end in a new row: the others have been judged before
+            size = np.abs(difference[_REST_ROWS - 1 - order :])
+            self.worst[order] = np.maximum(self.worst[order], size.max(axis=0))
+            bound = ratio * self.limit[order] + self.noise[order]
+            for joint in np.flatnonzero((size > bound).any(axis=0)):
+                rows = np.flatnonzero(size[:, joint] > bound[joint])
+                column, row = self.columns[joint], int(rows[0])
+                line = None if lines is None else int(lines[row])
+                unit = f"{column.unit}/s{order + 1}" if order else f"{column.unit}/s"
+                self._note(
+                    code, f"row {first + row}: {name} of {column.joint} {size[row, joint]:.6g} {unit} exceeds "
+                    f"{self.limit[order][joint]:g} {unit} ({len(rows)} rows)", line, axis=column.joint,
+                    value=float(size[row, joint]), limit=float(self.limit[order][joint]), unit=unit,
+                )  # fmt: skip
+
+    def _travel(self, values: Array, block: SetpointBlock) -> None:
+        inside = values / self.factor
+        for joint, column in enumerate(self.columns):
+            slack = (LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK) + self.quanta[joint] / abs(
+                self.factor[joint]
+            )
+            low, high = self.limits.lower[joint], self.limits.upper[joint]
+            bad = np.flatnonzero(~((inside[:, joint] >= low - slack) & (inside[:, joint] <= high + slack)))
+            if len(bad):
+                row = int(bad[0])
+                limit = (low if inside[row, joint] < low else high) * column.factor
+                self._note(
+                    column.code, f"row {block.first + row}: {column.header} = {values[row, joint]:.6f} is beyond {limit:g}",
+                    int(block.line[row]), axis=column.joint, value=float(values[row, joint]), limit=float(limit),
+                    unit=column.unit,
+                )  # fmt: skip
+
+    # --- path -----------------------------------------------------------------------------
+
+    def _path(self, block: SetpointBlock) -> None:
+        group = self._groups(block)
+        if group is None:
+            return
+        item: Ints = self.group_first[group]
+        several = self.group_size[group] > 1
+        q = block.values / self.factor
+        if several.any():
+            item = self._split_groups(q, group, item, several)
+        piece = self.piece[item]
+        dwell = piece < 0
+        at = np.where(dwell, np.minimum(self.rest_piece[item], len(self.path) - 1), piece)
+        tip, angles, ok = self.forward(q, self.path.tool_length[at])
+        if not ok.all():
+            row = int(np.argmin(ok))
+            self._note("VP411", f"row {block.first + row}: the sliders close no position of the platform",
+                       int(block.line[row]))  # fmt: skip
+            self.lost = True
+            return
+        measured = Measured(q, tip, angles)
+        fresh = np.append(item[0] != self.item, item[1:] != item[:-1])
+        u = unwrapped_u(self.path, at, measured, fresh, self.u)
+        resting = np.where(self.rest_piece[item] < len(self.path), 0.0, 1.0)
+        u = np.where(dwell, resting, u)
+        self._deviations(block, at, u, measured)
+        self._progress(block, item, at, u, dwell)
+        self.item, self.u, self.group, self.line = int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[-1])
+        last = np.flatnonzero(item != item[-1])
+        rows = len(item) - (int(last[-1]) + 1 if len(last) else 0)
+        self.dwelt = rows + (self.dwelt if not len(last) and not fresh[0] else 0)
+
+    def _groups(self, block: SetpointBlock) -> Ints | None:
+        """Group of each row by its source line; None when the lines are not those of the program in order."""
+        line = block.line.astype(np.int64)
+        previous = np.append(self.line if self.line is not None else -2, line[:-1])
+        group = self.group + np.cumsum(line != previous)
+        while True:
+            beyond = group >= len(self.group_line)
+            expected = self.group_line[np.minimum(group, len(self.group_line) - 1)]
+            wrong = np.flatnonzero(beyond | (expected != line))
+            if not len(wrong):
+                return group
+            row = int(wrong[0])
+            hop = self._skipped(int(group[row]), int(line[row]))
+            if hop is None:
+                where = f"line {expected[row]}" if not beyond[row] else "the end"
+                self._note("VP413", f"row {block.first + row} belongs to line {line[row]}, where the program has {where}",
+                           int(line[row]))  # fmt: skip
+                self.lost = True
+                return None
+            group[row:] += hop
+
+    def _skipped(self, group: int, line: int) -> int | None:
+        """How many whole pieces of one run were passed between two rows, None if the line does not follow."""
+        for hop in range(1, len(self.group_line) - group):
+            first = self.group_first[group + hop]
+            if self.stop_before[self.group_first[group + hop - 1] : first + 1].any():
+                return None
+            if self.group_line[group + hop] == line:
+                return hop
+        return None
+
+    def _split_groups(self, q: Array, group: Ints, item: Ints, several: NDArray[np.bool_]) -> Ints:
+        """Which item of its group each row belongs to, for groups of several items."""
+        item = item.copy()
+        edges = np.flatnonzero(np.diff(group, prepend=-1, append=-1))
+        for begin, end in pairwise(edges.tolist()):
+            if not several[begin]:
+                continue
+            first = int(self.group_first[group[begin]])
+            last = first + int(self.group_size[group[begin]]) - 1
+            continued = begin == 0 and group[0] == self.group
+            now, u, dwelt = (self.item, self.u, self.dwelt) if continued else (first, 0.0, 0)
+            row = begin
+            while row < end:
+                if now == last:
+                    item[row:end] = now
+                    break
+                if self.piece[now] < 0:
+                    take = min(int(self.dwell_cycles[now]) - dwelt, end - row)
+                else:
+                    take = self._rows_of_item(q[row:end], now, u, fresh=not (continued and row == begin))
+                item[row : row + take] = now
+                row += take
+                if row < end:
+                    now, u, dwelt = now + 1, 0.0, 0
+        return item
+
+    def _rows_of_item(self, q: Array, item: int, u_before: float, *, fresh: bool) -> int:
+        """How many of the following rows lie before the end of a piece."""
+        piece = int(self.piece[item])
+        close = 1.0 - self.tip_noise / self.path.length[piece]
+        for begin in range(0, len(q), _LOOK_AHEAD):
+            some = q[begin : begin + _LOOK_AHEAD]
+            at = np.full(len(some), piece)
+            tip, angles, _ok = self.forward(some, self.path.tool_length[at])
+            marks = np.zeros(len(some), dtype=bool)
+            marks[0] = fresh and begin == 0
+            u = unwrapped_u(self.path, at, Measured(some, tip, angles), marks, u_before)
+            past = np.flatnonzero(u >= close)
+            if len(past):
+                return begin + int(past[0])
+            u_before = float(u[-1])
+        return len(q)
+
+    def _deviations(self, block: SetpointBlock, piece: Ints, u: Array, measured: Measured) -> None:
+        tip_off, axis_off, rotary_off = deviation(self.path, piece, np.clip(u, 0.0, 1.0), measured)
+        # rounding of coarse decimals moves the tip too; fine ones are far below the tolerance
+        allowed = PATH_TIP_MM + (self.tip_noise if any(noise.any() for noise in self.noise) else 0.0)
+        result = self.result
+        result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
+        result.axis_deviation_deg = max(result.axis_deviation_deg, float(axis_off.max()) / RAD_PER_DEG)
+        for off, bound, what, unit, factor in (
+            (tip_off, allowed, "tip", "mm", 1.0),
+            (axis_off, PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise(), "tool axis", "deg", 1 / RAD_PER_DEG),
+            (rotary_off, PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise(), "rotary angle", "deg", 1 / RAD_PER_DEG),
+        ):
+            bad = np.flatnonzero(~(off <= bound))
+            if len(bad):
+                row = int(bad[0])
+                self._note(
+                    "VP411", f"row {block.first + row}: the {what} is {off[row] * factor:.6f} {unit} off the programmed piece, "
+                    f"allowed {bound * factor:.6f} {unit} ({len(bad)} rows)", int(block.line[row]),
+                    value=float(off[row] * factor), limit=float(bound * factor), unit=unit,
+                )  # fmt: skip
+
+    def _angle_noise(self) -> float:
+        return float(2 * (self.quanta[-2:] / np.abs(self.factor[-2:])).max())
+
+    def _progress(self, block: SetpointBlock, item: Ints, piece: Ints, u: Array, dwell: NDArray[np.bool_]) -> None:
+        """Order, completeness between items, and feed."""
+        path, dt = self.path, self.fmt.cycle
+        before_item = np.append(self.item, item[:-1])
+        before_u = np.append(self.u, u[:-1])
+        noise_u = 2 * self.tip_noise / path.length[piece]
+        same = before_item == item
+        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u))
+        if len(back):
+            row = int(back[0])
+            self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
+                       int(block.line[row]))  # fmt: skip
+        margin = noise_u + PATH_TIP_MM / path.length[piece]
+        outside = np.flatnonzero(~dwell & ((u < -margin) | (u > 1 + margin)))
+        if len(outside):
+            row = int(outside[0])
+            self._note("VP413", f"row {block.first + row} lies beyond the ends of the piece of line {block.line[row]}",
+                       int(block.line[row]))  # fmt: skip
+        budget = np.where(same & ~dwell, (u - before_u) * path.feed_time[piece], 0.0)
+        slack = np.where(dwell, 0.0, 2 * noise_u * path.feed_time[piece])
+        for at in np.flatnonzero(~same).tolist():
+            budget[at], slack[at] = self._change(block, at, item, float(before_u[at]), float(u[at]), float(slack[at]))
+        ratio = budget / dt
+        certain = (budget - slack) / dt
+        top = int(np.argmax(certain))
+        if certain[top] > self.result.feed_ratio:
+            self.result.feed_ratio, self.result.feed_line = float(certain[top]), int(block.line[top])
+        bad = np.flatnonzero(certain > FEED_RATIO)
+        if len(bad):
+            row = int(bad[0])
+            self._note(
+                "VP404", f"row {block.first + row}: {ratio[row]:.6f} of the programmed feed on line {block.line[row]} "
+                f"({len(bad)} rows)", int(block.line[row]), value=float(ratio[row]), limit=FEED_RATIO, unit="of the feed",
+            )  # fmt: skip
+
+    def _change(
+        self, block: SetpointBlock, row: int, item: Ints, old_u: float, new_u: float, slack: float
+    ) -> tuple[float, float]:
+        """The step from one item to a later one: nothing is left out, and stops are stopped at."""
+        old, rows_of_old = self._item_before(item, row)
+        new = int(item[row])
+        path = self.path
+        line = int(block.line[row])
+        stops = [i for i in range(old + 1, new + 1) if self.stop_before[i]]
+        if stops and (len(stops) > 1 or stops[0] != new or new != old + 1):
+            skipped = self.item_line[old + 1 : new]
+            lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
+            self._note("VP412", f"row {block.first + row}: the motion of line {lines} is left out", line)
+            return 0.0, 0.0
+        if old >= 0 and self.piece[old] < 0 and rows_of_old < self.dwell_cycles[old]:
+            self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
+        if stops:
+            piece = int(self.piece[new])
+            if piece >= 0 and abs(new_u) * path.length[piece] > PATH_TIP_MM + self.tip_noise:
+                what = f"the end of the piece before line {line} is not reached"
+                if old < 0:
+                    what = "the file does not begin at the start pose"
+                self._note("VP412", f"row {block.first + row}: {what}", line)
+        spent = 0.0
+        if old >= 0 and self.piece[old] >= 0:
+            last = int(self.piece[old])
+            spent += max(1.0 - old_u, 0.0) * float(path.feed_time[last])
+            slack += 2 * self.tip_noise / path.length[last] * path.feed_time[last]
+        for between in range(old + 1, new):
+            if self.piece[between] >= 0:
+                spent += float(path.feed_time[self.piece[between]])
+        if self.piece[new] >= 0:
+            spent += max(new_u, 0.0) * float(path.feed_time[self.piece[new]])
+        return float(spent), float(slack)
+
+    def _item_before(self, item: Ints, row: int) -> tuple[int, int]:
+        """The item of the row before, and how many rows it has had."""
+        if row == 0:
+            return self.item, self.dwelt
+        old = int(item[row - 1])
+        other = np.flatnonzero(item[:row] != old)
+        begin = int(other[-1]) + 1 if len(other) else 0
+        return old, row - begin + (self.dwelt if begin == 0 and old == self.item else 0)
+
+    def _complete(self) -> None:
+        last = len(self.piece) - 1
+        line = self.line
+        if self.item < last:
+            missing = self.item_line[self.item + 1]
+            self._note("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
+            return
+        piece = int(self.piece[last])
+        if piece >= 0 and abs(1.0 - self.u) * self.path.length[piece] > PATH_TIP_MM + self.tip_noise:
+            self._note("VP412", f"the file ends before the end of the motion of line {line}", line)
+        if piece < 0 and self.dwelt < self.dwell_cycles[last] + 1:
+            self._note("VP412", f"the dwell of line {line} is too short", line)
