@@ -16,6 +16,7 @@ from verne_post.gcode.read import interpreted_until_error
 from verne_post.gcode.state import Setup
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds, judge
+from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
@@ -29,7 +30,7 @@ from verne_post.timing.exact_stop import RunLaws, plan_runs
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
 from verne_post.toolpath.build import build_path
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.contour import contour_pose, exact_contour
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -46,7 +47,12 @@ class Program:
     machine: Machine
     options: Options
     moves: Moves
-    path: ToolPath
+    contour: Contour
+
+    @property
+    def path(self) -> ToolPath:
+        """The programmed pieces."""
+        return self.contour.path
 
     @property
     def cycle(self) -> float:
@@ -54,8 +60,8 @@ class Program:
         return self.options.cycle or self.machine.cycle
 
     def joints(self) -> JointPath:
-        """The joints along the path."""
-        return JointPath(self.path, self.machine, pose)
+        """The joints along the contour."""
+        return JointPath(self.contour, self.machine, contour_pose)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +150,7 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     _refuse_stops(moves, path, options)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
-    return Program(machine, options, moves, path)
+    return Program(machine, options, moves, exact_contour(path))
 
 
 def _refuse_stops(moves: Moves, path: ToolPath, options: Options) -> None:
@@ -186,8 +192,8 @@ def _approach_start(machine: Machine, options: Options) -> Array:
 
 
 def judge_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
-    """Every geometric check along every piece."""
-    total = len(program.path)
+    """Every geometric check along the whole contour."""
+    total = len(program.contour)
     return judge(program.joints(), None if progress is None else lambda done: progress("judging", done, total))
 
 
@@ -204,15 +210,15 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     bounds, findings = judge_program(program, progress)
     if worst(findings) == "error":
         raise InputError(*findings)
-    laws = plan_runs(program.path, bounds.first, bounds.second, bounds.third, program.machine.limits)
-    return Plan(program, laws, timeline(program.path, laws, program.cycle), tuple(findings))
+    laws = plan_runs(program.contour, bounds.first, bounds.second, bounds.third, program.machine.limits)
+    return Plan(program, laws, timeline(program.contour, laws, program.cycle), tuple(findings))
 
 
 def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
     """Rows as they will be written: exact inverse kinematics at s(t_k), rounded."""
     joints, machine = plan.program.joints(), plan.program.machine
-    for first, piece, u, line in rows(plan.program.path, plan.laws, plan.timeline):
-        yield SetpointBlock(first, rounded(joints.q(piece, u), machine, fmt), line.astype(np.int32), fmt)
+    for first, segment, w, line in rows(plan.program.contour, plan.laws, plan.timeline):
+        yield SetpointBlock(first, rounded(joints.q(segment, w), machine, fmt), line.astype(np.int32), fmt)
 
 
 def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:

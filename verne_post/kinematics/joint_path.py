@@ -1,13 +1,14 @@
-"""JointPath: the actuated joints along a tool path, exactly: q(piece, u)."""
+"""JointPath: the actuated joints along a contour, exactly: q(segment, w)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import PoseFunction
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -27,31 +28,32 @@ class Solved:
 
 @dataclass(frozen=True, eq=False)
 class JointPath:
-    """The joints of a machine that follows a tool path.
+    """The joints of a machine that follows a contour.
 
-    ``pose`` evaluates the programmed geometry; it is handed in, because kinematics knows no tool path.
+    ``pose`` evaluates the geometry; it is handed in, because kinematics knows no tool path.
     """
 
-    path: ToolPath
+    contour: Contour
     machine: Machine
     pose: PoseFunction
 
-    def solve(self, piece: Ints, u: Array) -> Solved:
-        """Solve poses at parameter u (n,) of pieces (n,)."""
-        path, five_axis = self.path, self.machine.five_axis
+    def solve(self, segment: Ints, w: Array) -> Solved:
+        """Solve poses at parameter w (n,) of segments (n,)."""
+        path, five_axis = self.contour.path, self.machine.five_axis
+        piece = self.contour.piece[segment]
         length = path.tool_length[piece]
-        tip, angles = self.pose(path, piece, u)
+        tip, angles = self.pose(self.contour, segment, w)
         joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
         q_joint = np.empty((0, 0))
         if len(joint):
             ends = path.joints[path.joint[piece[joint]]]
-            q_joint = ends[:, 0] + u[joint, None] * (ends[:, 1] - ends[:, 0])
+            q_joint = ends[:, 0] + w[joint, None] * (ends[:, 1] - ends[:, 0])
             tip[joint], angles[joint], _ok = five_axis.nominal(q_joint, length[joint])
         q, position, alpha, ok = five_axis.solve(tip, angles, length)
         if len(joint):
             q[joint] = q_joint
         return Solved(q, tip, angles, position, alpha, ok)
 
-    def q(self, piece: Ints, u: Array) -> Array:
+    def q(self, segment: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
-        return self.solve(piece, u).q
+        return self.solve(segment, w).q

@@ -1,6 +1,6 @@
-"""Every check of geometry, along whole pieces, before any time is planned.
+"""Every check of geometry, along whole segments, before any time is planned.
 
-Each piece is covered by spans (:mod:`verne_post.kinematics.spans`). A limit is judged on the bounds
+Each segment is covered by spans (:mod:`verne_post.kinematics.spans`). A limit is judged on the bounds
 between the samples; where they cannot decide, the span is halved until they can. On the way the
 largest derivatives of the joints are collected, which the time law needs.
 """
@@ -17,9 +17,9 @@ from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, S
 from verne_post.kinematics import spans
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.codes import CODES, Severity
+from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
-from verne_post.model.toolpath import PieceKind, ToolPath
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -57,7 +57,7 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class JointBounds:
-    """Largest derivatives of the joints by u over each piece, each shape (n, n_joints); NaN where unsolvable."""
+    """Largest derivatives of the joints by w over each segment, each shape (n, n_joints)."""
 
     first: Array
     second: Array
@@ -97,13 +97,13 @@ def checks_of(machine: Machine) -> list[Check]:
 
 
 def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
-    """Judge every piece of a path.
+    """Judge every segment of a contour.
 
     Parameters
     ----------
     joints : JointPath
     progress : callable, optional
-        Told how many pieces have been judged.
+        Told how many segments have been judged.
 
     Returns
     -------
@@ -112,8 +112,8 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     list of Finding
         VP1xx and VP2xx, one for each stretch of consecutive violating pieces.
     """
-    machine, path = joints.machine, joints.path
-    n, n_joints = len(path), len(machine.columns)
+    machine, contour = joints.machine, joints.contour
+    n, n_joints = len(contour), len(machine.columns)
     bounds = JointBounds(*(np.zeros((n, n_joints)) for _ in range(3)))
     checks = checks_of(machine)
     worst = [_Worst() for _ in checks]
@@ -121,31 +121,21 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     unreachable: dict[int, str] = {}
     for first in range(0, n, CHUNK_PIECES):
         chunk = np.arange(first, min(first + CHUNK_PIECES, n))
-        for piece, low, high, depth in _spans(path, chunk):
+        for piece, low, high, depth in _spans(contour, chunk):
             _judge_spans(joints, piece, low, high, depth, bounds, checks, worst, below_table, unreachable)
         if progress:
             progress(int(chunk[-1]) + 1)
-    findings = _unreachable_findings(path, unreachable)
+    findings = _unreachable_findings(contour, unreachable)
     for check, found in zip(checks, worst, strict=True):
-        findings += _limit_findings(path, check, found)
-    findings += _table_findings(path, below_table)
+        findings += _limit_findings(contour, check, found)
+    findings += _table_findings(contour, below_table)
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
-def _spans(path: ToolPath, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, Ints]]:
-    """First cover of pieces: (piece, low, high, depth)."""
-    delta = path.end[chunk] - path.start[chunk]
-    turn = np.abs(delta[:, 3:]).sum(axis=1)
-    arc = path.arc[chunk]
-    curved = arc >= 0
-    length = path.length[chunk]
-    turn[curved] += np.abs(path.arcs.sweep[arc[curved]])
-    joint = path.kind[chunk] == PieceKind.JOINT
-    if joint.any():
-        ends = path.joints[path.joint[chunk[joint]]]
-        length = length.copy()
-        length[joint] = np.abs(ends[:, 1] - ends[:, 0])[:, :-2].max(axis=1)
-    parts = np.maximum(np.ceil(np.maximum(length / SPAN_MM, turn / SPAN_ANGLE)), 1).astype(int)
+def _spans(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, Ints]]:
+    """First cover of segments: (segment, low, high, depth)."""
+    wanted = np.maximum(contour.length[chunk] / SPAN_MM, contour.turn[chunk] / SPAN_ANGLE)
+    parts = np.maximum(np.ceil(wanted), 1).astype(int)
     piece = np.repeat(chunk, parts)
     index = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
     share = np.repeat(parts, parts)
@@ -215,7 +205,7 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
     """VP210: tip or nose below z = 0 of the table frame within the table's radius."""
     radius = joints.machine.table_radius
     n = len(piece)
-    nose = solved.tip + joints.path.tool_length[np.repeat(piece, spans.NODES), None] * axis_of_angles(
+    nose = solved.tip + joints.contour.tool_length[np.repeat(piece, spans.NODES), None] * axis_of_angles(
         solved.angles[:, 0], solved.angles[:, 1]
     )
     for point in (solved.tip, nose):
@@ -246,8 +236,15 @@ def _note_unreachable(joints: JointPath, piece: Ints, u: Array, solved: Solved, 
     if not fresh:
         return
     rows = bad[first[fresh]]
-    codes = joints.machine.five_axis.why_not(solved.tip[rows], solved.angles[rows], joints.path.tool_length[new[fresh]])
+    codes = joints.machine.five_axis.why_not(
+        solved.tip[rows], solved.angles[rows], joints.contour.tool_length[new[fresh]]
+    )
     unreachable.update(zip((int(p) for p in new[fresh]), codes, strict=True))
+
+
+def _pieces(contour: Contour, group: list[int]) -> int:
+    """How many programmed pieces a group of segments belongs to."""
+    return len(np.unique(contour.piece[group]))
 
 
 def _stretches(pieces: list[int]) -> Iterator[list[int]]:
@@ -262,24 +259,29 @@ def _stretches(pieces: list[int]) -> Iterator[list[int]]:
         yield group
 
 
-def _unreachable_findings(path: ToolPath, unreachable: dict[int, str]) -> list[Finding]:
+def _unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
     found = []
     for code in ("VP110", "VP201"):
         for group in _stretches([piece for piece, why in unreachable.items() if why == code]):
-            lines = path.line[group]
+            lines = contour.line[group]
             what = {
                 "VP110": "out of reach: no position of the sliders closes the rods",
                 "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
             }[code]
             found.append(
                 finding(
-                    code, what, line=int(lines[0]), last_line=int(lines[-1]), worst_line=int(lines[0]), count=len(group)
+                    code,
+                    what,
+                    line=int(lines[0]),
+                    last_line=int(lines[-1]),
+                    worst_line=int(lines[0]),
+                    count=_pieces(contour, group),
                 )
             )
     return found
 
 
-def _limit_findings(path: ToolPath, check: Check, worst: _Worst) -> list[Finding]:
+def _limit_findings(contour: Contour, check: Check, worst: _Worst) -> list[Finding]:
     found = []
     levels: list[tuple[Severity, list[int], float]] = []
     deficit = {piece: value for piece, (_m, value) in worst.value.items()}
@@ -300,22 +302,22 @@ def _limit_findings(path: ToolPath, check: Check, worst: _Worst) -> list[Finding
             message = f"{what} {value:.6f} {check.unit} is {side} {bound:g} {check.unit} by {abs(value - bound):.6f} {check.unit}"
             found.append(
                 finding(
-                    check.code, message, severity=severity, line=int(path.line[group[0]]),
-                    last_line=int(path.line[group[-1]]), worst_line=int(path.line[at]), axis=check.axis,
-                    value=value, limit=bound, unit=check.unit, count=len(group),
+                    check.code, message, severity=severity, line=int(contour.line[group[0]]),
+                    last_line=int(contour.line[group[-1]]), worst_line=int(contour.line[at]), axis=check.axis,
+                    value=value, limit=bound, unit=check.unit, count=_pieces(contour, group),
                 )
             )  # fmt: skip
     return found
 
 
-def _table_findings(path: ToolPath, below: _Worst) -> list[Finding]:
+def _table_findings(contour: Contour, below: _Worst) -> list[Finding]:
     found = []
     for group in _stretches(list(below.value)):
         at = min(group, key=lambda piece: below.value[piece][0])
         value = below.value[at][1]
         message = f"tip or spindle nose {-value:.6f} mm below the table face, inside the table's radius"
         found.append(
-            finding("VP210", message, line=int(path.line[group[0]]), last_line=int(path.line[group[-1]]),
-                    worst_line=int(path.line[at]), value=value, limit=0.0, unit="mm", count=len(group))
+            finding("VP210", message, line=int(contour.line[group[0]]), last_line=int(contour.line[group[-1]]),
+                    worst_line=int(contour.line[at]), value=value, limit=0.0, unit="mm", count=_pieces(contour, group))
         )  # fmt: skip
     return found

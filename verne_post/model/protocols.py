@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
-from verne_post.model.toolpath import ToolPath
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,10 +42,10 @@ class Margin:
 
 
 class PoseFunction(Protocol):
-    """Evaluates the programmed geometry of LINE and ARC pieces."""
+    """Evaluates the geometry of a contour."""
 
-    def __call__(self, path: ToolPath, piece: NDArray[np.integer], u: Array) -> tuple[Array, Array]:
-        """Tip (n, 3) and nominal angles (n, 2) at parameter u (n,) of pieces (n,)."""
+    def __call__(self, contour: Contour, segment: NDArray[np.integer], w: Array) -> tuple[Array, Array]:
+        """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
 
 
 class ParallelModule(Protocol):

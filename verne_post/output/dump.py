@@ -11,8 +11,8 @@ from verne_post.base.rotations import axis_of_angles
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.arcs import PLANE_NAMES
 from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.contour import Contour
 from verne_post.model.moves import FeedMode, MoveKind, Moves
-from verne_post.model.toolpath import PieceKind, ToolPath
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,29 +54,35 @@ def _move(table: Moves, row: int) -> dict[str, object]:
 
 def poses(joints: JointPath, table: Moves) -> Iterator[str]:
     """Tip and tool axis in the work frame along every piece; s in mm along the piece's run."""
-    path = joints.path
-    for piece, u, s in _points(path):
-        solved = joints.solve(piece, u)
+    contour, path = joints.contour, joints.contour.path
+    for segment, w, s in _points(contour):
+        solved = joints.solve(segment, w)
         axis = axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
-        frame = table.frames[table.frame[path.move[piece[0]]]] if path.move[piece[0]] >= 0 else table.start_frame
+        move = path.move[contour.piece[segment[0]]]
+        frame = table.frames[table.frame[move]] if move >= 0 else table.start_frame
         tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
-        for k in range(len(u)):
+        for k in range(len(w)):
             yield _line(
-                {"line": int(path.line[piece[k]]), "s": float(s[k]), "tip": tip[k].tolist(), "axis": axis[k].tolist()}
+                {
+                    "line": int(contour.line[segment[k]]),
+                    "s": float(s[k]),
+                    "tip": tip[k].tolist(),
+                    "axis": axis[k].tolist(),
+                }
             )
 
 
 def joints(joint_path: JointPath) -> Iterator[str]:
     """Joint values, lean and margins along every piece; units of the setpoint file."""
-    machine, path = joint_path.machine, joint_path.path
+    machine, contour = joint_path.machine, joint_path.contour
     names = [
         f"{margin.name} ({margin.axis})" if margin.axis else margin.name
         for margin in machine.module.margin_names(machine.limits.serial_singularity)
     ]
-    for piece, u, s in _points(path):
-        solved = joint_path.solve(piece, u)
+    for segment, w, s in _points(contour):
+        solved = joint_path.solve(segment, w)
         margins = machine.module.geometry_margins(solved.position, solved.alpha)
-        for k in range(len(u)):
+        for k in range(len(w)):
             q = {column.header: _number(solved.q[k, j] * column.factor) for j, column in enumerate(machine.columns)}
             travel = {
                 f"travel of {column.joint}": _number(abs(column.factor) * float(min(
@@ -84,26 +90,23 @@ def joints(joint_path: JointPath) -> Iterator[str]:
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
             shown = {name: _number(margins[k, j]) for j, name in enumerate(names)}
-            yield _line({"line": int(path.line[piece[k]]), "s": float(s[k]), "q": q,
+            yield _line({"line": int(contour.line[segment[k]]), "s": float(s[k]), "q": q,
                          "alpha_deg": _number(DEG_PER_RAD * solved.alpha[k]), "margins": {**travel, **shown}})  # fmt: skip
 
 
-def _points(path: ToolPath) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
-    """Points along each piece: its start where a run begins, enough between, its end."""
+def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
+    """Points along each segment: its start where a run begins, enough between, its end."""
     s = 0.0
-    for piece in range(len(path)):
-        begins_run = piece == 0 or path.run[piece] != path.run[piece - 1]
+    for segment in range(len(contour)):
+        begins_run = segment == 0 or contour.run[segment] != contour.run[segment - 1]
         if begins_run:
             s = 0.0
-        delta = path.end[piece] - path.start[piece]
-        turn = float(np.abs(delta[3:]).max())
-        straight = path.kind[piece] == PieceKind.LINE and turn == 0.0
-        arc = path.arc[piece]
-        turn = max(turn, abs(float(path.arcs.sweep[arc])) if arc >= 0 else 0.0)
-        parts = 1 if straight else max(1, math.ceil(path.length[piece] / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
-        u = np.linspace(0.0, 1.0, parts + 1)[0 if begins_run else 1 :]
-        yield np.full(len(u), piece), u, s + u * path.length[piece]
-        s += float(path.length[piece])
+        length, turn = float(contour.length[segment]), float(contour.turn[segment])
+        straight = turn == 0.0 and contour.blend[segment] < 0
+        parts = 1 if straight else max(1, math.ceil(length / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
+        w = np.linspace(0.0, 1.0, parts + 1)[0 if begins_run else 1 :]
+        yield np.full(len(w), segment), w, s + w * length
+        s += length
 
 
 def _number(value: float) -> float | None:

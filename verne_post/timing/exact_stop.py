@@ -18,9 +18,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
-from verne_post.model.toolpath import ToolPath
 from verne_post.timing.ruckig_backend import rest_to_rest
 
 Array = NDArray[np.float64]
@@ -77,14 +77,14 @@ class RunLaws:
         return np.clip(s, 0.0, self.length[run])
 
 
-def plan_runs(path: ToolPath, first: Array, second: Array, third: Array, limits: Limits) -> RunLaws:
-    """Plan every run of a path.
+def plan_runs(contour: Contour, first: Array, second: Array, third: Array, limits: Limits) -> RunLaws:
+    """Plan every run of a contour.
 
     Parameters
     ----------
-    path : ToolPath
+    contour : Contour
     first, second, third : ndarray, shape (n, n_joints)
-        Largest derivatives of the joints by u over each piece.
+        Largest derivatives of the joints by w over each segment.
     limits : Limits
 
     Raises
@@ -92,13 +92,13 @@ def plan_runs(path: ToolPath, first: Array, second: Array, third: Array, limits:
     SolverError
         Naming the source line of the first run without a law.
     """
-    length = path.length[:, None]
-    begins = np.flatnonzero(np.diff(path.run, prepend=-1))
+    length = contour.length[:, None]
+    begins = np.flatnonzero(np.diff(contour.run, prepend=-1))
     slope = [np.maximum.reduceat(d / length**k, begins) for k, d in enumerate((first, second, third), start=1)]
     with np.errstate(divide="ignore"):
-        feed_speed = np.where(path.feed_time > 0, path.length / path.feed_time, np.inf)
+        feed_speed = 1.0 / contour.pace
     cap = np.minimum.reduceat(feed_speed, begins)
-    distance = np.add.reduceat(path.length, begins)
+    distance = np.add.reduceat(contour.length, begins)
     durations, jerks = np.empty((len(begins), 7)), np.empty((len(begins), 7))
     for start in range(0, len(begins), CHUNK_RUNS):
         some = slice(start, start + CHUNK_RUNS)
@@ -106,7 +106,7 @@ def plan_runs(path: ToolPath, first: Array, second: Array, third: Array, limits:
         durations[some], jerks[some] = rest_to_rest(distance[some], v, a, j)
     lost = np.flatnonzero(~np.isfinite(durations).all(axis=1))
     if len(lost):
-        line = int(path.line[begins[lost[0]]])
+        line = int(contour.line[begins[lost[0]]])
         raise SolverError(
             finding(
                 "VP420",

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.model.toolpath import ToolPath
+from verne_post.model.contour import Contour
 from verne_post.timing.exact_stop import RunLaws
 
 Array = NDArray[np.float64]
@@ -46,26 +46,27 @@ class Timeline:
         return int(self.first_row[-1]) + 1
 
 
-def timeline(path: ToolPath, laws: RunLaws, cycle: float) -> Timeline:
+def timeline(contour: Contour, laws: RunLaws, cycle: float) -> Timeline:
     """Lay runs and dwells end to end; every run is stretched to whole cycles."""
     run_cycles = np.maximum(np.ceil(laws.total / cycle - WHOLE_CYCLE), 1).astype(np.int64)
-    dwell_cycles = np.ceil(path.dwell_seconds / cycle - WHOLE_CYCLE).astype(np.int64)
+    dwell_cycles = np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE).astype(np.int64)
     n_runs, n_dwells = len(run_cycles), len(dwell_cycles)
     # a dwell comes before the run with its number
-    position = np.concatenate([np.arange(n_runs) + 0.5, path.dwell_run.astype(float)])
+    position = np.concatenate([np.arange(n_runs) + 0.5, contour.dwell_run.astype(float)])
     order = np.argsort(position, kind="stable")
     run: Ints = np.concatenate([np.arange(n_runs), np.full(n_dwells, -1)])[order]
-    line = np.concatenate([np.zeros(n_runs, np.int64), path.dwell_line])[order]
+    line = np.concatenate([np.zeros(n_runs, np.int64), contour.path.dwell_line])[order]
     cycles = np.concatenate([run_cycles, dwell_cycles])[order]
     return Timeline(run, line, np.append(0, np.cumsum(cycles)), cycle)
 
 
-def rows(path: ToolPath, laws: RunLaws, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
-    """Blocks of rows: (first row, piece (n,), u (n,), source line (n,))."""
-    run_begin = np.flatnonzero(np.diff(path.run, prepend=-1))
-    ends = np.cumsum(path.length)
-    starts = ends - path.length
-    last_piece = np.append(run_begin[1:], len(path)) - 1
+def rows(contour: Contour, laws: RunLaws, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
+    """Blocks of rows: (first row, segment (n,), w (n,), source line (n,))."""
+    run_begin = np.flatnonzero(np.diff(contour.run, prepend=-1))
+    ends = np.cumsum(contour.length)
+    line = contour.line
+    starts = ends - contour.length
+    last_segment = np.append(run_begin[1:], len(contour)) - 1
     # dwells rest where the next run starts, or where the last one ended
     runs_before = np.cumsum(plan.run >= 0)
     next_run = np.where(runs_before < len(run_begin), runs_before, -1)
@@ -81,8 +82,8 @@ def rows(path: ToolPath, laws: RunLaws, plan: Timeline) -> Iterator[tuple[int, I
         t = np.where(moving, (k - plan.first_row[item]) / np.maximum(cycles, 1) * laws.total[owner], 0.0)
         s = laws.position(owner, t)
         at = starts[run_begin[owner]] + s
-        piece = np.clip(np.searchsorted(ends, at, side="right"), run_begin[owner], last_piece[owner])
-        u = np.clip((at - starts[piece]) / path.length[piece], 0.0, 1.0)
+        segment = np.clip(np.searchsorted(ends, at, side="right"), run_begin[owner], last_segment[owner])
+        w = np.clip((at - starts[segment]) / contour.length[segment], 0.0, 1.0)
         finished = after_all | (k == plan.first_row[item + 1])
-        piece[finished], u[finished] = last_piece[owner[finished]], 1.0
-        yield first, piece, u, np.where(moving, path.line[piece], plan.line[item])
+        segment[finished], w[finished] = last_segment[owner[finished]], 1.0
+        yield first, segment, w, np.where(moving, line[segment], plan.line[item])

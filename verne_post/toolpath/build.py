@@ -11,6 +11,7 @@ from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.model.moves import FeedMode, Frame, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
+from verne_post.toolpath.evaluate import arc_derivatives
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -88,6 +89,9 @@ def build_path(moves: Moves, coordinates: TableCoordinates) -> ToolPath:
         dwell_run=np.append(run, run[-1] + 1 if len(run) else 0)[dwell_before].astype(np.int32),
         dwell_seconds=moves.feed[dwell],
         dwell_line=moves.line[dwell],
+        blended=np.zeros(len(row), dtype=bool),
+        tip_tolerance=np.zeros(len(row)),
+        axis_tolerance=np.zeros(len(row)),
         first_pose=first,
         first_tool_length=float(frame_length[0]) if len(moves) else moves.start_frame.tool_length,
     )
@@ -185,7 +189,10 @@ def _joined(
     leaving[:, 0] = arriving[:, 0] = rate
     curved = np.flatnonzero(kind == PieceKind.ARC)
     for target, u in ((leaving, 0.0), (arriving, 1.0)):
-        target[curved, :, :3] = _arc_derivatives(arcs, u) / length[curved, None, None] ** np.arange(1, 4)[:, None]
+        rows = np.arange(len(curved))
+        at = np.full(len(curved), u)
+        for order, derivative in enumerate(arc_derivatives(arcs, rows, at), start=1):
+            target[curved, order - 1, :3] = derivative / length[curved, None] ** order
     jump = leaving[1:] - arriving[:-1]
     jump[..., 3:] *= ROTARY_METRIC_MM
     smooth = (np.abs(jump) < CONTINUATION).all(axis=(1, 2))
@@ -197,21 +204,3 @@ def _joined(
     contact = np.abs(start[1:] - end[:-1]).max(axis=1) == 0.0
     joined[1:] = smooth & same_kind & same_pace & (tool[1:] == tool[:-1]) & ~exact_stop[:-1] & contact
     return joined
-
-
-def _arc_derivatives(arcs: ArcPieces, u: float) -> Array:
-    """First three derivatives of the tip by u, shape (m, 3, 3)."""
-    angle = u * arcs.sweep
-    radial = np.cos(angle)[:, None] * arcs.e1 + np.sin(angle)[:, None] * arcs.e2
-    tangent = np.cos(angle)[:, None] * arcs.e2 - np.sin(angle)[:, None] * arcs.e1
-    grow = (arcs.r1 - arcs.r0)[:, None]
-    radius = arcs.r0[:, None] + u * grow
-    w = arcs.sweep[:, None]
-    return np.stack(
-        [
-            radius * w * tangent + grow * radial + arcs.rise,
-            -radius * w**2 * radial + 2 * grow * w * tangent,
-            -radius * w**3 * tangent - 3 * grow * w**2 * radial,
-        ],
-        axis=1,
-    )

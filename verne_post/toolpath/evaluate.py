@@ -45,3 +45,29 @@ def arc_tip(arcs: ArcPieces, row: Ints, u: Array) -> Array:
         + (radius * np.sin(angle))[:, None] * arcs.e2[row]
         + u[:, None] * arcs.rise[row]
     )
+
+
+def pose_derivatives(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array, Array]:
+    """First three derivatives by u of tip and nominal angles, each shape (n, 5)."""
+    first = path.end[piece] - path.start[piece]
+    second, third = np.zeros_like(first), np.zeros_like(first)
+    curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    if len(curved):
+        row = path.arc[piece[curved]]
+        first[curved, :3], second[curved, :3], third[curved, :3] = arc_derivatives(path.arcs, row, u[curved])
+    return first, second, third
+
+
+def arc_derivatives(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array, Array]:
+    """First three derivatives of the tip by u, each shape (n, 3)."""
+    w = arcs.sweep[row][:, None]
+    phi = u[:, None] * w
+    radial = np.cos(phi) * arcs.e1[row] + np.sin(phi) * arcs.e2[row]
+    tangent = np.cos(phi) * arcs.e2[row] - np.sin(phi) * arcs.e1[row]
+    grow = (arcs.r1 - arcs.r0)[row][:, None]
+    radius = arcs.r0[row][:, None] + u[:, None] * grow
+    return (
+        radius * w * tangent + grow * radial + arcs.rise[row],
+        -radius * w**2 * radial + 2 * grow * w * tangent,
+        -radius * w**3 * tangent - 3 * grow * w**2 * radial,
+    )
