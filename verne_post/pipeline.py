@@ -25,12 +25,12 @@ from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import rounded, setpoint_format
+from verne_post.output.rounding import rounded, setpoint_format, trusted_format
 from verne_post.timing.exact_stop import RunLaws, plan_runs
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
 from verne_post.toolpath.build import build_path
-from verne_post.toolpath.contour import contour_pose, exact_contour
+from verne_post.toolpath.contour import contour_pose, exact_contour, speed_cap
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Program:
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
-        return JointPath(self.contour, self.machine, contour_pose)
+        return JointPath(self.contour, self.machine, contour_pose, speed_cap)
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,7 +308,9 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
     """
     verifier: Verifier | None = None
     for block in blocks:
-        verifier = verifier or verifier_of(program, block.format)
+        if verifier is None:
+            accept = program.options.accept_rounding
+            verifier = verifier_of(program, trusted_format(program.machine, block.format, accept_rounding=accept))
         verifier.feed(block)
     if verifier is None:
         raise InputError(finding("VP020", "the setpoint file has no rows"))

@@ -55,7 +55,9 @@ def read_rates(lines: int) -> None:
         program.write_bytes(source)
         theirs = best(lambda: subprocess.run([rs274, "-g", program], stdout=subprocess.DEVNULL, check=False,
                                              stderr=subprocess.DEVNULL, cwd=folder))  # fmt: skip
-    print(f"rs274           {lines:9d} lines  {theirs:7.2f} s  {lines / theirs:12,.0f} lines/s  ours is {theirs / ours:.1f} x")
+    print(
+        f"rs274           {lines:9d} lines  {theirs:7.2f} s  {lines / theirs:12,.0f} lines/s  ours is {theirs / ours:.1f} x"
+    )
 
 
 def pose_rates(poses: int = 1_000_000) -> None:

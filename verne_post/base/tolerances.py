@@ -58,6 +58,8 @@ CONTINUATION: Final = 1e-8
 WHOLE_NUMBER: Final = 1e-4
 #: Radius mismatch of an arc that is always accepted ...
 ARC_RADIUS_MM: Final = 0.02828427
+#: The same in a block read in inches (0.002828427 in).
+ARC_RADIUS_INCH_MM: Final = 0.07184205
 #: ... and the share of the radius that is accepted up to a hundred times that.
 ARC_RADIUS_SHARE: Final = 1e-3
 #: An R word may be too small by this much; the arc is then a half circle.

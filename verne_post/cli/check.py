@@ -7,6 +7,7 @@ import click
 
 from verne_post.cli.common import (
     build_options,
+    check_writable,
     from_option,
     load,
     program_options,
@@ -14,6 +15,7 @@ from verne_post.cli.common import (
     read_bytes,
     refuse,
     shown_name,
+    write_whole,
 )
 
 
@@ -48,6 +50,7 @@ def command(
     from verne_post.model.findings import InputError
     from verne_post.output.findings import Report, as_json, counts, text
 
+    check_writable(output_file, "--output-file")
     try:
         machine = load(given.pop("machine_name"))
         options = build_options("", **given)
@@ -73,5 +76,5 @@ def command(
     if output_file is None:
         click.echo(written, nl=False)
     else:
-        output_file.write_text(written, encoding="utf-8")
+        write_whole(output_file, [written])
     return gravest(statuses)

@@ -1,7 +1,9 @@
 """What several commands share: program options, reading input, findings and progress on standard error."""
 
+import os
 import sys
-from collections.abc import Callable, Iterator
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,8 +59,8 @@ def build_options(name: str, **given: Any) -> "Options":
                 "leave the option out"
             )
     cycle = given.get("cycle")
-    if cycle is not None and not 1e-6 <= cycle <= 1.0:
-        raise click.UsageError(f"--cycle {cycle:g}: a control cycle lies between 1e-6 and 1 s")
+    if cycle is not None and not 1e-4 <= cycle <= 1.0:
+        raise click.UsageError(f"--cycle {cycle:g}: a control cycle lies between 1e-4 and 1 s")
     length = given.get("tool_length")
     if length is not None and not 0.0 <= length <= 1e4:
         raise click.UsageError(f"--tool-length {length:g}: a tool length lies between 0 and 10000 mm")
@@ -130,6 +132,46 @@ def read_bytes(name: str) -> bytes:
         return Path(name).read_bytes()
     except OSError as error:
         raise click.UsageError(f"{name}: {error.strerror or error}") from None
+
+
+def check_writable(path: Path | None, option: str) -> None:
+    """Refuse a file that could not be written, before any work is done."""
+    if path is None or (path.exists() and not path.is_file()):
+        return  # a device or a pipe is written through
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        raise click.UsageError(f"{option} {path}: the folder does not exist")
+    if path.is_dir():
+        raise click.UsageError(f"{option} {path}: is a folder")
+    try:
+        handle, probe = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
+    except OSError as error:
+        raise click.UsageError(f"{option} {path}: cannot be written: {error.strerror}") from None
+    os.close(handle)
+    Path(probe).unlink()
+
+
+def write_whole(path: Path, parts: Iterable[str]) -> None:
+    """Write a file so that it is whole or untouched: a temporary name in the same folder, then a rename.
+
+    A symbolic link keeps pointing where it does; devices and pipes are written through.
+    """
+    if path.exists() and not path.is_file():
+        with path.open("w", encoding="utf-8", newline="\n") as device:
+            device.writelines(parts)
+        return
+    target = path.resolve()
+    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent, text=True)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.writelines(parts)
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(temporary).chmod(0o666 & ~umask)
+        Path(temporary).replace(target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
 
 
 def shown_name(name: str) -> str:

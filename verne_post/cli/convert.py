@@ -1,16 +1,16 @@
 """`verne-post convert`: the main job."""
 
-import os
 import shutil
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from verne_post.cli.common import (
     build_options,
+    check_writable,
     from_option,
     load,
     print_findings,
@@ -19,10 +19,13 @@ from verne_post.cli.common import (
     read_bytes,
     refuse,
     shown_name,
+    write_whole,
 )  # fmt: skip
 
 if TYPE_CHECKING:
     from verne_post.model.setpoints import SetpointBlock
+
+_COPY: Final = 1 << 20
 
 
 @click.command("convert")
@@ -57,6 +60,8 @@ def command(
     if decimals != "auto" and not (decimals.isdecimal() and int(decimals) <= 12):
         raise click.UsageError(f"--decimals {decimals}: expected auto, or a whole number from 0 to 12")
     given["decimals"] = None if decimals == "auto" else int(decimals)
+    check_writable(output, "-o")
+    check_writable(meta, "--meta")
     name = shown_name(input_name)
     try:
         machine = load(given.pop("machine_name"))
@@ -71,10 +76,7 @@ def command(
     from verne_post.pipeline import convert
 
     header, encode = FORMATS[file_format]
-    folder = output.parent if output else None
-    if folder is not None and not folder.is_dir():
-        raise click.UsageError(f"-o {output}: the folder does not exist")
-    with tempfile.TemporaryFile("w+", encoding="utf-8", newline="\n", dir=folder) as spool:
+    with tempfile.TemporaryFile("w+", encoding="utf-8", newline="\n") as spool:
         spool.write(header(machine.columns))
 
         def sink(block: "SetpointBlock") -> None:
@@ -91,23 +93,8 @@ def command(
             shutil.copyfileobj(spool, sys.stdout)
             sys.stdout.flush()
         else:
-            _replace(output, spool)
+            write_whole(output, iter(lambda: spool.read(_COPY), ""))
     if meta is not None:
-        meta.write_text(meta_text(result.summary), encoding="utf-8")
+        write_whole(meta, [meta_text(result.summary)])
     click.echo(paragraph(result.summary), nl=False, err=True)
     return result.exit_code
-
-
-def _replace(output: Path, spool: TextIO) -> None:
-    """Write to a temporary name in the same folder, then rename: OUT is whole or untouched."""
-    handle, temporary = tempfile.mkstemp(prefix=f".{output.name}.", dir=output.parent, text=True)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            shutil.copyfileobj(spool, file)
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(temporary).chmod(0o666 & ~umask)
-        Path(temporary).replace(output)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise

@@ -23,7 +23,7 @@ from verne_post.cli.common import (
 @from_option
 @program_options
 def command(stage: str, input_name: str, machine_name: str, **given: Any) -> int:
-    r"""Print one stage of a program as JSON lines.
+    """Print one stage of a program as JSON lines.
 
     \b
     moves   what an interpreter reports: program coordinates, no machine

@@ -6,7 +6,7 @@ Heavy modules are imported by the commands that need them, so that --help and --
 import importlib
 import os
 import sys
-from typing import Final
+from typing import Any, Final
 
 import click
 
@@ -20,6 +20,10 @@ COMMANDS: Final = {
 
 EXIT_CLEAN, EXIT_VIOLATION, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_BUG = 0, 1, 2, 3, 70
 EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141
+
+
+class PipeClosed(Exception):
+    """The reader of standard output has gone."""
 
 
 class DefaultGroup(click.Group):
@@ -37,6 +41,15 @@ class DefaultGroup(click.Group):
         command: click.Command = module.command
         return command
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; a reader that has gone is reported past click, which would exit with 1."""
+        try:
+            result = super().invoke(ctx)
+            sys.stdout.flush()
+        except BrokenPipeError as error:
+            raise PipeClosed from error
+        return result
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the default command in front of arguments that name none."""
         own = {name for parameter in self.get_params(ctx) for name in parameter.opts}
@@ -48,7 +61,7 @@ class DefaultGroup(click.Group):
 @click.group(cls=DefaultGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="verne-post")
 def cli() -> None:
-    r"""Post-processor for the VERNE five-axis parallel-kinematic machine tool.
+    """Post-processor for the VERNE five-axis parallel-kinematic machine tool.
 
     \b
     verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out
@@ -66,7 +79,6 @@ def main(arguments: list[str]) -> int:
     """Run the command line and return its exit status."""
     try:
         result = cli.main(arguments, prog_name="verne-post", standalone_mode=False)
-        sys.stdout.flush()
         return result if isinstance(result, int) else EXIT_CLEAN
     except click.exceptions.Exit as error:
         return error.exit_code
@@ -77,7 +89,7 @@ def main(arguments: list[str]) -> int:
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-    except BrokenPipeError:
+    except PipeClosed:
         # the reader has gone; do not let the interpreter's own flush complain about it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_BROKEN_PIPE

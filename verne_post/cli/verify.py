@@ -20,6 +20,7 @@ from verne_post.cli.common import (
 @click.command("verify")
 @click.argument("setpoints", metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
+@click.option("--accept-rounding", is_flag=True, help="Judge files whose decimals alone break a limit.")
 @from_option
 @program_options
 def command(setpoints: str, against: str, machine_name: str, **given: Any) -> int:

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.config.kinds import KINDS
-from verne_post.config.schema import LimitsFile, MachineFile
+from verne_post.config.schema import AccuracyFile, LimitsFile, MachineFile
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.findings import Finding, InputError, finding
@@ -53,12 +53,13 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
     """Build a machine from the bytes of its file."""
     try:
         data = tomllib.loads(raw.decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # a number or a nesting beyond any machine file counts too
         raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
     try:
         content = MachineFile.model_validate(data)
     except ValidationError as error:
-        raise InputError(*_sentences(error, file_name, MachineFile, data)) from None
+        found = _sentences(error, file_name, MachineFile, data)
+        raise InputError(*found, *_module_mistakes(data, file_name)) from None
     if content.kind not in KINDS:
         message = f"{file_name}: kind = {content.kind!r}: unknown; expected one of {', '.join(KINDS)}"
         raise InputError(finding("VP501", message))
@@ -80,7 +81,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         Column("a", "deg", table.a_sign / RAD_PER_DEG),
         Column("c", "deg", table.c_sign / RAD_PER_DEG),
     )
-    home = content.home
+    home, accuracy = content.home, content.accuracy or AccuracyFile()
     return Machine(
         name=content.name,
         kind=content.kind,
@@ -90,7 +91,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         coordinates=table,
         columns=columns,
         limits=_limits(content.limits, len(module.actuators), table),
-        accuracy=Accuracy(content.accuracy.tip_mm, RAD_PER_DEG * content.accuracy.axis_deg),
+        accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=Home(tuple(home.g28), tuple(home.g30)) if home else None,  # type: ignore[arg-type]
         table_radius=content.table.radius,
         cycle=content.control.cycle_s,
@@ -120,6 +121,18 @@ def _limits(file: LimitsFile, n: int, table: TiltingTable) -> Limits:
     )
 
 
+def _module_mistakes(data: dict[str, Any], file_name: str) -> list[Finding]:
+    """Mistakes of [module], for a file that has others too."""
+    kind, module = KINDS.get(str(data.get("kind"))), data.get("module")
+    if kind is None or not isinstance(module, dict):
+        return []
+    try:
+        kind.schema.model_validate(module)
+    except ValidationError as error:
+        return _sentences(error, file_name, kind.schema, module, "module")
+    return []
+
+
 # --- errors as sentences ---------------------------------------------------------------------
 
 
@@ -129,7 +142,7 @@ def _sentences(
     """One finding a mistake: file, key, value, and what would be right."""
     sentences: dict[str, str] = {}
     for item in error.errors():
-        place = [part for part in item["loc"] if isinstance(part, int) or part.isidentifier()]
+        place = _place(item["loc"], data)
         key = ".".join(str(part) for part in ([prefix] if prefix else []) + place) or "the file"
         if item["type"] == "missing":
             text = "is missing"
@@ -142,6 +155,20 @@ def _sentences(
                 text = f": {what}"
         sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else f"{file_name}: {key} {text}"
     return [finding("VP501", sentence) for sentence in sentences.values()]
+
+
+def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
+    """The keys of a mistake, without the tags that the validator puts between them."""
+    place: list[int | str] = []
+    for index, part in enumerate(loc):
+        here = isinstance(data, dict) and part in data
+        inside = isinstance(data, list) and isinstance(part, int) and part < len(data)
+        if here or inside:
+            place.append(part)
+            data = data[part]
+        elif isinstance(data, dict) and index == len(loc) - 1:
+            place.append(part)  # a missing key
+    return place
 
 
 def _nearest(word: str, schema: type[BaseModel], place: list[int | str]) -> str:

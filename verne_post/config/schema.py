@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator, model_validator
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -80,7 +80,7 @@ class LimitsFile(Group):
     """[limits]; slider values are one for all or a list of three."""
 
     rho_mm: Range | Annotated[list[Range], Field(min_length=3, max_length=3)]
-    a_deg: Range | None = None
+    a_deg: Range
     c_deg: Range | None = None
     rho_velocity: PerSlider
     rho_acceleration: PerSlider
@@ -112,7 +112,7 @@ class AccuracyFile(Group):
 class ControlFile(Group):
     """[control]."""
 
-    cycle_s: Annotated[float, Field(ge=1e-6, le=1.0, allow_inf_nan=False)]
+    cycle_s: Annotated[float, Field(ge=1e-4, le=1.0, allow_inf_nan=False)]
 
 
 class ProvenanceFile(Group):
@@ -127,10 +127,17 @@ class ProvenanceFile(Group):
     accuracy: Source | None = None
 
 
+def known_schema(value: object) -> object:
+    """The version of the file's schema."""
+    if type(value) is not int or value != 1:
+        raise ValueError("this version reads schema = 1")
+    return value
+
+
 class MachineFile(Group):
     """The file as a whole; ``module`` is checked against the schema of its ``kind``."""
 
-    schema_version: Literal[1] = Field(alias="schema")
+    schema_version: Annotated[int, Field(alias="schema"), BeforeValidator(known_schema)]
     name: Annotated[str, Field(min_length=1)]
     kind: str
     module: dict[str, object]
@@ -138,12 +145,13 @@ class MachineFile(Group):
     table: TableFile
     home: HomeFile | None = None
     limits: LimitsFile
-    accuracy: AccuracyFile = AccuracyFile()
+    accuracy: AccuracyFile | None = None
     control: ControlFile
     provenance: ProvenanceFile
 
     @model_validator(mode="after")
-    def _home_has_a_source(self) -> "MachineFile":
-        if self.home is not None and self.provenance.home is None:
-            raise ValueError("provenance.home is missing: every group says where it is from")
+    def _optional_groups_have_a_source(self) -> "MachineFile":
+        for group in ("home", "accuracy"):
+            if getattr(self, group) is not None and getattr(self.provenance, group) is None:
+                raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         return self

@@ -27,7 +27,7 @@ class Arc:
 
 def center_arc(
     start: list[float], end: list[float], plane: int, clockwise: bool,
-    offsets: dict[str, float], absolute: bool, extra_turns: int,
+    offsets: dict[str, float], absolute: bool, extra_turns: int, tolerance: float = ARC_RADIUS_MM,
 ) -> Arc:  # fmt: skip
     """Arc given by its centre (I, J, K).
 
@@ -41,6 +41,8 @@ def center_arc(
         G90.1: centres are absolute.
     extra_turns : int
         Full turns beyond the first (P - 1).
+    tolerance : float
+        Radius mismatch that is always accepted, mm.
     """
     first, second, normal, letter1, letter2 = PLANES[plane]
     wrong = set(offsets) - {letter1, letter2}
@@ -59,11 +61,12 @@ def center_arc(
     if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
         raise BlockError("VP008", "the radius of the arc is zero")
     gap = abs(r1 - r2)
-    if gap > 100 * ARC_RADIUS_MM or (gap > ARC_RADIUS_MM and gap > ARC_RADIUS_SHARE * max(r1, r2)):
+    allowed = min(max(tolerance, ARC_RADIUS_SHARE * max(r1, r2)), 100 * tolerance)
+    if gap > allowed:
         raise BlockError(
             "VP008",
             f"the end is not on the circle: radius {r1:.4f} mm at the start, {r2:.4f} mm at the end, "
-            f"difference {gap:.4f} mm; allowed {max(ARC_RADIUS_MM, ARC_RADIUS_SHARE * max(r1, r2)):.4f} mm",
+            f"difference {gap:.4f} mm; allowed {allowed:.4f} mm",
         )
     return _arc(start, end, plane, normal, c1, c2, clockwise, extra_turns)
 

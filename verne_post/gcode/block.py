@@ -7,6 +7,8 @@ digits and at most one point; there is no exponent.
 from dataclasses import dataclass, field
 from typing import Final
 
+#: Numbers beyond this mean nothing in any word, and would overflow somewhere.
+MAX_NUMBER: Final = 1e30
 _DIGITS: Final = "0123456789"
 _BLANKS: Final = " \t\r"
 #: Letters that may start a word, in addition to N (first only) and O (a program number, alone).
@@ -33,7 +35,6 @@ class Block:
     words: dict[str, float] = field(default_factory=dict)
     columns: dict[str, int] = field(default_factory=dict)
     comment: str | None = None
-    deleted: bool = False
     program_number: bool = False
 
 
@@ -53,18 +54,20 @@ def read_block(text: str, line: int) -> Block:
         With the column of the first character that does not fit.
     """
     block = Block(line)
-    at, first = 0, True
+    at, first, slash = 0, True, False
     while True:
         at = _skip_blanks(text, at)
         if at == len(text):
             return block
-        character = text[at].upper()
-        if character == "/" and first and not block.deleted:
-            block.deleted = True
+        character = text[at].upper() if text[at].isascii() else text[at]
+        if character == "/" and first and not slash:
+            slash = True
             at += 1
             continue
         if character in "(;":
-            block.comment, at = _comment(text, at)
+            comment, at = _comment(text, at)
+            if character == "(":  # only these can be messages, and only the last one
+                block.comment = comment
             continue
         column = at + 1
         if character == "N" and first:
@@ -150,4 +153,7 @@ def _number(text: str, at: int, letter: str) -> tuple[float, int]:
         if place < len(text) and text[place] in "#[":
             found = f"'{text[place]}' (parameters and expressions are not supported by this version)"
         raise BlockError("VP001", f"{letter} needs a number, found {found}", min(place, len(text)) + 1)
-    return float("".join(digits)), place
+    value = float("".join(digits))
+    if abs(value) > MAX_NUMBER:
+        raise BlockError("VP007", f"{letter}{''.join(digits)[:20]}: the number is beyond any machine", at)
+    return value, place

@@ -6,7 +6,8 @@ from typing import Final
 G_GROUPS: Final[dict[str, tuple[int, ...]]] = {
     "non-modal": (40, 100, 280, 300, 520, 920, 921, 922, 923),
     "machine coordinates": (530,),
-    "motion": (0, 10, 20, 30, 800),
+    "motion": (0, 10, 20, 30),
+    "cancel": (800,),
     "plane": (170, 180, 190),
     "distance": (900, 910),
     "arc distance": (901, 911),

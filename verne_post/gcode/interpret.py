@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import POLE_SINE, WHOLE_NUMBER
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.gcode.arcs import Arc, center_arc, radius_arc
 from verne_post.gcode.block import Block, BlockError
@@ -34,6 +34,11 @@ Array = NDArray[np.float64]
 _LINEAR: Final = "XYZUVW"
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
 _MAX_M_CODES: Final = 4
+#: Coordinates beyond this are mistakes, not motion: 100 m, and nearly 300 turns.
+MAX_LENGTH_MM: Final = 1e5
+MAX_ANGLE_DEG: Final = 1e5
+#: So many turns of one arc at most.
+MAX_TURNS: Final = 10_000
 
 
 def initial_state(setup: Setup) -> State:
@@ -72,8 +77,6 @@ class Interpreter:
         BlockError
             Before anything of the block has taken effect, except for its modal words.
         """
-        if block.deleted and self.setup.block_delete:
-            return
         if block.comment is not None:
             self._comment(block)
         if block.program_number or not (block.codes or block.words):
@@ -101,7 +104,8 @@ class Interpreter:
                 raise BlockError(
                     "VP011", f"{letter}: the machine has no such axis; it has {named}", block.columns[letter]
                 )
-        explicit = g.get("motion")
+        # G80 beside another motion code, as headers have it, gives way to it
+        explicit = g.get("motion", g.get("cancel"))
         non_modal = g.get("non-modal")
         takes = non_modal in TAKES_AXES or g.get("tool length") == 431
         if takes and explicit is not None and explicit != 800:
@@ -144,8 +148,11 @@ class Interpreter:
         return value * MM_PER_INCH if self.state.inch else value
 
     def _axis_value(self, block: Block, axis: int) -> float:
-        value = block.words[AXES[axis]]
-        return self._length(value) if AXES[axis] in _LINEAR else value
+        letter = AXES[axis]
+        value = self._length(block.words[letter]) if letter in _LINEAR else block.words[letter]
+        if self.setup.machine and abs(value) > (MAX_LENGTH_MM if letter in _LINEAR else MAX_ANGLE_DEG):
+            raise BlockError("VP007", f"{letter}{value:g} is beyond any machine", block.columns[letter])
+        return value
 
     def _feed_mode(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
@@ -185,15 +192,22 @@ class Interpreter:
     def _change_tool(self, block: Block) -> None:
         state = self.state
         tool = state.selected_tool or 0
-        if self.setup.tool_length is not None and state.loaded_tool not in (None, 0, tool) and tool != 0:
-            raise BlockError(
-                "VP018",
-                f"--tool-length holds for one tool, but the program changes from T{state.loaded_tool} to T{tool}; "
-                "use --tool-table instead",
-            )
+        if tool:
+            self._one_tool(tool)
         state.loaded_tool = tool
         state.spindle_on = False
         self.recorder.event(block.line, "tool", number=tool)
+
+    def _one_tool(self, tool: int) -> None:
+        """--tool-length is the length of one tool."""
+        state = self.state
+        if self.setup.tool_length is not None and state.only_tool not in (None, tool):
+            raise BlockError(
+                "VP018",
+                f"--tool-length holds for one tool, but the program uses T{state.only_tool} and T{tool}; "
+                "use --tool-table instead",
+            )
+        state.only_tool = tool
 
     def _modes(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
@@ -213,8 +227,8 @@ class Interpreter:
             state.absolute = g["distance"] == 900
         if "arc distance" in g:
             state.absolute_centers = g["arc distance"] == 901
-        if "motion" in g:
-            state.motion = None if g["motion"] == 800 else g["motion"]
+        if "motion" in g or "cancel" in g:
+            state.motion = g.get("motion")
 
     def _path_control(self, block: Block, code: int) -> None:
         if code != 640:
@@ -243,6 +257,10 @@ class Interpreter:
                     values[axis] = self._axis_value(block, axis)
             if self.setup.machine and any(values[:2] + values[3:]):
                 raise BlockError("VP007", "G43.1 can only set a length (Z) on this machine; X, Y and angles must be 0")
+            if self.setup.machine and values[2] < 0:
+                raise BlockError(
+                    "VP007", f"G43.1 Z{block.words['Z']:g}: a tool length is not negative", block.columns["Z"]
+                )
             offset = vector9(values)
         else:
             offset = self._offset_of_tool(block)
@@ -253,6 +271,8 @@ class Interpreter:
         state = self.state
         number = _whole(block, "H") if "H" in block.words else 0
         if self.setup.tool_length is not None:
+            if number:
+                self._one_tool(number)
             return ZERO9
         if number == 0:
             number = state.loaded_tool or 0
@@ -269,6 +289,8 @@ class Interpreter:
                 block.columns.get("H"),
             )  # fmt: skip
         offset = state.tools[number].offset
+        if self.setup.machine and offset[2] < 0:
+            raise BlockError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
         if self.setup.machine and any(offset[:2] + offset[3:]):
             raise BlockError(
                 "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
@@ -284,7 +306,7 @@ class Interpreter:
         machine = coordinates.to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.to_program(machine, frame)]
         if self.setup.machine:
-            if frame.tool != old.tool and state.held is None:
+            if frame.tool != old.tool and state.held is None and state.begun:
                 state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
             if state.held is not None:
                 # programmed values follow a change of work offset, but not one of tool length
@@ -292,6 +314,9 @@ class Interpreter:
                 same_tool = replace(frame, tool=old.tool)
                 moved = coordinates.to_program(coordinates.to_machine(was, old), same_tool)
                 state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
+        if self.recorder.count == 0 and frame.tool == old.tool:
+            for axis in state.floating:  # never named: 0 in the first active work system
+                position[axis] = 0.0
         state.position = position
         state.frame = frame
         plain = replace(frame, g92=ZERO9)
@@ -512,6 +537,7 @@ class Interpreter:
 
     def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
         state = self.state
+        state.begun = state.begun or math.dist(end, state.position) > ZERO_LENGTH_MM
         state.position = end
         for axis in axes:
             state.named[axis] = True
@@ -527,15 +553,16 @@ class Interpreter:
         state = self.state
         offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
         turns = _whole(block, "P") if "P" in block.words else 1
-        if turns < 1:
-            raise BlockError("VP007", f"P{turns}: the number of turns is 1 or more", block.columns["P"])
+        if not 1 <= turns <= MAX_TURNS:
+            raise BlockError("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", block.columns["P"])
         clockwise = motion == 20
         if "R" in block.words:
             if offsets:
                 raise BlockError("VP003", "an arc has either R or a centre (I, J, K), not both", block.columns["R"])
             arc = radius_arc(start, end, state.plane, clockwise, self._length(block.words["R"]), turns - 1)
         elif offsets:
-            arc = center_arc(start, end, state.plane, clockwise, offsets, state.absolute_centers, turns - 1)
+            tolerance = ARC_RADIUS_INCH_MM if state.inch else ARC_RADIUS_MM
+            arc = center_arc(start, end, state.plane, clockwise, offsets, state.absolute_centers, turns - 1, tolerance)
         else:
             raise BlockError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
         feed = self._feed_of((arc_length(arc, start, end), True))

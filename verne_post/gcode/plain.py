@@ -9,8 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.interpret import effective_feed, line_lengths
+from verne_post.gcode.block import MAX_NUMBER
+from verne_post.gcode.interpret import MAX_ANGLE_DEG, MAX_LENGTH_MM, effective_feed, line_lengths
 from verne_post.gcode.scan import WordTable
 from verne_post.gcode.state import Recorder, Setup, State
 from verne_post.model.moves import AXES, FeedMode, MoveKind
@@ -46,7 +48,7 @@ class PlainLines:
         g = values[:, _G]
         plain &= ~present[:, _G] | (g == 0) | (g == 1)
         with np.errstate(invalid="ignore"):
-            plain &= ~(values[:, _F] < 0) & ~(values[:, _N] < 0)
+            plain &= ~(values[:, _F] < 0) & ~(values[:, _N] < 0) & ~(np.abs(values) > MAX_NUMBER).any(axis=1)
         # N must be the first word of its line
         first_word = np.searchsorted(words.row, np.arange(words.n_lines))
         has_n = np.flatnonzero(present[:, _N])
@@ -82,6 +84,11 @@ def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State
     feed = _fill(linear, present[:, _F], state.feed)
     angular = _fill(values[:, _F], present[:, _F], state.feed_angular)
     bad = feeds & (feed == 0)
+    if setup.machine:  # a coordinate beyond any machine
+        linear_words = values[:, [axis for axis in range(9) if axis not in _ROTARY]]
+        bound = MAX_LENGTH_MM / MM_PER_INCH if state.inch else MAX_LENGTH_MM
+        with np.errstate(invalid="ignore"):
+            bad |= (np.abs(linear_words) > bound).any(axis=1) | (np.abs(values[:, _ROTARY]) > MAX_ANGLE_DEG).any(axis=1)
     if state.feed_mode == FeedMode.INVERSE:
         bad |= feeds & ~present[:, _F]
     elif (
@@ -118,6 +125,7 @@ def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State
     )
     state.motion = 10 * int(motion[-1])
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
+    state.begun = state.begun or bool(np.abs(delta).max(initial=0.0) > ZERO_LENGTH_MM)
     state.position = [float(v) for v in end[-1]]
     for axis, seen in enumerate(present[:, :9].any(axis=0)):
         if seen:

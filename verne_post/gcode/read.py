@@ -50,7 +50,15 @@ def interpret_program(source: bytes, setup: Setup) -> Moves:
     """
     first = initial_state(setup)
     if setup.machine:
-        position = _start_position(source, setup)
+        try:
+            position = _start_position(source, setup)
+        except InputError as error:  # report what else is wrong, behind the opening lines
+            state = initial_state(setup)
+            state.known = [True] * 9
+            others = _interpret(source, setup, state).errors
+            seen = {(item.line, item.code) for item in error.findings}
+            every = [*error.findings, *(item for item in others if (item.line, item.code) not in seen)]
+            raise InputError(*sorted(every, key=lambda item: item.line or 0)) from None
         state = initial_state(setup)
         state.known = [True] * 9
         state.position = position
@@ -106,7 +114,8 @@ def _interpret(
                 raw_lines = text.split(b"\n")
             raw = raw_lines[row]
             row += 1
-            if line == percent_first or not raw.strip():
+            deleted = setup.block_delete and raw.lstrip().startswith(b"/")
+            if line == percent_first or deleted or not raw.strip():
                 continue
             try:
                 machine.execute(_block(raw, line))
@@ -187,6 +196,7 @@ def _start_position(source: bytes, setup: Setup) -> list[float]:
         state.known = [axis in unnamed or AXES[axis] not in setup.axes for axis in range(9)]
         state.position = [float(v) for v in coordinates.to_program(machine, frame)]
         if discover:
+            state.floating = tuple(unnamed)
             for axis in unnamed:
                 state.position[axis] = 0.0
         done = _interpret(source, setup, state, until_known=True)
@@ -195,8 +205,9 @@ def _start_position(source: bytes, setup: Setup) -> list[float]:
         return coordinates.to_machine(np.array(done.state.position), done.state.frame), done
 
     guess, done = replay(coordinates.to_machine(np.zeros(9), frame), discover=True)
-    if not _all_known(done.state, setup):
-        _never_known(done, setup)
+    if not _all_known(done.state, setup):  # some letters stand only in blocks like G10
+        unnamed = [axis for axis in range(9) if not done.state.known[axis]] + unnamed
+        guess, done = replay(coordinates.to_machine(np.zeros(9), frame), discover=True)
     for _ in range(2):  # the first replay settles A and C, the second the rest unless the coupling is real
         again, _done = replay(guess, discover=False)
         if np.abs(again - guess).max() < START_POSE_MM:
@@ -217,13 +228,4 @@ def _start_position(source: bytes, setup: Setup) -> list[float]:
     raise InputError(
         finding("VP013", "the pose at which the program starts cannot be told from its first lines; "
                 "name X, Y, Z, A and C in one G0 block first", line=1, last_line=1, worst_line=1)
-    )  # fmt: skip
-
-
-def _never_known(done: Pass, setup: Setup) -> None:
-    """An axis is only ever named incrementally, or the program has no motion."""
-    missing = [letter for letter in setup.axes if not done.state.known[AXES.index(letter)]]
-    raise InputError(
-        finding("VP013", f"no absolute word ever names {', '.join(missing)}; name each axis once with G90", line=1,
-                last_line=1, worst_line=1)
     )  # fmt: skip

@@ -73,7 +73,13 @@ class State:
     spindle_on: bool = False
     selected_tool: int | None = None
     loaded_tool: int | None = None
+    #: A move of non-zero length has been made.
+    begun: bool = False
     length_said: bool = False
+    #: The tool that --tool-length stands for, once one is loaded or named by H.
+    only_tool: int | None = None
+    #: Axes that the program never names, while its start is sought.
+    floating: tuple[int, ...] = ()
 
 
 @dataclass
@@ -108,8 +114,10 @@ class Recorder:
 
     def add_many(self, state: State, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
         """Record straight moves that share the modal state, as arrays."""
-        self._flush()
         n = len(line)
+        if n == 0:
+            return
+        self._flush()
         spindle = state.spindle_speed if state.spindle_on else 0.0
         self.columns.append(
             {

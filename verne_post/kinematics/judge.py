@@ -1,6 +1,6 @@
 """Every check of geometry, along whole segments, before any time is planned.
 
-Each segment is covered by spans (:mod:`verne_post.kinematics.spans`). A limit is judged on the bounds
+Each segment is covered by spans (:mod:`verne_post.base.spans`). A limit is judged on the bounds
 between the samples; where they cannot decide, the span is halved until they can. On the way the
 largest derivatives of the joints are collected, which the time law needs.
 """
@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base import spans
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
-from verne_post.kinematics import spans
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.codes import CODES, Severity
 from verne_post.model.contour import Contour
@@ -30,6 +30,9 @@ CHUNK_PIECES: Final = 2048
 #: First guess of a span: at most this much path and rotation.
 SPAN_MM: Final = 50.0
 SPAN_ANGLE: Final = np.radians(20.0)
+#: Derivatives are not taken over less than this: the third one of a joint that is exact to 1e-13 mm is then exact
+#: to 1e-7 per mm2, far below what any time law notices.
+MIN_SPAN_MM: Final = 0.2
 #: A span is halved at most this often; 2**-16 of a metre is 0.015 mm.
 MAX_DEPTH: Final = 16
 #: Once a violation is certain its worst value is refined only this much further.
@@ -153,13 +156,14 @@ def _judge_spans(
     n_joints = len(machine.columns)
     tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
     while len(piece):
-        u = low[:, None] + spans.SAMPLES * (high - low)[:, None]
-        solved = joints.solve(np.repeat(piece, spans.NODES), u.ravel())
+        u = low[:, None] + spans.WITH_ENDS * (high - low)[:, None]
+        solved = joints.solve(np.repeat(piece, u.shape[1]), u.ravel())
         solvable = solved.ok.reshape(u.shape).all(axis=1)
         if not solvable.all():
             _note_unreachable(joints, piece, u, solved, unreachable)
         quantities = np.concatenate([solved.q, machine.module.geometry_margins(solved.position, solved.alpha)], axis=1)
-        values = quantities.reshape(len(piece), spans.NODES, -1)[solvable]
+        every = quantities.reshape(len(piece), u.shape[1], -1)[solvable]
+        values = every[:, : spans.NODES]
         kept = np.flatnonzero(solvable)
         halve = np.zeros(len(piece), dtype=bool)
         # Spans next to an unsolvable one are judged too; the unsolvable ones are already a finding.
@@ -168,14 +172,14 @@ def _judge_spans(
         deep = depth[kept] >= MAX_DEPTH
         halve[kept] |= coarse & ~deep
         fine = ~coarse | deep
-        _collect(bounds, piece[kept[fine]], (high - low)[kept[fine]], values[fine, :, :n_joints])
+        _collect(joints, bounds, piece[kept[fine]], low[kept[fine]], high[kept[fine]], values[fine, :, :n_joints])
         lower, upper = spans.enclosure(values)
         for check, found in zip(checks, worst, strict=True):
             k = check.quantity
             if check.sign > 0:
-                certain, seen = lower[:, k] - rough[:, k] - check.warn, values[:, :, k].min(axis=1) - check.warn
+                certain, seen = lower[:, k] - rough[:, k] - check.warn, every[:, :, k].min(axis=1) - check.warn
             else:
-                certain, seen = check.warn - upper[:, k] - rough[:, k], check.warn - values[:, :, k].max(axis=1)
+                certain, seen = check.warn - upper[:, k] - rough[:, k], check.warn - every[:, :, k].max(axis=1)
             open_ = np.flatnonzero(certain < -check.slack)
             if not len(open_):
                 continue
@@ -195,7 +199,18 @@ def _judge_spans(
         depth = np.concatenate([depth[index], depth[index]]) + 1
 
 
-def _collect(bounds: JointBounds, piece: Ints, width: Array, values: Array) -> None:
+def _collect(joints: JointPath, bounds: JointBounds, piece: Ints, low: Array, high: Array, values: Array) -> None:
+    """Keep the largest derivatives; those of very short spans are taken from a longer stretch around them."""
+    contour = joints.contour
+    width = high - low
+    short = np.flatnonzero((contour.length[piece] * width < MIN_SPAN_MM) & (contour.blend[piece] < 0))
+    if len(short):
+        half = 0.5 * MIN_SPAN_MM / contour.length[piece[short]]
+        around = (0.5 * (low + high)[short] - half)[:, None] + spans.SAMPLES * (2 * half)[:, None]
+        q = joints.q(np.repeat(piece[short], spans.NODES), around.ravel()).reshape(len(short), spans.NODES, -1)
+        solved = np.isfinite(q).all(axis=(1, 2))
+        values, width = values.copy(), width.copy()
+        values[short[solved]], width[short[solved]] = q[solved], 2 * half[solved]
     for order, target in enumerate((bounds.first, bounds.second, bounds.third), start=1):
         lower, upper = spans.enclosure(values, order)
         np.maximum.at(target, piece, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
@@ -205,15 +220,19 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
     """VP210: tip or nose below z = 0 of the table frame within the table's radius."""
     radius = joints.machine.table_radius
     n = len(piece)
-    nose = solved.tip + joints.contour.tool_length[np.repeat(piece, spans.NODES), None] * axis_of_angles(
+    each = len(spans.WITH_ENDS)
+    nose = solved.tip + joints.contour.tool_length[np.repeat(piece, each), None] * axis_of_angles(
         solved.angles[:, 0], solved.angles[:, 1]
     )
     for point in (solved.tip, nose):
-        height = point[:, 2].reshape(n, spans.NODES, 1)
+        height = point[:, 2].reshape(n, each, 1)
         if height.min() > SPAN_MM:
             continue
-        away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(n, spans.NODES, 1)
-        low_height, low_away = spans.enclosure(height)[0][:, 0], spans.enclosure(away)[0][:, 0]
+        away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(n, each, 1)
+        low_height, low_away = (
+            spans.enclosure(height[:, : spans.NODES])[0][:, 0],
+            spans.enclosure(away[:, : spans.NODES])[0][:, 0],
+        )
         open_ = (low_height < -LIMIT_SLACK_MM) & (low_away < radius**2)
         under = (height[:, :, 0] < -LIMIT_SLACK_MM) & (away[:, :, 0] < radius**2)
         broken = np.flatnonzero(under.any(axis=1))
@@ -230,7 +249,7 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
 
 def _note_unreachable(joints: JointPath, piece: Ints, u: Array, solved: Solved, unreachable: dict[int, str]) -> None:
     bad = np.flatnonzero(~solved.ok)
-    owner = np.repeat(piece, spans.NODES)[bad]
+    owner = np.repeat(piece, u.shape[1])[bad]
     new, first = np.unique(owner, return_index=True)
     fresh = [k for k, p in enumerate(new) if int(p) not in unreachable]
     if not fresh:

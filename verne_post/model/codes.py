@@ -161,7 +161,7 @@ CODES: Final[dict[str, Code]] = _table(
         "VP021",
         "nothing to do",
         "error",
-        "The program contains no motion and no dwell.",
+        "The program contains no motion.",
         "Check that this is the right file.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------

@@ -20,10 +20,10 @@ class Report:
 def text_line(program: str, item: Finding) -> str:
     """``FILE:LINE: CODE severity: message``, with the stretch when it is longer than one line."""
     where = program if item.line is None else f"{program}:{item.line}"
-    if item.line is not None and item.column is not None:
-        where += f":{item.column}"
     text = f"{where}: {item.code} {item.severity}: {item.message}"
-    if item.count > 1 and item.line is not None and item.last_line is not None:
+    if item.column is not None:
+        text += f" (column {item.column})"
+    if item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
     return text
 

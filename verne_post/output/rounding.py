@@ -35,11 +35,29 @@ def setpoint_format(machine: Machine, cycle: float, decimals: int | None, *, acc
     if decimals is not None and not accept_rounding:
         for column, noise, limit in zip(machine.columns, rounding_noise(machine, fmt)[1], jerk, strict=True):
             if noise > limit:
-                raise InputError(
-                    finding("VP018", f"--decimals {decimals}: rounding {column.header} alone makes a jerk of {noise:g} "
-                            f"{column.unit}/s3, over its limit {limit:g}; use --decimals auto, or --accept-rounding")
-                )  # fmt: skip
+                text = (
+                    f"--decimals {decimals}: rounding {column.header} alone makes a jerk of {noise:g} {column.unit}/s3, "
+                    f"over its limit {limit:g}; use --decimals auto, or --accept-rounding"
+                )
+                raise InputError(finding("VP018", text))
     return fmt
+
+
+def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: bool) -> SetpointFormat:
+    """How a file was rounded, as far as verification may allow for it.
+
+    Where the decimals seen in a column would excuse more jerk than its limit, they excuse nothing, unless
+    ``accept_rounding`` says that they may: few decimals may also just be zeros left out.
+    """
+    if accept_rounding:
+        return seen
+    auto = setpoint_format(machine, seen.cycle, None, accept_rounding=False)
+    jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
+    coarse = rounding_noise(machine, seen)[1] > jerk
+    decimals = tuple(
+        fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, coarse, strict=True)
+    )
+    return SetpointFormat(seen.cycle, decimals, seen.time_decimals)
 
 
 def rounding_noise(machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array]:

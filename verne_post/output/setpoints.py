@@ -64,9 +64,10 @@ def read_csv(stream: IO[str], name: str, columns: tuple[Column, ...], cycle: flo
             fmt = _format_of(lines, cycle)
         _check_time(table[:, 0], name, first, fmt)
         line = table[:, -1]
-        if (line != np.round(line)).any():
-            row = int(np.argmax(line != np.round(line)))
-            raise InputError(finding("VP020", f"{name}:{first + row + 2}: the line number {line[row]} is not whole"))
+        strange = (line != np.round(line)) | (line < 0) | (line > np.iinfo(np.int32).max)
+        if strange.any():
+            row = int(np.argmax(strange))
+            raise InputError(finding("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number"))
         yield SetpointBlock(first, table[:, 1:-1], line.astype(np.int32), fmt)
         first += len(lines)
 
@@ -103,8 +104,9 @@ def _format_of(lines: list[str], cycle: float) -> SetpointFormat:
 
 def _check_time(t: NDArray[np.float64], name: str, first: int, fmt: SetpointFormat) -> None:
     expected = (first + np.arange(len(t))) * fmt.cycle
-    # half a unit of the last decimal that is written or that the cycle has
-    allowed = 0.51 * 10.0 ** -min(fmt.time_decimals, time_decimals(fmt.cycle))
+    # half a unit of the last decimal that the cycle has; a time that leaves it out cannot tell rows apart
+    allowed = 0.51 * 10.0 ** -max(time_decimals(fmt.cycle), 3) if fmt.time_decimals >= time_decimals(fmt.cycle) else 0.0
+    allowed = min(allowed, 0.05 * fmt.cycle)
     bad = np.flatnonzero(~(np.abs(t - expected) <= allowed))
     if len(bad):
         row = int(bad[0])

@@ -69,7 +69,12 @@ def _offsets(summary: Summary) -> list[str]:
 
 
 def _stops(summary: Summary) -> list[str]:
-    stops = [event for event in summary.events if event.kind in ("tool", "stop")]
+    stops = [
+        event
+        for event in summary.events
+        if event.kind == "tool"
+        or (event.kind == "stop" and (event.data["stop"] != "optional" or summary.options.optional_stop))
+    ]
     if not stops:
         return []
     names = [
@@ -104,6 +109,13 @@ def meta(summary: Summary) -> str:
             "tool_length_mm": summary.options.tool_length,
             "decimals": summary.options.decimals,
             "approach": summary.options.approach,
+            "accept_rounding": summary.options.accept_rounding,
+            "block_delete": summary.options.block_delete,
+            "optional_stop": summary.options.optional_stop,
+            "tools": {
+                str(number): [tool.offset[2], tool.diameter]
+                for number, tool in sorted((summary.options.tools or {}).items())
+            },
             "wcs": {
                 _SYSTEMS[system - 1]: [*offset.origin_mm, offset.turn_deg]
                 for system, offset in sorted(summary.options.wcs.items())

@@ -57,6 +57,9 @@ class RunLaws:
         v, a = np.zeros(len(self.length)), np.zeros(len(self.length))
         for phase in range(7):
             dt, j = self.durations[:, phase], self.jerks[:, phase]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                turning = np.clip(np.where(j != 0, -a / j, 0.0), 0.0, dt)  # where the acceleration changes sign
+            speed = np.maximum(speed, v + turning * (a + turning * j / 2))
             v = v + dt * (a + dt * j / 2)
             a = a + dt * j
             speed = np.maximum(speed, v)

@@ -49,7 +49,7 @@ class Timeline:
 def timeline(contour: Contour, laws: RunLaws, cycle: float) -> Timeline:
     """Lay runs and dwells end to end; every run is stretched to whole cycles."""
     run_cycles = np.maximum(np.ceil(laws.total / cycle - WHOLE_CYCLE), 1).astype(np.int64)
-    dwell_cycles = np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE).astype(np.int64)
+    dwell_cycles = np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
     n_runs, n_dwells = len(run_cycles), len(dwell_cycles)
     # a dwell comes before the run with its number
     position = np.concatenate([np.arange(n_runs) + 0.5, contour.dwell_run.astype(float)])

@@ -150,6 +150,15 @@ def bernstein(controls: Array, v: Array) -> Array:
     return np.einsum("nc,nck->nk", weights, controls)
 
 
+def bernstein_slope(controls: Array, v: Array) -> Array:
+    """Derivatives by v of :func:`bernstein`, (n, k)."""
+    powers = np.arange(7)
+    weights = (
+        np.array([1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0]) * v[:, None] ** powers * (1.0 - v[:, None]) ** (6 - powers)
+    )
+    return np.einsum("nc,nck->nk", 7 * weights, np.diff(controls, axis=1))
+
+
 def blended_corners(path: ToolPath, moves: Moves, tip_default: float, axis_default: float) -> tuple[Mask, Array, Array]:
     """Which joints between neighbouring pieces may be blended, and their tolerances.
 

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import PieceKind, ToolPath
-from verne_post.toolpath.blend import STRETCH, bernstein, blend_distances, blended_corners
+from verne_post.toolpath.blend import STRETCH, bernstein, bernstein_slope, blend_distances, blended_corners
+from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.evaluate import pose
 
 Array = NDArray[np.float64]
@@ -124,3 +126,36 @@ def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Arra
         point = bernstein(contour.controls[blend[curved]], at[curved])
         tip[curved], angles[curved] = point[:, :3], point[:, 3:]
     return tip, angles
+
+
+def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
+    """Largest ds/dt (n,) at which the tool keeps to the programmed feed, mm/s; infinite for rapids.
+
+    On a piece the tip moves evenly with s. Along a blend it moves slower than s, by how much follows from the
+    derivative of the curve; for pieces whose tip stands still the table angles count.
+    """
+    path = contour.path
+    piece = contour.piece[segment]
+    with np.errstate(divide="ignore"):
+        cap = np.where(path.feed_time[piece] > 0, path.length[piece] / path.feed_time[piece], np.inf)
+    curved = np.flatnonzero((contour.blend[segment] >= 0) & (path.feed_time[piece] > 0))
+    if len(curved):
+        row, piece = segment[curved], piece[curved]
+        at = contour.low[row] + w[curved] * (contour.high[row] - contour.low[row])
+        slope = bernstein_slope(contour.controls[contour.blend[row]], at)
+        slope *= ((contour.high[row] - contour.low[row]) / contour.length[row])[:, None]
+        delta = path.end[piece] - path.start[piece]
+        arc = path.arc[piece]
+        tip = np.linalg.norm(delta[:, :3], axis=1)
+        tip = np.where(arc >= 0, np.sqrt(np.maximum(path.length[piece] ** 2 - _angle_part(delta), 0.0)), tip)
+        by_tip = tip > ZERO_LENGTH_MM
+        angle = np.linalg.norm(delta[:, 3:], axis=1)
+        wanted = np.where(by_tip, tip, angle) / path.feed_time[piece]
+        rate = np.where(by_tip, np.linalg.norm(slope[:, :3], axis=1), np.linalg.norm(slope[:, 3:], axis=1))
+        with np.errstate(divide="ignore"):
+            cap[curved] = wanted / rate
+    return cap
+
+
+def _angle_part(delta: Array) -> Array:
+    return (ROTARY_METRIC_MM * np.linalg.norm(delta[:, 3:], axis=1)) ** 2

@@ -31,7 +31,7 @@ from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
-from verne_post.verify.projection import Measured, deviation, unwrapped_u
+from verne_post.verify.projection import RADIAN_MM, Measured, deviation, unwrapped_u
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -45,6 +45,10 @@ _TIP_PER_SLIDER: Final = 3.0
 _TIP_PER_RADIAN_MM: Final = 1000.0
 #: Rows looked at together when several pieces share a source line.
 _LOOK_AHEAD: Final = 1024
+#: The feed is judged over so many rows.
+_FEED_ROWS: Final = (1, 16, 256, 4096)
+#: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
+_ARC_OVER_CHORD: Final = 1.6
 
 
 def rounding_quanta(columns: tuple[Column, ...], fmt: SetpointFormat) -> Array:
@@ -90,6 +94,8 @@ class Verifier:
         self.item, self.u, self.group = -1, 0.0, -1
         self.line: int | None = None
         self.dwelt = 0
+        self.pose: Array | None = None
+        self.feed_totals, self.feed_slacks = np.zeros(1), np.zeros(1)
         self.lost = False
 
     def _items(self) -> None:
@@ -102,10 +108,8 @@ class Verifier:
         order = np.argsort(where, kind="stable")
         self.piece = np.concatenate([np.arange(n), np.full(len(before), -1)])[order]
         self.item_line = np.concatenate([path.line, path.dwell_line])[order].astype(np.int64)
-        cycles = np.ceil(path.dwell_seconds / self.fmt.cycle - 1e-9).astype(np.int64)
+        cycles = np.maximum(np.ceil(path.dwell_seconds / self.fmt.cycle - 1e-9), 1).astype(np.int64)
         self.dwell_cycles = np.concatenate([np.zeros(n, np.int64), cycles])[order]
-        keep = (self.piece >= 0) | (self.dwell_cycles > 0)
-        self.piece, self.item_line, self.dwell_cycles = self.piece[keep], self.item_line[keep], self.dwell_cycles[keep]
         run = np.where(self.piece >= 0, path.run[self.piece] if n else 0, -1)
         self.stop_before = np.append(True, (run[1:] != run[:-1]) | (run[1:] < 0))
         self.group_first = np.flatnonzero(np.diff(self.item_line, prepend=-1))
@@ -225,7 +229,7 @@ class Verifier:
         resting = np.where(self.rest_piece[item] < len(self.path), 0.0, 1.0)
         u = np.where(dwell, resting, u)
         self._deviations(block, at, u, measured)
-        self._progress(block, item, at, u, dwell)
+        self._progress(block, item, at, u, dwell, measured)
         self.item, self.u, self.group, self.line = int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[-1])
         last = np.flatnonzero(item != item[-1])
         rows = len(item) - (int(last[-1]) + 1 if len(last) else 0)
@@ -256,7 +260,7 @@ class Verifier:
         """How many whole pieces of one run were passed between two rows, None if the line does not follow."""
         for hop in range(1, len(self.group_line) - group):
             first = self.group_first[group + hop]
-            if self.stop_before[self.group_first[group + hop - 1] : first + 1].any():
+            if self.stop_before[self.group_first[group] : first].any():
                 return None
             if self.group_line[group + hop] == line:
                 return hop
@@ -329,9 +333,11 @@ class Verifier:
     def _angle_noise(self) -> float:
         return float(2 * (self.quanta[-2:] / np.abs(self.factor[-2:])).max())
 
-    def _progress(self, block: SetpointBlock, item: Ints, piece: Ints, u: Array, dwell: NDArray[np.bool_]) -> None:
+    def _progress(
+        self, block: SetpointBlock, item: Ints, piece: Ints, u: Array, dwell: NDArray[np.bool_], measured: Measured
+    ) -> None:
         """Order, completeness between items, and feed."""
-        path, dt = self.path, self.fmt.cycle
+        path = self.path
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
         noise_u = 2 * self.tip_noise / path.length[piece]
@@ -347,37 +353,73 @@ class Verifier:
             row = int(outside[0])
             self._note("VP413", f"row {block.first + row} lies beyond the ends of the piece of line {block.line[row]}",
                        int(block.line[row]))  # fmt: skip
-        budget = np.where(same & ~dwell, (u - before_u) * path.feed_time[piece], 0.0)
+        step = np.where(same & ~dwell, u - before_u, 0.0)
+        budget, way = step * path.feed_time[piece], step * path.length[piece]
         slack = np.where(dwell, 0.0, 2 * noise_u * path.feed_time[piece])
         for at in np.flatnonzero(~same).tolist():
-            budget[at], slack[at] = self._change(block, at, item, float(before_u[at]), float(u[at]), float(slack[at]))
-        ratio = budget / dt
-        certain = (budget - slack) / dt
-        top = int(np.argmax(certain))
-        if certain[top] > self.result.feed_ratio:
-            self.result.feed_ratio, self.result.feed_line = float(certain[top]), int(block.line[top])
-        bad = np.flatnonzero(certain > FEED_RATIO)
+            budget[at], way[at], slack[at] = self._change(
+                block, at, item, float(before_u[at]), float(u[at]), float(slack[at])
+            )
+        self._judge_feed(block, budget, slack)
+        self._judge_chords(block, measured, way)
+
+    def _judge_feed(self, block: SetpointBlock, budget: Array, slack: Array) -> None:
+        """Time at the programmed feed that rows take, over one row and over many: rounding weighs less over many."""
+        dt, n = self.fmt.cycle, len(budget)
+        # totals and slacks of the rows before this block reach back as far as the longest stretch
+        totals = np.append(self.feed_totals, self.feed_totals[-1] + np.cumsum(budget))
+        slacks = np.append(self.feed_slacks, slack)
+        self.feed_totals, self.feed_slacks = totals[-_FEED_ROWS[-1] :], slacks[-_FEED_ROWS[-1] :]
+        for rows in _FEED_ROWS:
+            first = max(len(totals) - n, rows)
+            if first >= len(totals):
+                break
+            spent = totals[first:] - totals[first - rows : len(totals) - rows]
+            noise = np.maximum(slacks[first:], slacks[first - rows : len(slacks) - rows])
+            certain = np.zeros(n)
+            certain[n - len(spent) :] = (spent - noise) / (rows * dt)
+            top = int(np.argmax(certain))
+            if certain[top] > self.result.feed_ratio:
+                self.result.feed_ratio, self.result.feed_line = float(certain[top]), int(block.line[top])
+            bad = np.flatnonzero(certain > FEED_RATIO)
+            if len(bad):
+                row = int(bad[0])
+                self._note(
+                    "VP404",
+                    f"row {block.first + row}: {certain[row]:.6f} of the programmed feed on line {block.line[row]} "
+                    f"({len(bad)} rows)",
+                    int(block.line[row]),
+                    value=float(certain[row]),
+                    limit=FEED_RATIO,
+                    unit="of the feed",
+                )
+
+    def _judge_chords(self, block: SetpointBlock, measured: Measured, way: Array) -> None:
+        """Progress along the path needs motion: a full circle is not passed by standing still."""
+        now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
+        before = np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
+        moved = np.linalg.norm(now - before, axis=1)
+        self.pose = now[-1]
+        bad = np.flatnonzero(way > _ARC_OVER_CHORD * moved + PATH_TIP_MM + 2 * self.tip_noise)
         if len(bad):
             row = int(bad[0])
-            self._note(
-                "VP404", f"row {block.first + row}: {ratio[row]:.6f} of the programmed feed on line {block.line[row]} "
-                f"({len(bad)} rows)", int(block.line[row]), value=float(ratio[row]), limit=FEED_RATIO, unit="of the feed",
-            )  # fmt: skip
+            text = f"row {block.first + row}: {way[row]:.4f} mm of the path of line {block.line[row]} are left out"
+            self._note("VP412", text, int(block.line[row]))
 
     def _change(
         self, block: SetpointBlock, row: int, item: Ints, old_u: float, new_u: float, slack: float
-    ) -> tuple[float, float]:
+    ) -> tuple[float, float, float]:
         """The step from one item to a later one: nothing is left out, and stops are stopped at."""
         old, rows_of_old = self._item_before(item, row)
         new = int(item[row])
         path = self.path
         line = int(block.line[row])
         stops = [i for i in range(old + 1, new + 1) if self.stop_before[i]]
-        if stops and (len(stops) > 1 or stops[0] != new or new != old + 1):
+        if stops and stops != [new]:
             skipped = self.item_line[old + 1 : new]
             lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
             self._note("VP412", f"row {block.first + row}: the motion of line {lines} is left out", line)
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         if old >= 0 and self.piece[old] < 0 and rows_of_old < self.dwell_cycles[old]:
             self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
         if stops:
@@ -387,17 +429,21 @@ class Verifier:
                 if old < 0:
                     what = "the file does not begin at the start pose"
                 self._note("VP412", f"row {block.first + row}: {what}", line)
-        spent = 0.0
+        spent = way = 0.0
+        parts = [
+            (old, max(1.0 - old_u, 0.0)),
+            *((between, 1.0) for between in range(old + 1, new)),
+            (new, max(new_u, 0.0)),
+        ]
+        for item_index, share in parts:
+            if item_index >= 0 and self.piece[item_index] >= 0:
+                piece = int(self.piece[item_index])
+                spent += share * float(path.feed_time[piece])
+                way += share * float(path.length[piece])
         if old >= 0 and self.piece[old] >= 0:
             last = int(self.piece[old])
-            spent += max(1.0 - old_u, 0.0) * float(path.feed_time[last])
-            slack += 2 * self.tip_noise / path.length[last] * path.feed_time[last]
-        for between in range(old + 1, new):
-            if self.piece[between] >= 0:
-                spent += float(path.feed_time[self.piece[between]])
-        if self.piece[new] >= 0:
-            spent += max(new_u, 0.0) * float(path.feed_time[self.piece[new]])
-        return float(spent), float(slack)
+            slack += float(2 * self.tip_noise / path.length[last] * path.feed_time[last])
+        return spent, way, slack
 
     def _item_before(self, item: Ints, row: int) -> tuple[int, int]:
         """The item of the row before, and how many rows it has had."""

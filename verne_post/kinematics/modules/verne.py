@@ -113,6 +113,7 @@ class VerneModule:
             if not good.all():
                 bad = np.flatnonzero(~good)
                 a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
+            self._prefer_closed_legs(a, x[part], y0[part], yc[part], ys[part])
             c, s = np.cos(a), np.sin(a)
             y = y0[part] + yc[part] * c + ys[part] * s
             z = z0[part] + zc[part] * c + zs[part] * s
@@ -180,6 +181,21 @@ class VerneModule:
             if len(inside):
                 a[row] = inside[np.argmin(np.abs(inside))]
         return a
+
+    def _prefer_closed_legs(self, a: Array, x: Array, y0: Array, yc: Array, ys: Array) -> None:
+        """Where leg II or III is too short for the lean found, take leg I's other working lean if that suits them.
+
+        Close to leg I's serial singularity (14) has two working roots. Changes ``a`` in place.
+        """
+        c, s = np.cos(a), np.sin(a)
+        with np.errstate(invalid="ignore"):
+            open_ = np.isfinite(a) & ~(self._radicands(x, y0 + yc * c + ys * s, c) > 0).all(axis=0)
+        for row in np.flatnonzero(open_):
+            others = self._working(float(x[row] + self.leg1_x_offset), float(y0[row]), float(yc[row]), float(ys[row]))
+            y = y0[row] + yc[row] * np.cos(others) + ys[row] * np.sin(others)
+            closed = (self._radicands(np.full_like(others, x[row]), y, np.cos(others)) > 0).all(axis=0)
+            if closed.any():
+                a[row] = others[closed][np.argmin(np.abs(others[closed]))]
 
     def _loop(self, a: Array, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Array]:
         """Equation (14) in the working mode with the radicand of (11) cut off at zero, and the radicand."""

@@ -20,6 +20,8 @@ NODES: Final = 8
 _POINTS: Final = np.asarray(chebyshev.chebpts1(NODES), dtype=np.float64)
 #: Positions of the samples in a span, from 0 to 1 (both ends excluded).
 SAMPLES: Final[Array] = np.asarray(0.5 * (_POINTS + 1.0), dtype=np.float64)
+#: The samples, then both ends.
+WITH_ENDS: Final[Array] = np.append(SAMPLES, [0.0, 1.0])
 #: Values at the samples -> Chebyshev coefficients.
 _TO_CHEBYSHEV: Final[Array] = np.linalg.inv(np.asarray(chebyshev.chebvander(_POINTS, NODES - 1), dtype=np.float64))
 
@@ -62,3 +64,21 @@ def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
     """
     coefficients = np.einsum("cj,njk->nck", _ENCLOSE[order], values)
     return coefficients.min(axis=1), coefficients.max(axis=1)
+
+
+def _derivatives() -> list[Array]:
+    """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
+    monomials = np.linalg.inv(np.vander(SAMPLES, NODES, increasing=True))
+    found = []
+    for order in range(1, 4):
+        derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T])
+        found.append(np.vander(SAMPLES, NODES - order, increasing=True) @ derived.T)
+    return found
+
+
+_DERIVE: Final[list[Array]] = _derivatives()
+
+
+def derivative(values: Array, order: int) -> Array:
+    """Derivative (n, NODES, k) of order 1 to 3 at the samples of spans (n, NODES, k), by the span's own parameter."""
+    return np.einsum("cj,njk->nck", _DERIVE[order - 1], values)

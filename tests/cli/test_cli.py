@@ -1,0 +1,824 @@
+"""The command line: exit status, streams, files that are whole or untouched, options refused with a sentence."""
+
+import io
+import itertools
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tomllib
+import tracemalloc
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.cli.main import COMMANDS, gravest
+from verne_post.model.codes import CODES
+from verne_post.model.options import Options, WorkOffset
+from verne_post.output.setpoints import FORMATS
+
+ROOT = Path(__file__).resolve().parents[2]
+PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
+HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
+HEAD = "G21 G90 G94 G17\n"
+GOOD = HEAD + "G0 X0 Y0 Z20 A0 C0\nG1 X3 F3000\nY2 A3 C5\nG2 I1\nM2\n"
+BEYOND = HEAD + "G0 X0 Y0 Z120 A0 C0\nG1 A110 F2000\nM2\n"
+SYNTAX = HEAD + "G0 X0 Y0 Z20 A0 C0\nG1 X3 Q5 F3000\nM2\n"
+
+
+@pytest.fixture
+def good(tmp_path: Path) -> Path:
+    file = tmp_path / "good.nc"
+    file.write_text(GOOD)
+    return file
+
+
+@pytest.fixture
+def beyond(tmp_path: Path) -> Path:
+    file = tmp_path / "beyond.nc"
+    file.write_text(BEYOND)
+    return file
+
+
+@pytest.fixture
+def syntax(tmp_path: Path) -> Path:
+    file = tmp_path / "syntax.nc"
+    file.write_text(SYNTAX)
+    return file
+
+
+@pytest.fixture
+def warned(tmp_path: Path) -> Path:
+    """A machine on which the good program comes near a serial singularity, between one and two thresholds."""
+    text = (ROOT / "machine_configs" / "verne.toml").read_text()
+    file = tmp_path / "warned.toml"
+    file.write_text(re.sub(r"serial_singularity_mm = [\d.]+", "serial_singularity_mm = 450.0", text))
+    return file
+
+
+@pytest.fixture
+def spoilt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is about to be written is wrong in one row."""
+    from verne_post import pipeline
+
+    real = pipeline.rounded
+
+    def rounded(q: np.ndarray, *arguments: Any) -> np.ndarray:
+        values = real(q, *arguments)
+        values[len(values) // 2, 0] += 0.01
+        return values
+
+    monkeypatch.setattr(pipeline, "rounded", rounded)
+
+
+def raising(error: BaseException) -> Callable[..., Any]:
+    def call(*_arguments: Any, **_options: Any) -> Any:
+        raise error
+
+    return call
+
+
+# --- exit status --------------------------------------------------------------------------------
+
+
+def test_clean_program_is_0(good: Path, run: Callable[..., Any]) -> None:
+    answer = run("convert", good, *PLACE)
+    assert answer.code == 0
+    assert answer.out.startswith(HEADER + "\n0.000,")
+    assert str(good) in answer.err
+    assert "The machine must stand at the first row" in " ".join(answer.err.split())
+
+
+def test_convert_is_the_default_command(good: Path, run: Callable[..., Any]) -> None:
+    assert run(good, *PLACE).out == run("convert", good, *PLACE).out
+    assert run(*PLACE, good).out == run("convert", good, *PLACE).out
+
+
+def test_violation_is_1_with_all_findings_and_no_rows(beyond: Path, run: Callable[..., Any]) -> None:
+    answer = run(beyond, *PLACE)
+    assert (answer.code, answer.out) == (1, "")
+    assert answer.err.startswith(f"{beyond}:3: VP102 error: ")
+
+
+def test_text_that_means_nothing_is_2(syntax: Path, run: Callable[..., Any]) -> None:
+    for command in ("convert", "check"):
+        answer = run(command, syntax, *PLACE)
+        assert answer.code == 2
+        assert "VP006 error: " in answer.out + answer.err
+    assert run(syntax, *PLACE).out == ""
+
+
+@pytest.mark.parametrize("command", ["convert", "check", "dump moves", "dump poses", "dump joints"])
+def test_missing_file_is_2(command: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    answer = run(*command.split(), tmp_path / "none.nc", *PLACE)
+    assert (answer.code, answer.out) == (2, "")
+    assert "none.nc" in answer.err
+    assert "No such file" in answer.err
+
+
+def test_folder_as_input_is_2(run: Callable[..., Any], tmp_path: Path) -> None:
+    answer = run(tmp_path, *PLACE)
+    assert (answer.code, answer.out) == (2, "")
+    assert str(tmp_path) in answer.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [(), ("--nonsense",), ("convert",), ("convert", "a", "b"), ("check",), ("verify", "a"), ("dump", "a"), ("explain",),
+     ("dump", "plans", "a"), ("machine", "destroy"), ("check", "a", "--output-format", "xml"),
+     ("convert", "a", "--format", "xml")],
+    ids=" ".join,
+)  # fmt: skip
+def test_usage_error_is_2(arguments: tuple[str, ...], run: Callable[..., Any]) -> None:
+    answer = run(*arguments)
+    assert (answer.code, answer.out) == (2, "")
+    assert "Usage: verne-post" in answer.err
+
+
+def test_solver_that_gives_up_is_3(good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    from verne_post.timing import exact_stop
+
+    def lost(distance: np.ndarray, *_limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.full((len(distance), 7), np.nan), np.zeros((len(distance), 7))
+
+    monkeypatch.setattr(exact_stop, "rest_to_rest", lost)
+    answer = run(good, *PLACE)
+    assert (answer.code, answer.out) == (3, "")
+    assert f"{good}:3: VP420 error: " in answer.err
+    assert run("check", good, *PLACE).code == 3
+
+
+def test_own_verification_that_fails_is_70(good: Path, run: Callable[..., Any], spoilt: None, tmp_path: Path) -> None:
+    answer = run(good, *PLACE)
+    assert (answer.code, answer.out) == (70, "")
+    assert "VP901 error: " in answer.err
+    assert "VP403" in answer.err  # what was found is said
+    out = tmp_path / "axes.csv"
+    out.write_text("before")
+    assert run(good, *PLACE, "-o", out).code == 70
+    assert out.read_text() == "before"
+
+
+def test_bug_is_70_and_says_how_to_report(good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("verne_post.pipeline.convert", raising(ZeroDivisionError("seven")))
+    answer = run(good, *PLACE)
+    assert (answer.code, answer.out) == (70, "")
+    assert "ZeroDivisionError: seven" in answer.err
+    assert "VERNE_POST_TRACEBACK" in answer.err
+    assert "Traceback" not in answer.err
+
+
+def test_interruption_is_130(good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("verne_post.pipeline.convert", raising(KeyboardInterrupt()))
+    answer = run(good, *PLACE)
+    assert (answer.code, answer.out) == (130, "")
+    assert "Traceback" not in answer.err
+
+
+def test_signal_is_130(environment: dict[str, str]) -> None:
+    """SIGINT while the program is read from a pipe that never ends."""
+    script = (
+        "import sys, signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from verne_post.cli.main import run\n"
+        "import verne_post.cli.convert, verne_post.config\n"
+        "verne_post.config.load_machine('verne')\n"
+        "print('ready', file=sys.stderr, flush=True)\n"
+        "sys.argv = ['verne-post', '-']\n"
+        "run()\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env=environment,
+    ) as process:  # fmt: skip
+        assert process.stderr is not None
+        assert process.stdout is not None
+        assert process.stderr.readline() == b"ready\n"
+        process.send_signal(signal.SIGINT)
+        # closing standard input would end the program in a regular way, so it stays open until it has gone
+        assert process.wait(timeout=30) == 130
+        assert process.stdout.read() == b""
+        assert b"Traceback" not in process.stderr.read()
+
+
+@pytest.mark.parametrize("command", [["convert"], ["dump", "poses"]])
+def test_reader_that_goes_away_is_141(command: list[str], environment: dict[str, str], tmp_path: Path) -> None:
+    """`| head -1`: more than a pipe holds, of which one line is read."""
+    program = tmp_path / "long.nc"
+    program.write_text(HEAD + "G0 X0 Y0 Z20 A0 C0\n" + "".join(f"X{k % 2}\n" for k in range(2000)) + "G4 P2\nM2\n")
+    with subprocess.Popen(
+        [sys.executable, "-P", "-m", "verne_post", *command, str(program), *PLACE],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline()
+        process.stdout.close()
+        errors = process.stderr.read()
+        assert process.wait(timeout=30) == 141
+    assert b"Traceback" not in errors
+    assert b"BrokenPipeError" not in errors
+
+
+def test_gravest_status_wins() -> None:
+    order = [130, 141, 70, 2, 3, 1, 0]
+    for first, second in itertools.combinations(order, 2):
+        assert gravest([first, second]) == gravest([second, first]) == first
+    assert gravest([]) == 0
+    assert gravest([0, 1, 3, 2, 0]) == 2
+
+
+# --- streams -------------------------------------------------------------------------------------
+
+
+def test_dash_reads_standard_input(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    source = good.read_bytes()
+    from_file = run(good, *PLACE)
+    piped = run("-", *PLACE, stdin=source)
+    assert piped.code == 0
+    assert piped.out == from_file.out
+    assert "<stdin>" in piped.err
+    assert run("check", "-", *PLACE, stdin=source).code == 0
+    assert run("dump", "moves", "-", stdin=source).out == run("dump", "moves", good).out
+    axes = tmp_path / "axes.csv"
+    axes.write_text(from_file.out, newline="")
+    assert run("verify", axes, "--against", "-", *PLACE, stdin=source).code == 0
+    assert run("verify", "-", "--against", good, *PLACE, stdin=from_file.out.encode()).code == 0
+    both = run("verify", "-", "--against", "-", *PLACE, stdin=source)
+    assert (both.code, both.out) == (2, "")
+
+
+def test_dash_as_a_process(good: Path, spawn: Callable[..., Any]) -> None:
+    answer = spawn("-", *PLACE, stdin=good.read_bytes())
+    assert answer.returncode == 0
+    assert answer.stdout == spawn(good, *PLACE).stdout
+
+
+def test_same_input_gives_the_same_bytes(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    answers = []
+    for name in ("one", "two"):
+        run(good, *PLACE, "-o", tmp_path / name, "--meta", tmp_path / f"{name}.json")
+        answers.append([(tmp_path / file).read_bytes() for file in (name, f"{name}.json")])
+    assert answers[0] == answers[1]
+    assert answers[0][0].decode() == run(good, *PLACE).out
+
+
+@pytest.mark.parametrize("arguments", [("good.nc",), ("beyond.nc",), ("--help",), ("check", "good.nc")], ids=" ".join)
+def test_no_control_sequences_off_a_terminal(
+    arguments: tuple[str, ...], good: Path, beyond: Path, spawn: Callable[..., Any], environment: dict[str, str]
+) -> None:
+    answer = spawn(*arguments, *(PLACE if "--help" not in arguments else ()), cwd=good.parent)
+    for stream in (answer.stdout, answer.stderr):
+        assert b"\x1b" not in stream
+        assert b"\r" not in stream
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
+@pytest.mark.parametrize("no_color", [False, True])
+def test_progress_is_on_standard_error_and_only_on_a_terminal(
+    no_color: bool, good: Path, environment: dict[str, str]
+) -> None:
+    import pty
+
+    environment = {**environment, "TERM": "xterm", **({"NO_COLOR": "1"} if no_color else {})}
+    command = [sys.executable, "-P", "-m", "verne_post", str(good), *PLACE]
+    quiet = subprocess.run(command, capture_output=True, env=environment, check=True)
+    assert b"judging" not in quiet.stderr
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, env=environment) as process:
+        os.close(theirs)
+        assert process.stdout is not None
+        out = process.stdout.read()
+        shown = b""
+        while True:
+            try:
+                part = os.read(ours, 65536)
+            except OSError:  # the other end has been closed
+                break
+            if not part:
+                break
+            shown += part
+        os.close(ours)
+        assert process.wait(timeout=30) == 0
+    assert out == quiet.stdout
+    assert b"judging" in shown
+    assert b"writing" in shown
+    if no_color:
+        assert not re.search(rb"\x1b\[[0-9;]*m", shown)
+
+
+# --- nothing half done ----------------------------------------------------------------------------
+
+
+def test_output_file_is_what_standard_output_would_be(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    answer = run(good, *PLACE, "-o", folder / "axes.csv")
+    assert (answer.code, answer.out) == (0, "")
+    assert (folder / "axes.csv").read_bytes().decode() == run(good, *PLACE).out
+    assert [file.name for file in folder.iterdir()] == ["axes.csv"]
+    # an existing file is replaced
+    (folder / "axes.csv").write_text("before")
+    assert run(good, *PLACE, "--output", folder / "axes.csv").code == 0
+    assert (folder / "axes.csv").read_text().startswith(HEADER)
+
+
+@pytest.mark.parametrize("how", ["violation", "syntax", "interrupted", "disk full", "bug", "own verification"])
+def test_failure_leaves_the_old_file_and_nothing_else(
+    how: str, good: Path, beyond: Path, syntax: Path, run: Callable[..., Any], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest,
+) -> None:  # fmt: skip
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "axes.csv").write_text("before")
+    source = {"violation": beyond, "syntax": syntax}.get(how, good)
+    if how == "own verification":
+        request.getfixturevalue("spoilt")
+    elif how == "bug":
+        monkeypatch.setattr("verne_post.pipeline.summarise", raising(RuntimeError("bug")))
+    elif how == "disk full":
+        full = raising(OSError(28, "No space left on device"))
+        monkeypatch.setitem(FORMATS, "csv", (FORMATS["csv"][0], full))
+    elif how == "interrupted":
+        for owner, name in ((Path, "replace"), (os, "replace"), (os, "rename")):
+            monkeypatch.setattr(owner, name, raising(KeyboardInterrupt()))
+    answer = run(source, *PLACE, "-o", folder / "axes.csv", "--meta", folder / "axes.json")
+    assert answer.code != 0
+    assert answer.out == ""
+    assert (folder / "axes.csv").read_text() == "before"
+    assert [file.name for file in folder.iterdir()] == ["axes.csv"]
+
+
+NOWHERE = {
+    "no folder": "nowhere/axes.csv",
+    "a folder": ".",
+    "a folder that takes no files": "/proc/axes.csv",
+}
+
+
+@pytest.mark.parametrize("where", NOWHERE)
+@pytest.mark.parametrize("option", ["-o", "--meta"])
+def test_place_that_cannot_be_written_is_2_and_nothing_is_written(
+    where: str, option: str, good: Path, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if NOWHERE[where].startswith("/proc") and not Path("/proc/self").exists():
+        pytest.skip("no /proc")
+    answer = run(good, *PLACE, option, NOWHERE[where])
+    assert answer.code == 2
+    assert answer.out == ""
+    assert NOWHERE[where] in answer.err
+    assert [file.name for file in tmp_path.iterdir()] == ["good.nc"]
+
+
+def test_report_that_cannot_be_written_is_2(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    answer = run("check", good, *PLACE, "--output-file", tmp_path / "nowhere" / "report.txt")
+    assert answer.code == 2
+    assert "report.txt" in answer.err
+
+
+def test_meta_says_what_was_made_from_what(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    meta = tmp_path / "axes.json"
+    answer = run(good, *PLACE, "--meta", meta)
+    data = json.loads(meta.read_text(), parse_constant=raising(ValueError("not JSON")))
+    rows = answer.out.splitlines()[1:]
+    assert data["program"] == {"name": str(good), "sha256": sha256(good.read_bytes()).hexdigest()}
+    assert data["machine"]["sha256"] == sha256((ROOT / "machine_configs" / "verne.toml").read_bytes()).hexdigest()
+    assert data["rows"] == len(rows)
+    assert data["machining_time_s"] == pytest.approx(float(rows[-1].split(",")[0]))
+    assert ",".join(data["columns"]["names"]) == HEADER
+    assert data["columns"]["decimals"] == [7, 7, 7, 8, 8]
+    assert data["first_row"] == [float(cell) for cell in rows[0].split(",")[1:6]]
+    assert data["options"]["tool_length_mm"] == 80.0
+    assert data["options"]["wcs"] == {"G54": [0.0, 0.0, 50.0, 0.0]}
+    found = data["verification"]
+    for name, bound in (("velocity_ratio", 1.001), ("acceleration_ratio", 1.005), ("jerk_ratio", 1.02)):
+        assert set(found[name]) == {"rho1", "rho2", "rho3", "a", "c"}
+        assert 0.1 < max(found[name].values()) <= bound
+    assert 0.9 < found["feed_ratio"] <= 1.001
+    assert 0 < found["tip_deviation_mm"] <= 0.001
+
+
+# --- check -------------------------------------------------------------------------------------------
+
+
+def test_several_programs_take_the_gravest_status(
+    good: Path, beyond: Path, syntax: Path, run: Callable[..., Any]
+) -> None:
+    assert run("check", good, good, *PLACE).code == 0
+    assert run("check", good, beyond, *PLACE).code == 1
+    assert run("check", beyond, good, *PLACE).code == 1
+    assert run("check", good, syntax, beyond, *PLACE).code == 2
+    answer = run("check", beyond, syntax, good, *PLACE)
+    for file, verdict in ((beyond, "refused"), (syntax, "refused"), (good, "can run")):
+        assert re.search(rf"^{re.escape(str(file))}: {verdict}: ", answer.out, re.MULTILINE)
+
+
+def test_fail_level_and_exit_zero(
+    good: Path, beyond: Path, syntax: Path, warned: Path, run: Callable[..., Any]
+) -> None:
+    near = ("check", good, *PLACE, "--machine", warned)
+    answer = run(*near)
+    assert answer.code == 0
+    assert "VP202 warning: " in answer.out
+    assert run(*near, "--fail-level", "error").code == 0
+    assert run(*near, "--fail-level", "warning").code == 1
+    assert run(*near, "--fail-level", "warning", "--exit-zero").code == 0
+    assert run("check", good, *PLACE, "--fail-level", "warning").code == 0
+    assert run("check", beyond, *PLACE, "--exit-zero").code == 0
+    assert "VP102 error: " in run("check", beyond, *PLACE, "--exit-zero").out
+    # what cannot be read is no violation
+    assert run("check", syntax, *PLACE, "--exit-zero").code == 2
+
+
+def test_warnings_do_not_stop_a_conversion(good: Path, warned: Path, run: Callable[..., Any]) -> None:
+    answer = run(good, *PLACE, "--machine", warned)
+    assert answer.code == 0
+    assert answer.out.startswith(HEADER)
+    assert "VP202 warning: " in answer.err
+
+
+# --- verify -------------------------------------------------------------------------------------------
+
+
+def test_verify_believes_nothing_but_the_file(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    text = run(good, *PLACE).out
+    axes = tmp_path / "axes.csv"
+    axes.write_text(text, newline="")
+    answer = run("verify", axes, "--against", good, *PLACE)
+    assert (answer.code, answer.out) == (0, "")
+    assert "passes" in answer.err
+    lines = text.splitlines()
+    cells = lines[100].split(",")
+    cells[1] = f"{float(cells[1]) + 0.01:.7f}"
+    axes.write_text("\n".join([*lines[:100], ",".join(cells), *lines[101:], ""]), newline="")
+    answer = run("verify", axes, "--against", good, *PLACE)
+    assert (answer.code, answer.out) == (1, "")
+    assert re.search(rf"^{re.escape(str(good))}:\d+: VP403 error: ", answer.err, re.MULTILINE)
+    assert "FAILS" in answer.err
+    axes.write_text("\n".join([*lines[: len(lines) // 2], ""]), newline="")
+    answer = run("verify", axes, "--against", good, *PLACE)
+    assert (answer.code, answer.out) == (1, "")
+    assert "VP412 error: " in answer.err
+
+
+def test_verify_takes_the_options_of_the_conversion(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    axes = tmp_path / "axes.csv"
+    assert run(good, *PLACE, "--from", "home", "-o", axes).code == 0
+    assert axes.read_text().splitlines()[1].endswith(",0")  # the approach is line 0
+    assert run("verify", axes, "--against", good, *PLACE, "--from", "home").code == 0
+    assert run("verify", axes, "--against", good, *PLACE).code == 1
+    assert run("verify", axes, "--against", good, "--tool-length", 81, *PLACE[2:], "--from", "home").code == 1
+    assert run("verify", axes, "--against", good, *PLACE[:2], "--wcs", "G54=0,0,51", "--from", "home").code == 1
+    joints = "400,350,350,0,0"
+    assert run(good, *PLACE, "--from", joints, "-o", axes).code == 0
+    first = [float(cell) for cell in axes.read_text().splitlines()[1].split(",")]
+    assert first[1:6] == [400.0, 350.0, 350.0, 0.0, 0.0]
+    assert run("verify", axes, "--against", good, *PLACE, "--from", joints).code == 0
+    assert run("verify", axes, "--against", good, *PLACE, "--from", "home").code == 1
+
+
+def test_verify_missing_or_unreadable_inputs_are_2(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    for axes, against in ((tmp_path / "no.csv", good), (tmp_path, good), (good, tmp_path / "no.nc")):
+        answer = run("verify", axes, "--against", against, *PLACE)
+        assert (answer.code, answer.out) == (2, "")
+        assert answer.err
+
+
+# --- options -------------------------------------------------------------------------------------------
+
+BAD_OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
+    "tolerance": (("--tolerance", "0.01"), "blending is not in this version"),
+    "orientation tolerance": (("--orientation-tolerance", "0.1"), "blending is not in this version"),
+    "wcs without numbers": (("--wcs", "G54"), "--wcs G54"),
+    "wcs of two numbers": (("--wcs", "G54=1,2"), "x,y,z"),
+    "wcs of five numbers": (("--wcs", "G54=1,2,3,4,5"), "x,y,z"),
+    "wcs of words": (("--wcs", "G54=a,b,c"), "not a list of numbers"),
+    "wcs of NaN": (("--wcs", "G54=0,0,nan"), "not a list of numbers"),
+    "wcs infinite": (("--wcs", "G54=0,0,inf"), "not a list of numbers"),
+    "wcs of no system": (("--wcs", "G60=1,2,3"), "G54, G55"),
+    "from too few": (("--from", "1,2,3"), "rho1,rho2,rho3,a,c"),
+    "from too many": (("--from", "1,2,3,4,5,6"), "rho1,rho2,rho3,a,c"),
+    "from words": (("--from", "here"), "not a list of numbers"),
+    "from NaN": (("--from", "400,400,nan,0,0"), "not a list of numbers"),
+    "from nowhere": (("--from", "0,5000,0,0,0"), "--from"),
+    "decimals of words": (("--decimals", "many"), "expected auto"),
+    "decimals negative": (("--decimals", "-1"), "expected auto"),
+    "decimals too many": (("--decimals", "13"), "expected auto"),
+    "decimals broken": (("--decimals", "6.5"), "expected auto"),
+    "decimals too few": (("--decimals", "3"), "--accept-rounding"),
+    "cycle zero": (("--cycle", "0"), "control cycle"),
+    "cycle negative": (("--cycle", "-0.001"), "control cycle"),
+    "cycle NaN": (("--cycle", "nan"), "control cycle"),
+    "cycle too long": (("--cycle", "2"), "control cycle"),
+    "cycle of words": (("--cycle", "fast"), "not a valid float"),
+    "tool length negative": (("--tool-length", "-1"), "tool length"),
+    "tool length NaN": (("--tool-length", "nan"), "tool length"),
+    "tool table missing": (("--tool-table", "none.tbl"), "none.tbl"),
+    "machine missing": (("--machine", "none.toml"), "none.toml"),
+    "machine not TOML": (("--machine", "good.nc"), "VP501"),
+}
+
+
+@pytest.mark.parametrize("what", BAD_OPTIONS)
+def test_bad_option_is_2_with_a_sentence(
+    what: str, good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(good.parent)
+    arguments, says = BAD_OPTIONS[what]
+    answer = run("good.nc", *PLACE, *arguments)
+    assert (answer.code, answer.out) == (2, "")
+    assert says in " ".join(answer.err.split())
+    if "decimals" not in what:
+        check = run("check", "good.nc", *PLACE, *arguments)
+        assert check.code == 2
+        assert says in " ".join((check.out + check.err).split())
+
+
+def test_tool_table_with_a_bad_line_is_2(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 Z50\nT2 Q#7\n")
+    answer = run(good, "--tool-table", table)
+    assert (answer.code, answer.out) == (2, "")
+    assert "VP019 error: " in answer.err
+    assert "tools.tbl:2" in answer.err
+
+
+def test_approach_beyond_the_travel_is_a_violation(good: Path, run: Callable[..., Any]) -> None:
+    """The sliders can close there, but are above their upper end."""
+    answer = run(good, *PLACE, "--from", "20,20,20,0,0")
+    assert (answer.code, answer.out) == (1, "")
+    assert f"{good}:0: VP101 error: " in answer.err
+
+
+# --- help ---------------------------------------------------------------------------------------------
+
+PROGRAM_OPTIONS = ["--machine", "--tool-length", "--tool-table", "--wcs", "--tolerance", "--orientation-tolerance",
+                   "--cycle"]  # fmt: skip
+HELP = {
+    "convert": ["-o", "--format", "--decimals", "--meta", "--from", "--accept-rounding", *PROGRAM_OPTIONS],
+    "check": ["--output-format", "--output-file", "--fail-level", "--exit-zero", *PROGRAM_OPTIONS],
+    "verify": ["--against", "--from", *PROGRAM_OPTIONS],
+    "dump": ["moves", "poses", "joints", *PROGRAM_OPTIONS],
+    "machine": ["list", "show", "validate"],
+    "explain": ["CODE"],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_every_command_mentions_its_options(command: str, run: Callable[..., Any]) -> None:
+    answer = run(command, "--help")
+    assert (answer.code, answer.err) == (0, "")
+    assert f"Usage: verne-post {command}" in answer.out
+    for option in HELP[command]:
+        assert re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", answer.out), option
+    assert "\\b" not in answer.out
+    assert run(command, "-h").out == answer.out
+
+
+def test_help_names_every_command_one_line_each(run: Callable[..., Any]) -> None:
+    answer = run("--help")
+    assert (answer.code, answer.err) == (0, "")
+    for command in COMMANDS:
+        assert re.search(rf"^  {command}  +\S", answer.out, re.MULTILINE)
+    # the examples stand on lines of their own
+    assert re.search(r"^ *verne-post input\.nc > axes\.csv\b", answer.out, re.MULTILINE)
+    assert re.search(r"^ *verne-post verify axes\.csv --against input\.nc$", answer.out, re.MULTILINE)
+    assert "\\b" not in answer.out
+
+
+def test_version(run: Callable[..., Any]) -> None:
+    answer = run("--version")
+    assert answer.code == 0
+    assert verne_post.__version__ in answer.out
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["explain", "VP101"], *([command, "--help"] for command in COMMANDS)],
+    ids=" ".join,
+)  # fmt: skip
+def test_help_imports_nothing_heavy(arguments: list[str], environment: dict[str, str]) -> None:
+    script = (
+        "import sys\n"
+        "import verne_post\n"
+        "from verne_post.cli.main import main\n"
+        f"status = main({arguments!r})\n"
+        "print(sorted({'numpy', 'toppra', 'ruckig', 'pydantic', 'matplotlib'} & set(sys.modules)), file=sys.stderr)\n"
+        "sys.exit(status)\n"
+    )
+    answer = subprocess.run([sys.executable, "-P", "-c", script], capture_output=True, env=environment, check=True)
+    assert answer.stderr == b"[]\n"
+
+
+# --- explain and machine ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("code", sorted(CODES))
+def test_every_code_is_explained(code: str, run: Callable[..., Any]) -> None:
+    answer = run("explain", code)
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.startswith(f"{code} {CODES[code].severity}: ")
+    assert "Remedy: " in answer.out
+    assert CODES[code].meaning in " ".join(answer.out.split())
+    assert run("explain", code.lower()).out == answer.out
+    assert max(map(len, answer.out.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("code", ["VP999", "VP", "101", ""])
+def test_unknown_code_is_2(code: str, run: Callable[..., Any]) -> None:
+    answer = run("explain", code)
+    assert (answer.code, answer.out) == (2, "")
+    assert "VP101" in answer.err
+
+
+def test_machine_list_show_and_validate(run: Callable[..., Any]) -> None:
+    assert "verne" in run("machine", "list").out.split()
+    shown = run("machine", "show", "verne")
+    assert shown.code == 0
+    assert shown.out == (ROOT / "machine_configs" / "verne.toml").read_text()
+    assert tomllib.loads(shown.out)["name"] == "VERNE"
+    valid = run("machine", "validate", "verne")
+    assert (valid.code, valid.err) == (0, "")
+    assert verne_post.load_machine().sha256 in valid.out
+    for group, source in tomllib.loads(shown.out)["provenance"].items():
+        assert f"{group}: {source}" in valid.out
+
+
+BROKEN_MACHINES: dict[str, tuple[str, str, str]] = {
+    "home out of reach": ("g28 = [0.0, 0.0, 0.0,", "g28 = [900.0, 0.0, 0.0,", "g28"),
+    "home beyond travel": ("g28 = [0.0, 0.0, 0.0,", "g28 = [0.0, 0.0, 400.0,", "rho"),
+    "unknown key": ("R1 = 130.0", "R1 = 130.0\nR9 = 1.0", "R9"),
+    "missing key": ("R1 = 130.0", "", "R1"),
+    "NaN": ("R1 = 130.0", "R1 = nan", "R1"),
+    "not TOML": ("R1 = 130.0", "R1 = = 130.0", "TOML"),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN_MACHINES)
+def test_broken_machine_is_2_and_names_the_key(what: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    old, new, says = BROKEN_MACHINES[what]
+    text = (ROOT / "machine_configs" / "verne.toml").read_text()
+    assert old in text
+    file = tmp_path / "mine.toml"
+    file.write_text(text.replace(old, new))
+    answer = run("machine", "validate", file)
+    assert (answer.code, answer.out) == (2, "")
+    assert "VP501 error: " in answer.err
+    assert says in answer.err
+
+
+# --- dump ---------------------------------------------------------------------------------------------------
+
+DUMPED = HEAD + "S900 M3\nG0 X3 Y0 Z20 A0 C0\nG4 P0.5\nG1 X3 Y2 A5 F600\nG3 X-1 I-2 C20 P2\nG1 C40\nM5\nM2\n"
+
+
+def dumped(run: Callable[..., Any], stage: str, tmp_path: Path, *more: str) -> list[dict[str, Any]]:
+    file = tmp_path / "dumped.nc"
+    file.write_text(DUMPED)
+    answer = run("dump", stage, file, *PLACE, *more)
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.endswith("\n")
+    refuse = raising(ValueError("not JSON"))
+    return [json.loads(line, parse_constant=refuse) for line in answer.out.splitlines()]
+
+
+def test_dump_moves_shows_the_interpreters_view(run: Callable[..., Any], tmp_path: Path) -> None:
+    records = dumped(run, "moves", tmp_path)
+    base = {"line", "kind", "end", "feed", "feed_mode"}
+    kinds = [item["kind"] for item in records]
+    assert kinds == ["spindle", "rapid", "dwell", "feed", "arc", "feed", "spindle", "end"]
+    motion = [item for item in records if item["kind"] in ("rapid", "feed", "arc")]
+    for item in motion:
+        assert set(item) == base | ({"plane", "center", "turns", "sweep"} if item["kind"] == "arc" else set())
+        assert len(item["end"]) == 9
+        assert item["feed_mode"] in ("per_min", "inverse", "per_rev")
+    (dwell,) = [item for item in records if item["kind"] == "dwell"]
+    assert (dwell["line"], dwell["seconds"]) == (4, 0.5)
+    rapid, feed, arc = motion[0], motion[1], motion[2]
+    assert (rapid["line"], rapid["feed"], rapid["end"]) == (3, None, [3, 0, 20, 0, 0, 0, 0, 0, 0])
+    assert (feed["line"], feed["feed"], feed["end"]) == (5, 600.0, [3, 2, 20, 5, 0, 0, 0, 0, 0])
+    assert (arc["line"], arc["plane"], arc["center"], arc["turns"]) == (6, "XY", [1, 2, 20], 2)
+    assert arc["sweep"] == pytest.approx(180 + 360)
+    assert arc["end"] == [-1, 2, 20, 5, 0, 20, 0, 0, 0]
+
+
+def test_dump_poses_and_joints_follow_the_path(run: Callable[..., Any], tmp_path: Path) -> None:
+    poses, joints = dumped(run, "poses", tmp_path), dumped(run, "joints", tmp_path)
+    assert len(poses) == len(joints) > 20
+    for pose, joint in zip(poses, joints, strict=True):
+        assert set(pose) == {"line", "s", "tip", "axis"}
+        assert set(joint) == {"line", "s", "q", "alpha_deg", "margins"}
+        assert (pose["line"], pose["s"]) == (joint["line"], joint["s"])
+        assert np.linalg.norm(pose["axis"]) == pytest.approx(1.0, abs=1e-12)
+        assert ",".join(["t_s", *joint["q"], "line"]) == HEADER
+        assert joint["margins"]
+        assert all(margin is None or margin > 0 for margin in joint["margins"].values())
+    assert poses[0]["tip"] == pytest.approx([3, 0, 20], abs=1e-9)
+    assert poses[0]["s"] == 0
+    last = poses[-1]
+    assert last["tip"] == pytest.approx([-1, 2, 20], abs=1e-9)
+    a, c = np.radians(5), np.radians(40)
+    assert last["axis"] == pytest.approx([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], abs=1e-12)
+    # every tip of the arc lies on its circle
+    arc = np.array([pose["tip"] for pose in poses if pose["line"] == 6])
+    assert len(arc) > 100
+    assert np.hypot(arc[:, 0] - 1, arc[:, 1] - 2) == pytest.approx(2.0, abs=1e-9)
+    # s starts again at every standstill, and grows in between
+    s = np.array([pose["s"] for pose in poses])
+    assert all(after > before or after == 0 for before, after in itertools.pairwise(s))
+
+
+def test_dump_joints_are_those_of_the_file(run: Callable[..., Any], tmp_path: Path) -> None:
+    joints = dumped(run, "joints", tmp_path)
+    file = tmp_path / "dumped.nc"
+    rows = run(file, *PLACE).out.splitlines()
+    for record, row in ((joints[0], rows[1]), (joints[-1], rows[-1])):
+        # half a unit of the last decimal
+        assert list(record["q"].values()) == pytest.approx([float(cell) for cell in row.split(",")[1:6]], abs=5.1e-8)
+
+
+def test_dump_shows_the_approach_as_line_0(run: Callable[..., Any], tmp_path: Path) -> None:
+    lines = [item["line"] for item in dumped(run, "poses", tmp_path, "--from", "home")]
+    assert lines[0] == 0
+    assert set(lines) == {0, 5, 6, 7}
+
+
+def test_dump_moves_takes_axes_that_the_machine_lacks(run: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "b.nc"
+    file.write_text(HEAD + "G0 X1 B5 U2\nM2\n")
+    answer = run("dump", "moves", file)
+    assert answer.code == 0
+    assert json.loads(answer.out.splitlines()[0])["end"] == [1, 0, 0, 0, 5, 0, 2, 0, 0]
+    assert run(file, *PLACE).code == 2
+    assert run("check", file, *PLACE).code == 2
+
+
+def test_dump_of_a_program_with_an_error_shows_what_comes_before(syntax: Path, run: Callable[..., Any]) -> None:
+    answer = run("dump", "moves", syntax)
+    assert answer.code == 2
+    assert [json.loads(line)["line"] for line in answer.out.splitlines()] == [2]
+    assert "VP006" in answer.err
+
+
+# --- resources -------------------------------------------------------------------------------------------------
+
+
+def peak_memory(seconds: int) -> tuple[int, int]:
+    """Rows of a conversion with a dwell, and the peak of traced memory, bytes."""
+    source = f"{HEAD}G0 X0 Y0 Z20 A0 C0\nG1 X1 F3000\nG4 P{seconds}\nX2\nM2\n".encode()
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
+    machine = verne_post.load_machine()
+    rows = 0
+
+    def sink(block: Any) -> None:
+        nonlocal rows
+        rows += len(block.values)
+
+    tracemalloc.start()
+    try:
+        result = verne_post.convert(source, machine, options, sink)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert result.ok
+    assert result.setpoints is None
+    return rows, peak
+
+
+def test_memory_does_not_grow_with_the_motion() -> None:
+    peak_memory(1)  # imports
+    few, small = peak_memory(50)
+    many, large = peak_memory(300)
+    assert few > 50_000
+    assert many > 300_000
+    assert large < 1.5 * small
+
+
+def test_everything_works_without_a_network(
+    good: Path, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("socket", "create_connection", "getaddrinfo"):
+        monkeypatch.setattr(socket, name, raising(AssertionError("the network was asked")))
+    axes, meta = tmp_path / "axes.csv", tmp_path / "axes.json"
+    assert run(good, *PLACE, "--from", "home", "-o", axes, "--meta", meta).code == 0
+    assert run("verify", axes, "--against", good, *PLACE, "--from", "home").code == 0
+    assert run("check", good, *PLACE).code == 0
+    assert run("dump", "joints", good, *PLACE).code == 0
+    assert run("machine", "validate", "verne").code == 0
+
+
+def test_result_is_the_same_through_python_and_the_command_line(good: Path, run: Callable[..., Any]) -> None:
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
+    result = verne_post.convert(good.read_bytes(), verne_post.load_machine(), options)
+    table = np.loadtxt(io.StringIO(run(good, *PLACE).out), delimiter=",", skiprows=1)
+    assert result.setpoints is not None
+    assert table[:, 1:6].tolist() == result.setpoints.values.tolist()
+    assert table[:, 6].tolist() == result.setpoints.line.tolist()

@@ -1,0 +1,50 @@
+"""Fixtures of the G-code tests: the interpreter's view of a text, moves as short strings."""
+
+import numpy as np
+import pytest
+
+from verne_post.model.moves import AXES, ZERO9, MoveKind
+from verne_post.model.options import Options, Tool
+from verne_post.pipeline import interpreter_view
+
+
+def make_tool(number, length, diameter=6.0):
+    """A tool that is nothing but a length (mm)."""
+    return Tool(number, number, (0.0, 0.0, length, *ZERO9[3:]), diameter)
+
+
+def moves_as_text(moves):
+    """One string a move: line, kind, axes that are not zero, feed; rounded to 0.1 um."""
+    shown = []
+    for i in range(len(moves)):
+        kind = MoveKind(int(moves.kind[i]))
+        words = [] if kind == MoveKind.DWELL else [
+            f"{letter}{value:g}" for letter, value in zip(AXES, np.round(moves.end[i], 4), strict=True) if value
+        ]  # fmt: skip
+        if kind != MoveKind.RAPID:
+            words.append(f"{'P' if kind == MoveKind.DWELL else 'F'}{round(float(moves.feed[i]), 4):g}")
+        shown.append(" ".join([str(int(moves.line[i])), kind.name.lower(), *words]))
+    return shown
+
+
+@pytest.fixture(scope="session")
+def view():
+    """Interpret a text as `dump moves` does: (moves, findings). T1 is 10 mm long, T2 25 mm."""
+
+    def run(text, **options):
+        options.setdefault("tools", {1: make_tool(1, 10.0), 2: make_tool(2, 25.0)})
+        return interpreter_view(text.encode() if isinstance(text, str) else text, Options(**options))
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def moves_text(view):
+    """Interpret a text without errors and return its moves as short strings."""
+
+    def run(text, **options):
+        moves, findings = view(text, **options)
+        assert findings == ()
+        return moves_as_text(moves)
+
+    return run

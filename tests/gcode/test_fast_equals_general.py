@@ -1,0 +1,156 @@
+"""The vectorised path for plain lines against the general interpreter: the same moves to the last bit, same errors."""
+
+from unittest.mock import patch
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from verne_post.gcode import interpret_program, plain
+from verne_post.model.findings import InputError
+from verne_post.model.moves import ZERO9
+from verne_post.model.options import Options, Tool
+from verne_post.pipeline import interpreter_view, machine_setup
+
+SETTINGS = settings(max_examples=60, deadline=None, database=None, derandomize=True)
+COLUMNS = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "start")
+TOOLS = {1: Tool(1, 1, (0.0, 0.0, 60.0, *ZERO9[3:]))}
+
+
+def snapshot(moves):
+    """Everything of a Moves table as comparable values; bytes tell -0.0 from 0.0 and find NaN equal to itself."""
+    arcs = tuple(getattr(moves.arcs, name).tobytes() for name in ("plane", "center", "turns", "sweep"))
+    columns = tuple((getattr(moves, name).dtype.str, getattr(moves, name).tobytes()) for name in COLUMNS)
+    return columns, arcs, moves.frames, moves.controls, moves.events, moves.start_frame
+
+
+def as_interpreter(source, **options):
+    moves, findings = interpreter_view(source, Options(tools=TOOLS, **options))
+    return snapshot(moves), findings
+
+
+def as_machine(source, machine, **options):
+    try:
+        return snapshot(interpret_program(source, machine_setup(machine, Options(tools=TOOLS, **options))))
+    except InputError as error:
+        return error.findings
+
+
+def fast_and_general(run, *arguments, **options):
+    """The same interpretation three times: fast wherever possible, as it comes, and never fast."""
+    answers = []
+    for least in (1, plain.MIN_LINES, 1 << 40):
+        with patch.object(plain, "MIN_LINES", least):
+            answers.append(run(*arguments, **options))
+    return answers
+
+
+# --- generated programs -------------------------------------------------------------------------
+
+numbers = st.one_of(
+    st.integers(-300, 300).map(str),
+    st.decimals(-300, 300, places=3).map(str),
+    st.sampled_from([".5", "-.25", "7.", "+3", "0", "-0", "- 1 2", "0.1234567890123456789", "1e", "1.2.3"]),
+)
+good_numbers = numbers.filter(lambda text: text not in ("1e", "1.2.3"))
+axis_words = st.lists(st.sampled_from("XYZAC"), min_size=1, max_size=5, unique=True).flatmap(
+    lambda letters: st.tuples(*(good_numbers.map(letter.__add__) for letter in letters)).map(" ".join)
+)
+feeds = st.sampled_from(["", "", "", " F100", " F33.3", " F0", "F 1 2 . 5"])
+
+
+def plain_line():
+    """A line that the fast path takes in a suitable state."""
+    return st.builds(
+        "{}{}{}{}".format, st.sampled_from(["", "", "N10 ", "N0.5"]),
+        st.sampled_from(["", "", "", "G0 ", "G1 ", "g01", "G00"]), axis_words, feeds,
+    )  # fmt: skip
+
+
+general_line = st.one_of(
+    st.sampled_from([
+        "G20", "G21", "G93", "G94 F200", "G95 F.1", "G90", "G91", "G91 X1 Y2", "G90 G0", "G90", "G90",
+        "G92 X1", "G92.1", "G92.2", "G92.3", "G10 L2 P1 X5 Y-3", "G10 L2 P1 R30", "G10 L20 P1 Z7", "G54",
+        "G55", "F300", "F0", "N7", "N8 F250", "G0", "G1", "(a comment)", "X1 (MSG, here)", "; remark", "",
+        "  \t", "G2 I5", "G3 X10 R40 Z2", "G4 P.5", "M3 S500", "M5", "G61", "G64 P.01", "G43 H1", "G49",
+        "G43.1 Z30", "G53 G0 Z0", "G28 G91 Z0", "G80", "/X3", "S100", "T1", "G0 X1 G21", "G17", "G18 Z1",
+        "N1 N2",
+    ]),
+    st.builds("{}{}".format, st.sampled_from("XGNFQBUL"), numbers),
+    st.builds("{} {}".format, axis_words, axis_words),
+)  # fmt: skip
+
+
+@st.composite
+def programs(draw):
+    """Stretches of plain lines, some long enough for the fast path, with general lines between them."""
+    lines = draw(st.sampled_from([
+        ["G0 X0 Y0 Z200 A0 C0", "G49 G1 F500"], ["G1 F500", "G43 H1"], ["G0 X0 Y0"],
+        ["G28 G91 Z0", "G90 G0", "F50"], [],
+    ]))[:]  # fmt: skip
+    for _ in range(draw(st.integers(1, 4))):
+        lines += draw(st.lists(plain_line(), min_size=0, max_size=12))
+        lines += draw(st.lists(general_line, min_size=0, max_size=2))
+    lines += draw(st.sampled_from([["M2"], ["M30", "X1"], []]))
+    return "\n".join(lines).encode()
+
+
+@SETTINGS
+@given(programs())
+def test_generated_programs_as_an_interpreter(source):
+    fast, usual, general = fast_and_general(as_interpreter, source)
+    assert fast == general
+    assert usual == general
+
+
+@SETTINGS
+@given(programs(), st.sampled_from([None, 60.0]))
+def test_generated_programs_on_the_machine(machine, source, length):
+    fast, usual, general = fast_and_general(as_machine, source, machine, tool_length=length)
+    assert fast == general
+    assert usual == general
+
+
+# --- states in which the fast path may not be fast ------------------------------------------------
+
+PLAIN = "X1 Y2 Z3 F100\nX2\nY3 F200\nN5 Z4\nG0 X0\nG1 X.1\nA10 C20\nF50\nX7 Y8\nX3\nG0\nX4\nG1\nC30\n"
+
+
+@pytest.mark.parametrize("head", [
+    "", "G0", "G1", "G1 F100", "G1 F100 G20", "G91 G1 F10", "G93 G1", "G93 G0", "G95 F1 G0",
+    "S100 M3 G95 F1 G1", "G2", "G80", "G0 X0 Y0 Z0 A30 C0\nG43 H1", "G92 X5", "G10 L2 P1 X5 R45", "G55",
+    "G1 F100\nG61", "G28", "G53 G0 Z0", "G49 G0 X0 Y0 Z0 A0 C0", "G49 G0 X0", "G49 G20 G0 X0 Y0 Z0",
+    "G0 X0 Y0 Z5 A0 C0 G49",
+])  # fmt: skip
+@pytest.mark.parametrize("tail", ["M2", "X1 X2\nQ5\nM2", ""])
+def test_states(machine, head, tail):
+    source = f"{head}\n{PLAIN * 3}G93\n{PLAIN}G94 G90 F10\n{PLAIN}{tail}".encode()
+    for answers in (fast_and_general(as_interpreter, source), fast_and_general(as_machine, source, machine)):
+        assert answers[0] == answers[1] == answers[2]
+
+
+# BUG: the vectorised path enters the frame (and path control) of a stretch without motion in the tables
+@pytest.mark.parametrize("word", ["G43 H1", "G55", "G64 P.1"])
+@pytest.mark.parametrize("idle", ["\n", "F100\n", "N5\n"])
+def test_stretches_without_motion_leave_no_trace(word, idle):
+    source = f"G0 X1\n{word}\n{idle * 20}G49 G54 G64 G0 X2\nM2".encode()
+    fast, usual, general = fast_and_general(as_interpreter, source)
+    assert fast == usual == general
+    assert interpreter_view(source, Options(tools=TOOLS))[0].frame.tolist() == [0, 0]
+
+
+def test_the_fast_path_is_really_taken(monkeypatch):
+    """Guards the tests above: they would hold as well if nothing ever were fast."""
+    taken = []
+    execute = plain.execute
+
+    def watched(lines, first, last, *rest):
+        done = execute(lines, first, last, *rest)
+        taken.append(done - first)
+        return done
+
+    monkeypatch.setattr(plain, "execute", watched)
+    moves, findings = interpreter_view(("G1 F100\n" + PLAIN * 3 + "M2").encode(), Options())
+    assert findings == ()
+    assert sum(taken) == 3 * PLAIN.count("\n")
+    assert len(moves) == 1 + 3 * (PLAIN.count("\n") - 1)  # F50 alone is no move

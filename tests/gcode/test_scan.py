@@ -1,0 +1,194 @@
+"""The vectorised reader: numbers as float() reads them, words as a regular expression finds them, chunks."""
+
+import re
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from verne_post.gcode import scan
+from verne_post.gcode.block import read_block
+
+SETTINGS = settings(max_examples=120, deadline=None, database=None, derandomize=True)
+
+
+def bits(value):
+    """The 64 bits of a double: tells -0.0 from 0.0."""
+    return struct.pack("<d", float(value))
+
+
+@st.composite
+def decimals(draw, most=20):
+    """Decimal numbers as G-code writes them: sign, leading zeros, '.5', '5.', 1 to ``most`` digits."""
+    digits = draw(st.text("0123456789", min_size=1, max_size=most) | st.integers(1, most).map("9".__mul__))
+    point = draw(st.none() | st.integers(0, len(digits)))
+    text = digits if point is None else f"{digits[:point]}.{digits[point:]}"
+    return draw(st.sampled_from(["", "", "+", "-"])) + text
+
+
+@st.composite
+def spaced(draw, texts):
+    """A text with blanks put between its characters."""
+    text = draw(texts)
+    gaps = draw(st.lists(st.sampled_from(["", "", "", " ", "\t", "  "]), min_size=len(text), max_size=len(text)))
+    return "".join(gap + character for gap, character in zip(gaps, text, strict=True))
+
+
+# --- numbers ---------------------------------------------------------------------------------
+
+
+@SETTINGS
+@given(st.lists(spaced(decimals()), min_size=1, max_size=8))
+def test_numbers_are_bit_identical_to_float(texts):
+    letters = "ABCDEFGH"
+    lines = [f"{letter}{text}" for letter, text in zip(letters, texts, strict=False)]
+    table = scan.scan(1, "\n".join(lines).encode())
+    values = dict(zip(table.row.tolist(), table.value, strict=True))
+    for row, text in enumerate(texts):
+        exact = float(re.sub(r"\s", "", text))
+        n_digits = sum(character.isdigit() for character in text)
+        assert table.plain[row] == (n_digits <= scan.MAX_DIGITS)
+        assert (row in values) == table.plain[row]
+        if row in values:
+            assert bits(values[row]) == bits(exact)
+        # longer numbers, and any others, are read the same by the exact reader
+        assert bits(read_block(f"X{text}", 1).words["X"]) == bits(exact)
+
+
+@pytest.mark.parametrize("text", [
+    "0", "-0", "+0.", "-.0", ".5", "5.", "-.5", "+5.", "000123.4500", "0.1", "0.3", "4.35", "2.675", "1.005",
+    "123456789012345", "0.00000000000001", "99999999999999.9", "-.000000000000001", "12345678.9012345",
+    "000000000000001",
+])  # fmt: skip
+def test_numbers_of_up_to_fifteen_digits_are_read_fast_and_exactly(text):
+    table = scan.scan(1, f"X{text}\n".encode())
+    assert table.plain.tolist() == [True]
+    assert bits(table.value[0]) == bits(float(text))
+
+
+# --- words ----------------------------------------------------------------------------------
+
+
+def by_regex(text):
+    """Words of each line as (letter, value), None for a line that is not plain."""
+    lines = text.split("\n")[: text.count("\n") + (not text.endswith("\n"))]
+    number = r"[+-]?(?=\.?[0-9])[0-9]*\.?[0-9]*"
+    found = []
+    for line in lines:
+        solid = re.sub(r"[ \t\r]", "", line)
+        words = [(letter.upper(), float(value)) for letter, value in re.findall(rf"([A-Za-z])({number})", solid)]
+        short = all(len(re.sub(r"[^0-9]", "", w)) <= 15 for w in re.findall(r"[A-Za-z][^A-Za-z]*", solid))
+        found.append(words if re.fullmatch(rf"(?:[A-Za-z]{number})*", solid) and short else None)
+    return found
+
+
+LINES = st.lists(
+    st.one_of(
+        st.lists(st.tuples(st.sampled_from("GXYZACFNMgn"), spaced(decimals(8))).map("".join), max_size=5).map("".join),
+        st.text("GXYaz0123456789+-. \t\r", max_size=12),
+        st.text("GX01.-(;)#[%/é", max_size=8),
+    ),
+    max_size=12,
+)
+
+
+@SETTINGS
+@given(LINES, st.sampled_from(["\n", "\r\n"]), st.booleans())
+def test_words_are_those_of_a_regular_expression(lines, newline, final):
+    text = newline.join(lines) + (newline if final else "")
+    if not text:
+        return
+    wanted = by_regex(text)
+    table = scan.scan(7, text.encode())
+    assert (table.first_line, table.n_lines) == (7, len(wanted))
+    assert table.plain.tolist() == [words is not None for words in wanted]
+    words = list(zip(table.row.tolist(), map(chr, table.letter), map(bits, table.value), strict=True))
+    assert words == [(row, *w[:1], bits(w[1])) for row, line in enumerate(wanted) for w in line or ()]
+
+
+@pytest.mark.parametrize("line", [
+    "X", "X+", "X-", "X.", "X-.", "X1.2.3", "X1-2", "X--1", "X+-5", "XY1", "5", "5X1", ".X1", "-X1", "G0 X1 (c)", "X1;",
+    "#1=2", "X#1", "X[1]", "/X1", "%", "X1,5", "X1\u00e9", "X1\x00", "G0 X1 Y", "@1", "X1e", "X1234567890123456",
+    "X0.0000000000000001",
+])  # fmt: skip
+def test_what_is_not_plain_is_flagged_and_has_no_words(line):
+    """Neighbours of a damaged line are read as if it were not there."""
+    table = scan.scan(1, f"G1 X2\n{line}\nY3\n".encode())
+    assert table.plain.tolist() == [True, False, True]
+    assert table.row.tolist() == [0, 0, 2]
+    assert table.value.tolist() == [1.0, 2.0, 3.0]
+    assert bytes(table.letter) == b"GXY"
+    assert scan.scan(1, line.encode()).plain.tolist() == [False]
+
+
+@pytest.mark.parametrize("line", ["", " ", "\t\r", "X1", "x1", "x 1 . 5", "N1G0X1", "X1Y2 X3"])
+def test_what_is_plain(line):
+    assert scan.scan(1, f"5\n{line}\n5\n".encode()).plain.tolist() == [False, True, False]
+
+
+# --- chunks -----------------------------------------------------------------------------------
+
+TEXT = "G1 F100\nX1\n\nY2.5 (a comment longer than most chunks)\r\nX3Y4\n%\nZ5\nX6"
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 5, 8, 13, 30, 64, 1000])
+@pytest.mark.parametrize("source", [TEXT, TEXT + "\n", "", "\n", "\n\n", "X1", "X1\n", "\r\n"])
+def test_chunks_are_whole_lines_and_lose_nothing(monkeypatch, size, source):
+    monkeypatch.setattr(scan, "CHUNK_BYTES", size)
+    raw = source.encode()
+    pieces = list(scan.chunks(raw))
+    assert b"".join(piece for _line, piece in pieces) == raw
+    done = b""
+    for line, piece in pieces:
+        assert piece
+        assert line == 1 + done.count(b"\n")
+        assert not done or done.endswith(b"\n")
+        assert len(piece) <= size or b"\n" not in piece[:-1]  # longer than asked only where one line is
+        done += piece
+
+
+PROGRAM = (
+    "%\nG21 G90 (start)\nG0 X0 Y0 Z5\nG1 F300\n"
+    + "".join(f"X{i} Y{i * i % 7}.25\n" for i in range(40))
+    + "G91\nX1\nG90 (MSG, half)\n"
+    + "".join(f"N{i} G{i % 2} Z{i % 3} F{100 + i}\n" for i in range(25))
+    + "G2 X48 I4\n\nM30\n%\n"
+)
+
+
+def same(one, two):
+    """Two answers of the interpreter are equal to the last bit."""
+    for name in ("line", "kind", "end", "feed", "feed_mode", "frame", "control", "arc", "start"):
+        assert np.array_equal(getattr(one[0], name), getattr(two[0], name), equal_nan=name == "feed"), name
+    assert one[0].events == two[0].events
+    assert one[1] == two[1]
+    return True
+
+
+@pytest.mark.parametrize("size", [1, 7, 20, 50, 111, 400])
+def test_chunk_boundaries_mean_nothing(monkeypatch, view, size):
+    whole = view(PROGRAM)
+    assert whole[1] == ()
+    assert len(whole[0]) == 2 + 40 + 1 + 25 + 1  # a G1 alone moves, too, by nothing
+    monkeypatch.setattr(scan, "CHUNK_BYTES", size)
+    assert same(view(PROGRAM), whole)
+    assert same(view(PROGRAM.replace("G2 X48 I4", "G2 X48")), view(PROGRAM.replace("G2 X48 I4", "G2 X48 (no centre)")))
+
+
+@pytest.mark.parametrize("change", [
+    lambda text: text.replace("\n", "\r\n"), lambda text: text.rstrip("\n"), lambda text: text.replace("\n", "  \t\n"),
+    lambda text: text.lower().replace("msg, half", "MSG, half"), lambda text: text + "X1 garbage ((\n",
+    lambda text: text.replace("X", " X ").replace("Y", "\tY"),
+], ids=["CRLF", "no final newline", "trailing blanks", "lower case", "text behind the end", "blanks"])  # fmt: skip
+def test_line_ends_blanks_and_case_mean_nothing(view, change):
+    assert same(view(change(PROGRAM)), view(PROGRAM))
+
+
+@pytest.mark.parametrize(
+    ("source", "line"), [("", 1), ("\n", 1), ("\n\n\n", 3), ("G0 X1", 1), ("G0 X1\n", 1), ("(c)\nG0 X1\n", 2)]
+)
+def test_a_text_without_an_end_is_refused_on_its_last_line(view, source, line):
+    _moves, findings = view(source)
+    assert [(item.code, item.line) for item in findings] == [("VP010", line)]

@@ -1,0 +1,147 @@
+"""Findings as text and JSON: the documented form, exactly."""
+
+import json
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import verne_post
+from verne_post.model.codes import CODES
+from verne_post.model.findings import finding
+from verne_post.output.findings import Report, as_json, text, text_line
+
+MACHINE = verne_post.load_machine()
+ARGUMENTS = ("--tool-length", "80", "--wcs", "G54=0,0,50")
+KEYS = {"code", "severity", "line", "last_line", "worst_line", "axis", "value", "limit", "unit", "message", "count"}
+# FILE:LINE: CODE severity: message
+LINE = re.compile(r"(?P<file>.+?):(?P<line>\d+): (?P<code>VP\d{3}) (?P<severity>error|warning|note): (?P<message>.+)")
+
+PROGRAMS: dict[str, str] = {
+    "good": "G0 X0 Y0 Z20 A0 C0\nG1 X3 F3000",
+    "beyond the tilt": "G0 X0 Y0 Z120 A0 C0\nG1 A110 F2000\nA20\nA120\nA0",
+    "two words wrong": "G0 X0 Y0 Z20 A0 C0\nG1 Q3 X3 F3000\nX2\nG1 B5",
+    "no end": "G0 X0 Y0 Z20 A0 C0\nG1 X3 F3000",
+    "no motion": "",
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> dict[str, Path]:
+    found = {}
+    for name, body in PROGRAMS.items():
+        found[name] = tmp_path / f"{name.replace(' ', '_')}.nc"
+        end = "" if name == "no end" else "M2\n"
+        found[name].write_text(f"G21 G90 G94 G17\n{body}\n{end}")
+    return found
+
+
+def strict(document: str) -> Any:
+    """Parse JSON, refusing NaN and infinities, which are not JSON."""
+
+    def refuse(constant: str) -> None:
+        raise ValueError(constant)
+
+    return json.loads(document, parse_constant=refuse)
+
+
+def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[..., Any]) -> None:
+    answer = run("check", *files.values(), *ARGUMENTS, "--output-format", "json")
+    data = strict(answer.out)
+    assert set(data) == {"schema", "programs"}
+    assert data["schema"] == 1
+    assert [item["program"] for item in data["programs"]] == [str(file) for file in files.values()]
+    for item in data["programs"]:
+        assert set(item) == {"program", "machine", "summary", "findings"}
+        assert item["machine"] == {"name": "VERNE", "sha256": MACHINE.sha256}
+        assert set(item["summary"]) == {"errors", "warnings", "cycle_time_s"}
+        for found in item["findings"]:
+            # `column` is an addition, which the contract allows
+            assert KEYS <= set(found) <= KEYS | {"column"}
+            assert found["code"] in CODES
+            assert found["severity"] in ("error", "warning", "note")
+            assert found["count"] >= 1
+        severities = [found["severity"] for found in item["findings"]]
+        assert item["summary"]["errors"] == severities.count("error")
+        assert item["summary"]["warnings"] == severities.count("warning")
+    programs = dict(zip(files, data["programs"], strict=True))
+    assert programs["good"]["findings"] == []
+    assert programs["good"]["summary"]["cycle_time_s"] > 0
+    assert programs["no motion"]["summary"]["cycle_time_s"] is None
+
+
+def test_one_finding_covers_a_stretch(files: dict[str, Path], run: Callable[..., Any]) -> None:
+    answer = run("check", files["beyond the tilt"], *ARGUMENTS, "--output-format", "json")
+    findings = [item for item in strict(answer.out)["programs"][0]["findings"] if item["code"] == "VP102"]
+    # lines 3 and 4 meet at A110, lines 5 and 6 at A120: four moves in a row, the farthest at 120
+    assert len(findings) == 1
+    (item,) = findings
+    assert (item["line"], item["last_line"], item["count"]) == (3, 6, 4)
+    assert item["worst_line"] in (5, 6)
+    assert (item["severity"], item["axis"], item["unit"], item["limit"]) == ("error", "a", "deg", 95.0)
+    assert 110 < item["value"] < 121  # A programmed 120, less a lean of some degrees
+
+
+def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., Any]) -> None:
+    answer = run("check", *files.values(), *ARGUMENTS)
+    data = strict(run("check", *files.values(), *ARGUMENTS, "--output-format", "json").out)
+    lines = answer.out.splitlines()
+    for item in data["programs"]:
+        for found in item["findings"]:
+            shown = lines.pop(0)
+            where = item["program"] if found["line"] is None else f"{item['program']}:{found['line']}"
+            assert shown.startswith(f"{where}: {found['code']} {found['severity']}: {found['message']}")
+        assert lines.pop(0).startswith(f"{item['program']}: ")  # the verdict
+    assert lines == []
+
+
+@pytest.mark.parametrize("name", ["beyond the tilt", "two words wrong", "no end"])
+def test_standard_error_has_the_documented_form(name: str, files: dict[str, Path], run: Callable[..., Any]) -> None:
+    """FILE:LINE: CODE severity: message, so that other programs can find the line."""
+    answer = run(files[name], *ARGUMENTS)
+    assert answer.out == ""
+    shown = [LINE.fullmatch(line) for line in answer.err.splitlines()]
+    assert all(shown)
+    assert {item["file"] for item in shown if item} == {str(files[name])}
+    expected = {"beyond the tilt": {3}, "two words wrong": {3, 5}, "no end": {3}}
+    found = {int(item["line"]) for item in shown if item}
+    assert found >= expected[name]
+
+
+def test_output_file_gets_what_standard_output_would(
+    files: dict[str, Path], run: Callable[..., Any], tmp_path: Path
+) -> None:
+    for form in ("text", "json"):
+        shown = run("check", files["good"], *ARGUMENTS, "--output-format", form)
+        answer = run("check", files["good"], *ARGUMENTS, "--output-format", form, "--output-file", tmp_path / "f")
+        assert answer.out == ""
+        assert (tmp_path / "f").read_text() == shown.out
+
+
+@pytest.mark.parametrize("code", sorted(CODES))
+def test_every_code_has_a_line(code: str) -> None:
+    item = finding(code, "one sentence", line=7, last_line=9, worst_line=8, count=3)
+    shown = LINE.match(text_line("a b.nc", item))
+    assert shown
+    assert (shown["file"], shown["line"], shown["code"]) == ("a b.nc", "7", code)
+    assert shown["severity"] == CODES[code].severity
+    for number in ("7", "9", "8", "3"):
+        assert number in shown["message"]
+    assert text_line("a.nc", finding(code, "one sentence")) == f"a.nc: {code} {CODES[code].severity}: one sentence"
+
+
+def test_json_never_contains_nan() -> None:
+    """A value that is not a number is a bug to be seen here, not by a reader of the file."""
+    report = Report("a.nc", (finding("VP101", "x", value=math.nan),))
+    with pytest.raises(ValueError, match="JSON"):
+        as_json([report], MACHINE)
+    assert strict(as_json([Report("a.nc", ())], MACHINE))["programs"][0]["summary"]["cycle_time_s"] is None
+
+
+def test_text_counts() -> None:
+    shown = text([Report("a.nc", (finding("VP101", "x"), finding("VP202", "y")), None), Report("b.nc", (), 1.5)])
+    assert shown.splitlines()[2] == "a.nc: refused: 1 errors, 1 warnings"
+    assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"

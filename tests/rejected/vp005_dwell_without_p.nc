@@ -1,0 +1,4 @@
+(expect: VP005 line 2)
+G4
+G0 X1
+M2

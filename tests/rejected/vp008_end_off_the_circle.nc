@@ -1,0 +1,4 @@
+(expect: VP008 line 3, options: --tool-length 50)
+G0 X0 Y0 Z50 A0 C0
+G2 X10 Y1 I5 F500
+M2

@@ -1,0 +1,4 @@
+(expect: VP011 line 3 column 8, options: --tool-length 50)
+G0 X0 Y0 Z50 A0 C0
+G0 X10 B30
+M2

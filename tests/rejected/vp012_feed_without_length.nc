@@ -1,0 +1,4 @@
+(expect: VP012 line 3)
+G0 X0 Y0 Z50 A0 C0
+G1 X10 F500
+M2

@@ -1,0 +1,154 @@
+"""The layer rule: which room may import which, who may import a solver, and how cheap the package is to import."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import verne_post
+
+PACKAGE = Path(verne_post.__file__).resolve().parent
+
+#: Lowest first. A file may import its own room and lower layers; rooms of one layer never see each other.
+LAYERS = [
+    {"base"},
+    {"model"},
+    {"gcode", "toolpath", "kinematics", "timing", "verify"},
+    {"config", "output"},
+    {"pipeline"},
+    {"cli"},
+    {"__init__", "__main__"},
+]
+LEVEL = {room: level for level, rooms in enumerate(LAYERS) for room in rooms}
+#: A solver and the only file that may import it.
+SOLVERS = {"ruckig": "timing/ruckig_backend.py", "toppra": "timing/toppra_backend.py"}
+
+
+def room_of(path: Path) -> str:
+    """The room that a file belongs to: its folder, or its own name at the top."""
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports(path: Path) -> list[tuple[int, str]]:
+    """(line, absolute dotted name) of everything that a file imports, wherever in the file it does so."""
+    here = ["verne_post", *path.relative_to(PACKAGE).with_suffix("").parts]
+    found: list[tuple[int, str]] = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, name.name) for name in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            start = here[: -node.level] if node.level else []
+            base = ".".join([*start, *([node.module] if node.module else [])])
+            # "from verne_post import gcode" names a room by what it imports
+            found += [(node.lineno, f"{base}.{name.name}") for name in node.names]
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name | ast.Attribute):
+            name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
+            if name in ("import_module", "__import__") and node.args and isinstance(node.args[0], ast.Constant):
+                found.append((node.lineno, str(node.args[0].value)))
+    return found
+
+
+def target_room(name: str) -> str | None:
+    """The room that an imported name lies in, None for names outside the package."""
+    parts = name.split(".")
+    if parts[0] != "verne_post":
+        return None
+    return parts[1] if len(parts) > 1 and parts[1] in LEVEL else "__init__"
+
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+def test_every_file_has_a_place_in_the_rule():
+    assert FILES
+    assert {room_of(path) for path in FILES} - set(LEVEL) == set()
+
+
+@pytest.mark.parametrize("path", FILES, ids=[str(path.relative_to(PACKAGE)) for path in FILES])
+def test_imports_run_downwards(path):
+    room = room_of(path)
+    wrong = []
+    for line, name in imports(path):
+        target = target_room(name)
+        if target is None or target == room:
+            continue
+        if target == "__init__" and name.split(".")[-1] == "__version__":
+            continue  # the number of the package itself, not a room
+        if LEVEL[target] >= LEVEL[room]:
+            wrong.append(f"{path.relative_to(PACKAGE.parent)}:{line}: {room} -> {target} ({name})")
+    assert not wrong, "arrows that run the wrong way:\n" + "\n".join(wrong)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_only_its_backend_imports_a_solver(solver):
+    users = {
+        f"{path.relative_to(PACKAGE).as_posix()}:{line}"
+        for path in FILES
+        for line, name in imports(path)
+        if name.split(".")[0] == solver
+    }
+    strangers = sorted(user for user in users if not user.startswith(SOLVERS[solver] + ":"))
+    assert not strangers, f"{solver} is imported outside {SOLVERS[solver]}: {strangers}"
+
+
+@pytest.mark.parametrize("room", ["base", "model"])
+def test_the_lowest_rooms_do_no_input_or_output(room):
+    """Only cli, output and config see files and the terminal."""
+    for path in FILES:
+        if room_of(path) == room:
+            modules = {name.split(".")[0] for _line, name in imports(path)}
+            assert not modules & {"pathlib", "os", "sys", "io", "click", "tempfile", "subprocess"}, path
+
+
+def loaded_after(statement: str) -> set[str]:
+    """Top-level modules in a fresh interpreter after a statement."""
+    code = f"import sys\n{statement}\nprint(*sorted({{name.split('.')[0] for name in sys.modules}}))"
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, cwd=PACKAGE.parent, check=True
+    )
+    return set(done.stdout.split())
+
+
+HEAVY = {"numpy", "scipy", "pydantic", "click", "ruckig", "toppra", "matplotlib", "tomllib"}
+
+
+def test_importing_the_package_is_cheap():
+    loaded = loaded_after("import verne_post")
+    assert "verne_post" in loaded
+    assert not loaded & HEAVY
+
+
+def test_public_names_are_found_on_use():
+    loaded = loaded_after("import verne_post\nfor name in verne_post.__all__: getattr(verne_post, name)")
+    assert "numpy" in loaded
+    for name in verne_post.__all__:
+        assert getattr(verne_post, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = verne_post.nothing
+
+
+def test_the_rule_itself_sees_wrong_arrows(tmp_path, monkeypatch):
+    """What the parser must notice: plain, from, relative, inside functions, under TYPE_CHECKING, by name."""
+    folder = tmp_path / "verne_post" / "gcode" / "deep"
+    folder.mkdir(parents=True)
+    text = """
+import verne_post.timing.sample
+from verne_post.kinematics import judge
+from verne_post import toolpath
+from ...verify import verifier
+from typing import TYPE_CHECKING
+if TYPE_CHECKING:
+    from verne_post.pipeline import Result
+def late():
+    from verne_post.output.rounding import rounded
+    importlib.import_module("verne_post.cli.main")
+"""
+    (folder / "bad.py").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path / "verne_post")
+    rooms = [target_room(name) for _line, name in imports(folder / "bad.py")]
+    expected = ["timing", "kinematics", "toolpath", "verify", "pipeline", "output", "cli"]
+    assert sorted(room for room in rooms if room) == sorted(expected)
