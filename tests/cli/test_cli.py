@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import tomllib
 import tracemalloc
 from collections.abc import Callable
@@ -186,13 +187,16 @@ def test_interruption_is_130(good: Path, run: Callable[..., Any], monkeypatch: p
 def test_signal_is_130(environment: dict[str, str]) -> None:
     """SIGINT while the program is read from a pipe that never ends."""
     script = (
-        "import sys, signal\n"
+        "import signal, sys\n"
+        "from types import SimpleNamespace\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from verne_post.cli.main import run\n"
-        "import verne_post.cli.convert, verne_post.config\n"
-        "verne_post.config.load_machine('verne')\n"
-        "print('ready', file=sys.stderr, flush=True)\n"
+        "real = sys.stdin.buffer\n"
+        "def read():\n"
+        "    print('reading', file=sys.stderr, flush=True)\n"
+        "    return real.read()\n"
+        "sys.stdin = SimpleNamespace(buffer=SimpleNamespace(read=read))\n"
         "sys.argv = ['verne-post', '-']\n"
+        "from verne_post.cli.main import run\n"
         "run()\n"
     )
     with subprocess.Popen(
@@ -201,7 +205,7 @@ def test_signal_is_130(environment: dict[str, str]) -> None:
     ) as process:  # fmt: skip
         assert process.stderr is not None
         assert process.stdout is not None
-        assert process.stderr.readline() == b"ready\n"
+        assert process.stderr.readline() == b"reading\n"
         process.send_signal(signal.SIGINT)
         # closing standard input would end the program in a regular way, so it stays open until it has gone
         assert process.wait(timeout=30) == 130
@@ -355,6 +359,31 @@ def test_failure_leaves_the_old_file_and_nothing_else(
     assert answer.out == ""
     assert (folder / "axes.csv").read_text() == "before"
     assert [file.name for file in folder.iterdir()] == ["axes.csv"]
+
+
+def test_link_stays_a_link(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    target, link = tmp_path / "real" / "axes.csv", tmp_path / "link.csv"
+    target.write_text("before")
+    link.symlink_to(target)
+    assert run(good, *PLACE, "-o", link).code == 0
+    assert link.is_symlink()
+    assert target.read_text().startswith(HEADER)
+    assert [file.name for file in target.parent.iterdir()] == ["axes.csv"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_pipe_is_written_through(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    """A device or a named pipe must not be replaced by a file."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[bytes] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    assert run(good, *PLACE, "-o", pipe).code == 0
+    reader.join(30)
+    assert pipe.is_fifo()
+    assert read[0].decode() == run(good, *PLACE).out
 
 
 NOWHERE = {

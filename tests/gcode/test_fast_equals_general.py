@@ -122,14 +122,13 @@ PLAIN = "X1 Y2 Z3 F100\nX2\nY3 F200\nN5 Z4\nG0 X0\nG1 X.1\nA10 C20\nF50\nX7 Y8\n
     "G1 F100\nG61", "G28", "G53 G0 Z0", "G49 G0 X0 Y0 Z0 A0 C0", "G49 G0 X0", "G49 G20 G0 X0 Y0 Z0",
     "G0 X0 Y0 Z5 A0 C0 G49",
 ])  # fmt: skip
-@pytest.mark.parametrize("tail", ["M2", "X1 X2\nQ5\nM2", ""])
+@pytest.mark.parametrize("tail", ["M2", "X1 X2\nQ5\nM2", "X1 F-1\nX1 N5\nN-1 X2\nX3 F0\nX4\nM2", ""])
 def test_states(machine, head, tail):
     source = f"{head}\n{PLAIN * 3}G93\n{PLAIN}G94 G90 F10\n{PLAIN}{tail}".encode()
     for answers in (fast_and_general(as_interpreter, source), fast_and_general(as_machine, source, machine)):
         assert answers[0] == answers[1] == answers[2]
 
 
-# BUG: the vectorised path enters the frame (and path control) of a stretch without motion in the tables
 @pytest.mark.parametrize("word", ["G43 H1", "G55", "G64 P.1"])
 @pytest.mark.parametrize("idle", ["\n", "F100\n", "N5\n"])
 def test_stretches_without_motion_leave_no_trace(word, idle):

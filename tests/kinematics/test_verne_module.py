@@ -131,7 +131,7 @@ def random_positions(seed, n):
 @pytest.fixture(scope="module")
 def rim(module):
     """Points on the rim of the reachable plane and outward unit directions, found by bisection along rays."""
-    rng, n = np.random.default_rng(2), 1000
+    rng, n = np.random.default_rng(2), 500
     angle = rng.uniform(-np.pi, np.pi, n)
     outward = np.stack([np.cos(angle), np.sin(angle), np.zeros(n)], axis=-1)
     middle = np.stack([np.zeros(n), np.zeros(n), rng.uniform(0.0, 2000.0, n)], axis=-1)
@@ -254,7 +254,8 @@ def test_table_i_y_zero_has_no_lean(module, x):
 @pytest.mark.parametrize("lengths", [LENGTHS, SKEW], ids=["verne", "skew"])
 def test_forward_of_inverse_over_the_reachable_plane(lengths):
     module = VerneModule(**lengths)
-    position = random_positions(1, 160_000)
+    rng = np.random.default_rng(1)
+    position = rng.uniform([-480.0, -480.0, 0.0], [560.0, 480.0, 2000.0], size=(117_000, 3))
     rho, alpha, ok = module.inverse(position)
     assert ok.sum() > 100_000
     back, alpha_back, ok_back = module.forward(rho[ok])
@@ -280,7 +281,7 @@ def test_forward_of_inverse_close_to_the_rim(module, rim, inside):
 @pytest.mark.parametrize("lengths", [LENGTHS, SKEW], ids=["verne", "skew"])
 def test_inverse_closes_the_rods_in_the_working_mode(lengths):
     module = VerneModule(**lengths)
-    position = random_positions(3, 50_000)
+    position = random_positions(3, 20_000)
     rho, alpha, ok = module.inverse(position)
     assert np.abs(rods(position[ok], alpha[ok], rho[ok], lengths)).max() < RESIDUAL_MM2
     assert in_working_mode(position[ok], alpha[ok], rho[ok], lengths).all()
@@ -328,7 +329,7 @@ def test_margins_have_the_codes_and_thresholds_of_the_contract(module):
 def test_mirror_in_y_exchanges_legs_ii_and_iii(lengths):
     module = VerneModule(**lengths)
     mirrored = VerneModule(**{**lengths, "L2": lengths["L3"], "L3": lengths["L2"]})
-    position = random_positions(6, 20_000)
+    position = random_positions(6, 10_000)
     rho, alpha, ok = module.inverse(position)
     rho_m, alpha_m, ok_m = mirrored.inverse(position * [1.0, -1.0, 1.0])
     assert (ok == ok_m).all()
@@ -375,7 +376,7 @@ def test_unreachable_only_where_a_dense_scan_finds_no_root(module, rim):
     near = [border + away * outward for away in (-20.0, -1.0, -0.01, 0.01, 1.0, 20.0)]
     position = np.concatenate([*near, random_positions(9, 3000)])
     rho, alpha, ok = module.inverse(position)
-    assert 2000 < (~ok).sum() < len(ok) - 2000
+    assert 1500 < (~ok).sum() < len(ok) - 1500
     certain = np.concatenate([scan(part[:, 0], part[:, 1]) for part in np.array_split(position, 12)])
     assert not (certain & ~ok).any()
     # what is called reachable is proven by the solution itself

@@ -218,6 +218,36 @@ def test_finding_names_row_line_column_and_numbers() -> None:
     assert verdict.jerk_ratio[0] <= 1.02
 
 
+@pytest.mark.parametrize(("degrees", "fine"), [(0.0005, True), (0.002, False), (-0.01, False)])
+def test_tilt_about_the_tip_is_judged(degrees: float, fine: bool) -> None:
+    """The tip stays on its path: only the tool axis tells. 0.001 degrees is the bound."""
+    moves = "G0 X0 Y0 Z40 A{0} C10\nG1 X3 F3000\nG0 Z42"
+    verdict = judge(program(moves.format(5)), *made(program(moves.format(5 + degrees))))
+    assert verdict.axis_deviation_deg == pytest.approx(abs(degrees), rel=1e-3)
+    assert codes(verdict) == (set() if fine else {"VP411"})
+    if not fine:
+        assert "tool axis" in verdict.findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("which", "code", "ratio"),
+    [("velocity", "VP401", 1.001), ("acceleration", "VP402", 1.005), ("jerk", "VP403", 1.02)],
+)
+def test_each_limit_has_its_own_bound(which: str, code: str, ratio: float) -> None:
+    """Against a machine whose limit is so low that the file just passes, or just does not."""
+    values, line = made(SOURCE)
+    worst = getattr(judge(SOURCE, values, line), f"{which}_ratio")
+    fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    for scale, found in ((0.9995, set()), (1.0005, {code})):
+        low = getattr(MACHINE.limits, which) * worst / (ratio * scale)
+        machine = replace(MACHINE, limits=replace(MACHINE.limits, **{which: low}))
+        asked = read_program(SOURCE, machine, OPTIONS)
+        verdict = verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
+        assert codes(verdict) == found
+        assert getattr(verdict, f"{which}_ratio") == pytest.approx(ratio * scale, rel=1e-9)
+        assert {item.axis for item in verdict.findings} == ({"rho1", "rho2", "rho3", "a", "c"} if found else set())
+
+
 def test_travel_is_judged_in_the_file() -> None:
     """A machine with less travel than the one the file was made for."""
     values, line = made(UPRIGHT)

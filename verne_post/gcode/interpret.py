@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, WHOLE_NUMBER, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.gcode.arcs import Arc, center_arc, radius_arc
 from verne_post.gcode.block import Block, BlockError
@@ -306,7 +306,7 @@ class Interpreter:
         machine = coordinates.to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.to_program(machine, frame)]
         if self.setup.machine:
-            if frame.tool != old.tool and state.held is None and state.begun:
+            if frame.tool != old.tool and state.held is None and any(state.named):
                 state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
             if state.held is not None:
                 # programmed values follow a change of work offset, but not one of tool length
@@ -525,6 +525,8 @@ class Interpreter:
             machine[axis] = value
         end = [float(v) for v in coordinates.to_program(machine, state.frame)]
         self._record(line, kind, end, list(targets), absolute=True)
+        for axis in {0, 1, 2, *targets}:
+            state.named[axis] = False  # what it has now was not programmed but follows from machine coordinates
 
     def _record(self, line: int, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool) -> None:
         state = self.state
@@ -537,7 +539,6 @@ class Interpreter:
 
     def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
         state = self.state
-        state.begun = state.begun or math.dist(end, state.position) > ZERO_LENGTH_MM
         state.position = end
         for axis in axes:
             state.named[axis] = True
@@ -552,6 +553,11 @@ class Interpreter:
     def _arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
         offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
+        for letter in "IJKR":
+            if self.setup.machine and abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
+                raise BlockError(
+                    "VP007", f"{letter}{block.words[letter]:g} is beyond any machine", block.columns[letter]
+                )
         turns = _whole(block, "P") if "P" in block.words else 1
         if not 1 <= turns <= MAX_TURNS:
             raise BlockError("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", block.columns["P"])

@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import MAX_NUMBER
 from verne_post.gcode.interpret import MAX_ANGLE_DEG, MAX_LENGTH_MM, effective_feed, line_lengths
@@ -125,7 +124,6 @@ def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State
     )
     state.motion = 10 * int(motion[-1])
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
-    state.begun = state.begun or bool(np.abs(delta).max(initial=0.0) > ZERO_LENGTH_MM)
     state.position = [float(v) for v in end[-1]]
     for axis, seen in enumerate(present[:, :9].any(axis=0)):
         if seen:

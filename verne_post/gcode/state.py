@@ -73,8 +73,6 @@ class State:
     spindle_on: bool = False
     selected_tool: int | None = None
     loaded_tool: int | None = None
-    #: A move of non-zero length has been made.
-    begun: bool = False
     length_said: bool = False
     #: The tool that --tool-length stands for, once one is loaded or named by H.
     only_tool: int | None = None

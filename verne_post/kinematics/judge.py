@@ -205,7 +205,9 @@ def _collect(joints: JointPath, bounds: JointBounds, piece: Ints, low: Array, hi
     width = high - low
     short = np.flatnonzero((contour.length[piece] * width < MIN_SPAN_MM) & (contour.blend[piece] < 0))
     if len(short):
-        half = 0.5 * MIN_SPAN_MM / contour.length[piece[short]]
+        own = 0.5 * width[short]
+        turn = SPAN_ANGLE / np.maximum(contour.turn[piece[short]], 1e-12)
+        half = np.maximum(0.5 * np.minimum(MIN_SPAN_MM / contour.length[piece[short]], turn), own)
         around = (0.5 * (low + high)[short] - half)[:, None] + spans.SAMPLES * (2 * half)[:, None]
         q = joints.q(np.repeat(piece[short], spans.NODES), around.ravel()).reshape(len(short), spans.NODES, -1)
         solved = np.isfinite(q).all(axis=(1, 2))

@@ -189,7 +189,9 @@ class VerneModule:
         """
         c, s = np.cos(a), np.sin(a)
         with np.errstate(invalid="ignore"):
-            open_ = np.isfinite(a) & ~(self._radicands(x, y0 + yc * c + ys * s, c) > 0).all(axis=0)
+            radicands = self._radicands(x, y0 + yc * c + ys * s, c)
+            # leg I has a second lean only where its drop is small; 0.25 L1 is generous
+            open_ = np.isfinite(a) & ~(radicands > 0).all(axis=0) & (radicands[0] < (0.25 * self.L1) ** 2)
         for row in np.flatnonzero(open_):
             others = self._working(float(x[row] + self.leg1_x_offset), float(y0[row]), float(yc[row]), float(ys[row]))
             y = y0[row] + yc[row] * np.cos(others) + ys[row] * np.sin(others)
