@@ -30,7 +30,7 @@ from verne_post.timing.exact_stop import RunLaws, plan_runs
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
 from verne_post.toolpath.build import build_path
-from verne_post.toolpath.contour import contour_pose, exact_contour, speed_cap
+from verne_post.toolpath.contour import contour_pose, exact_contour
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Program:
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
-        return JointPath(self.contour, self.machine, contour_pose, speed_cap)
+        return JointPath(self.contour, self.machine, contour_pose)
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,14 +74,6 @@ def test_the_tail_is_nothing_for_low_degrees_and_grows_with_what_is_missed():
     assert tails[0] < 1e-7 < 1e-3 < tails[1]
 
 
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_derivatives_at_the_samples(order):
-    coefficients = random_polynomials(5)
-    derived = np.polynomial.polynomial.polyder(coefficients, order)
-    expected = np.polynomial.polynomial.polyval(spans.SAMPLES, derived)[:, :, None]
-    assert np.abs(spans.derivative(sampled(coefficients), order) - expected).max() < ROUNDING[order]
-
-
 def test_columns_are_independent():
     first, second = sampled(random_polynomials(3)), sampled(random_polynomials(4))
     both = np.concatenate([first, second], axis=2)

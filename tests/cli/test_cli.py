@@ -117,12 +117,23 @@ def test_text_that_means_nothing_is_2(syntax: Path, run: Callable[..., Any]) -> 
     assert run(syntax, *PLACE).out == ""
 
 
-@pytest.mark.parametrize("command", ["convert", "check", "dump moves", "dump poses", "dump joints"])
+@pytest.mark.parametrize("command", ["convert", "dump moves", "dump poses", "dump joints"])
 def test_missing_file_is_2(command: str, run: Callable[..., Any], tmp_path: Path) -> None:
     answer = run(*command.split(), tmp_path / "none.nc", *PLACE)
     assert (answer.code, answer.out) == (2, "")
     assert "none.nc" in answer.err
     assert "No such file" in answer.err
+
+
+def test_check_judges_the_others_beside_a_missing_file(run: Callable[..., Any], tmp_path: Path) -> None:
+    good = tmp_path / "good.nc"
+    good.write_text("G49 G0 X0 Y0 Z100 A0 C0\nX10\nM2\n", encoding="utf-8")
+    answer = run("check", good, tmp_path / "none.nc", "--output-format", "json")
+    assert answer.code == 2
+    judged, missing = json.loads(answer.out)["programs"]
+    assert (judged["summary"]["errors"], judged["findings"]) == (0, [])
+    assert [item["code"] for item in missing["findings"]] == ["VP022"]
+    assert "none.nc" in missing["findings"][0]["message"]
 
 
 def test_folder_as_input_is_2(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ FIRST_LINE = re.compile(
 )
 #: Codes that no program alone can cause on the default machine: it has a home (VP015), the rest need options
 #: (VP018), a tool table (VP019) or a setpoint file (VP020).
-NOT_BY_A_PROGRAM = {"VP015", "VP018", "VP019", "VP020"}
+NOT_BY_A_PROGRAM = {"VP015", "VP018", "VP019", "VP020", "VP022"}
 
 
 def expectation(path):

@@ -64,21 +64,3 @@ def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
     """
     coefficients = np.einsum("cj,njk->nck", _ENCLOSE[order], values)
     return coefficients.min(axis=1), coefficients.max(axis=1)
-
-
-def _derivatives() -> list[Array]:
-    """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
-    monomials = np.linalg.inv(np.vander(SAMPLES, NODES, increasing=True))
-    found = []
-    for order in range(1, 4):
-        derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T])
-        found.append(np.vander(SAMPLES, NODES - order, increasing=True) @ derived.T)
-    return found
-
-
-_DERIVE: Final[list[Array]] = _derivatives()
-
-
-def derivative(values: Array, order: int) -> Array:
-    """Derivative (n, NODES, k) of order 1 to 3 at the samples of spans (n, NODES, k), by the span's own parameter."""
-    return np.einsum("cj,njk->nck", _DERIVE[order - 1], values)

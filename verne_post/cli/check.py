@@ -47,7 +47,7 @@ def command(
 ) -> int:
     """Judge programs against every limit, without writing setpoints."""
     from verne_post.cli.main import EXIT_VIOLATION, gravest
-    from verne_post.model.findings import InputError
+    from verne_post.model.findings import InputError, finding
     from verne_post.output.findings import Report, as_json, counts, text
 
     check_writable(output_file, "--output-file")
@@ -59,13 +59,16 @@ def command(
 
     from dataclasses import replace
 
-    from verne_post.pipeline import check
+    from verne_post.pipeline import check, failed
 
     reports, statuses = [], []
     for name in inputs:
         shown = shown_name(name)
         with progress_bar() as progress:
-            result = check(read_bytes(name), machine, replace(options, source_name=shown), progress)
+            try:
+                result = check(read_bytes(name), machine, replace(options, source_name=shown), progress)
+            except click.UsageError as error:  # the others are judged all the same
+                result = failed(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None
         reports.append(Report(shown, result.findings, time))
         status = result.exit_code

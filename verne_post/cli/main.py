@@ -89,6 +89,9 @@ def main(arguments: list[str]) -> int:
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
+    except OSError as error:  # a full disk, a device that went away
+        click.echo(f"verne-post: {error.filename or 'output'}: {error.strerror or error}", err=True)
+        return EXIT_USAGE
     except PipeClosed:
         # the reader has gone; do not let the interpreter's own flush complain about it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

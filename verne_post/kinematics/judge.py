@@ -203,7 +203,7 @@ def _collect(joints: JointPath, bounds: JointBounds, piece: Ints, low: Array, hi
     """Keep the largest derivatives; those of very short spans are taken from a longer stretch around them."""
     contour = joints.contour
     width = high - low
-    short = np.flatnonzero((contour.length[piece] * width < MIN_SPAN_MM) & (contour.blend[piece] < 0))
+    short = np.flatnonzero(contour.length[piece] * width < MIN_SPAN_MM)
     if len(short):
         own = 0.5 * width[short]
         turn = SPAN_ANGLE / np.maximum(contour.turn[piece[short]], 1e-12)

@@ -164,6 +164,7 @@ CODES: Final[dict[str, Code]] = _table(
         "The program contains no motion.",
         "Check that this is the right file.",
     ),
+    ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

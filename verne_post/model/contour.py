@@ -1,8 +1,8 @@
-"""The contour that the tool really follows: programmed pieces, trimmed, with blends at their corners.
+"""The contour that the tool really follows, as segments of the programmed pieces.
 
-Made by toolpath, read by kinematics and timing. A *segment* is a part of a piece or one half of a
-blend, with parameter w from 0 to 1. A *run* is a sequence of segments between two standstills; along
-a run the pose is three times continuously differentiable by the path parameter s.
+Made by toolpath, read by kinematics and timing. A *segment* has a parameter w from 0 to 1; today it is one
+programmed piece. A *run* is a sequence of segments between two standstills; along a run the pose is three times
+continuously differentiable by the path parameter s.
 """
 
 from dataclasses import dataclass
@@ -26,30 +26,20 @@ class Contour:
         The programmed pieces.
     piece : ndarray of int32, shape (n,)
         The piece that a segment belongs to: its source line, feed and tool length.
-    blend : ndarray of int32, shape (n,)
-        Row of ``controls``, -1 for a part of the piece itself.
-    low, high : ndarray, shape (n,)
-        Range of the piece's u, or of the blend's v.
     length : ndarray, shape (n,)
         Length by s, mm (metric length; see docs/architecture.md).
     turn : ndarray, shape (n,)
         Rotation of table and arc together over the segment, rad.
     run : ndarray of int32, shape (n,)
-    controls : ndarray, shape (m, 8, 5)
-        Bernstein control points of the blends: tip in the table frame (mm), nominal A and C (rad).
     dwell_run : ndarray of int32, shape (d,)
         A dwell stands before this run (the number of runs: after the last).
     """
 
     path: ToolPath
     piece: Ints
-    blend: Ints
-    low: Array
-    high: Array
     length: Array
     turn: Array
     run: Ints
-    controls: Array
     dwell_run: Ints
 
     def __len__(self) -> int:

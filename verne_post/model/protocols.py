@@ -48,27 +48,6 @@ class PoseFunction(Protocol):
         """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
 
 
-class SpeedFunction(Protocol):
-    """Evaluates the largest ds/dt that the programmed feed allows."""
-
-    def __call__(self, contour: Contour, segment: NDArray[np.integer], w: Array) -> Array:
-        """mm/s (n,) at parameter w (n,) of segments (n,); infinite for rapids."""
-
-
-class JointFunctions(Protocol):
-    """The actuated joints along a contour: what timing needs to know of kinematics."""
-
-    @property
-    def contour(self) -> Contour:
-        """The contour that is followed."""
-
-    def q(self, segment: NDArray[np.integer], w: Array) -> Array:
-        """Joint values (n, n_joints) at parameter w (n,) of segments (n,); mm and rad."""
-
-    def speed_cap(self, segment: NDArray[np.integer], w: Array) -> Array:
-        """Largest ds/dt (n,) that the feed allows, mm/s."""
-
-
 class ParallelModule(Protocol):
     """Kinematics of the spindle carrier. Positions in the base frame (z down), mm.
 

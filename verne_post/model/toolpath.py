@@ -81,10 +81,6 @@ class ToolPath:
         A dwell stands before this run (the number of runs: after the last).
     dwell_seconds : ndarray, shape (d,)
     dwell_line : ndarray of int32, shape (d,)
-    blended : ndarray of bool, shape (n,)
-        True where the joint with the piece before is blended.
-    tip_tolerance, axis_tolerance : ndarray, shape (n,)
-        How far blends may leave the piece, mm and rad; 0 where it has none.
     first_pose : ndarray, shape (5,)
         Where the program starts, as ``start``.
     first_tool_length : float
@@ -106,9 +102,6 @@ class ToolPath:
     dwell_run: Ints
     dwell_seconds: Array
     dwell_line: Ints
-    blended: NDArray[np.bool_]
-    tip_tolerance: Array
-    axis_tolerance: Array
     first_pose: Array
     first_tool_length: float
 

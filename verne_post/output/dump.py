@@ -102,7 +102,7 @@ def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np
         if begins_run:
             s = 0.0
         length, turn = float(contour.length[segment]), float(contour.turn[segment])
-        straight = turn == 0.0 and contour.blend[segment] < 0
+        straight = turn == 0.0
         parts = 1 if straight else max(1, math.ceil(length / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
         w = np.linspace(0.0, 1.0, parts + 1)[0 if begins_run else 1 :]
         yield np.full(len(w), segment), w, s + w * length

@@ -107,9 +107,6 @@ def _approach_path(
         joint=row,
         move=np.full(n, -1, dtype=np.int32),
         run=np.arange(n, dtype=np.int32),
-        blended=np.zeros(n, dtype=bool),
-        tip_tolerance=np.zeros(n),
-        axis_tolerance=np.zeros(n),
     )
 
 
@@ -131,7 +128,4 @@ def _join(first: ToolPath, second: ToolPath) -> ToolPath:
         joint=np.concatenate([first.joint, second.joint]),
         run=np.concatenate([first.run, second.run + runs]),
         dwell_run=second.dwell_run + runs,
-        blended=np.concatenate([first.blended, second.blended]),
-        tip_tolerance=np.concatenate([first.tip_tolerance, second.tip_tolerance]),
-        axis_tolerance=np.concatenate([first.axis_tolerance, second.axis_tolerance]),
     )

@@ -89,9 +89,6 @@ def build_path(moves: Moves, coordinates: TableCoordinates) -> ToolPath:
         dwell_run=np.append(run, run[-1] + 1 if len(run) else 0)[dwell_before].astype(np.int32),
         dwell_seconds=moves.feed[dwell],
         dwell_line=moves.line[dwell],
-        blended=np.zeros(len(row), dtype=bool),
-        tip_tolerance=np.zeros(len(row)),
-        axis_tolerance=np.zeros(len(row)),
         first_pose=first,
         first_tool_length=float(frame_length[0]) if len(moves) else moves.start_frame.tool_length,
     )

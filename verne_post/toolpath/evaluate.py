@@ -47,17 +47,6 @@ def arc_tip(arcs: ArcPieces, row: Ints, u: Array) -> Array:
     )
 
 
-def pose_derivatives(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array, Array]:
-    """First three derivatives by u of tip and nominal angles, each shape (n, 5)."""
-    first = path.end[piece] - path.start[piece]
-    second, third = np.zeros_like(first), np.zeros_like(first)
-    curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
-    if len(curved):
-        row = path.arc[piece[curved]]
-        first[curved, :3], second[curved, :3], third[curved, :3] = arc_derivatives(path.arcs, row, u[curved])
-    return first, second, third
-
-
 def arc_derivatives(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives of the tip by u, each shape (n, 3)."""
     w = arcs.sweep[row][:, None]
