@@ -122,7 +122,9 @@ PLAIN = "X1 Y2 Z3 F100\nX2\nY3 F200\nN5 Z4\nG0 X0\nG1 X.1\nA10 C20\nF50\nX7 Y8\n
     "G1 F100\nG61", "G28", "G53 G0 Z0", "G49 G0 X0 Y0 Z0 A0 C0", "G49 G0 X0", "G49 G20 G0 X0 Y0 Z0",
     "G0 X0 Y0 Z5 A0 C0 G49",
 ])  # fmt: skip
-@pytest.mark.parametrize("tail", ["M2", "X1 X2\nQ5\nM2", "X1 F-1\nX1 N5\nN-1 X2\nX3 F0\nX4\nM2", ""])
+@pytest.mark.parametrize("tail", [
+    "M2", "X1 X2\nQ5\nM2", "X1 F-1\nX1 N5\nN-1 X2\nX3 F0\nX4\nM2", "G0 X200000\nX1\nC200000\nX2\nM2", "",
+])  # fmt: skip
 def test_states(machine, head, tail):
     source = f"{head}\n{PLAIN * 3}G93\n{PLAIN}G94 G90 F10\n{PLAIN}{tail}".encode()
     for answers in (fast_and_general(as_interpreter, source), fast_and_general(as_machine, source, machine)):
@@ -136,6 +138,21 @@ def test_stretches_without_motion_leave_no_trace(word, idle):
     fast, usual, general = fast_and_general(as_interpreter, source)
     assert fast == usual == general
     assert interpreter_view(source, Options(tools=TOOLS))[0].frame.tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("source", [
+    # axes that keep their programmed values after a change of length
+    "G0 X0 Y0 Z100 A30 C0\nX1\nG43 H1\n" + "Y1\n" * 20 + "G1 F9\n" + "Y2\n" * 20,
+    # a rotary feed is never scaled, also when it was last said in a stretch
+    "G49 G20 G0 X0 Y0 Z4 A0 C0\nG1 F1 X1\n" + "X2 F3\n" * 20 + "G17 A5\n" + "A6\n" * 20,
+])  # fmt: skip
+def test_what_stretches_inherit_and_leave_behind(machine, source):
+    for answers in (
+        fast_and_general(as_interpreter, f"{source}M2".encode()),
+        fast_and_general(as_machine, f"{source}M2".encode(), machine),
+    ):
+        assert answers[0] == answers[1] == answers[2]
+        assert isinstance(answers[0][0], tuple)  # moves, not findings
 
 
 def test_the_fast_path_is_really_taken(monkeypatch):

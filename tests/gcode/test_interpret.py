@@ -137,6 +137,7 @@ COORDINATES = {
     "G52 X0 resets X": ("G92 X5 Y5\nG52 X0\nG91 G0 X0\nM2", ["3 rapid Y5"]),
     # tools
     "T1 M6, G43": ("T1 M6\nG43\nG53 G0 Z0\nM2", ["3 rapid Z-10"]),
+    "T selects and does not load": ("T1\nG43\nG53 G0 Z0\nM2", ["3 rapid"]),
     "G43 H0 is the tool in the spindle": ("T2 M6\nG43 H0\nG53 G0 Z0\nM2", ["3 rapid Z-25"]),
     "M6 does not change the offset": (
         "T1 M6\nG43\nT2 M6\nG53 G0 Z0\nG43\nG53 G0 Z0\nM2",
@@ -203,6 +204,10 @@ ARCS = {
     "F9 G0 X7 Y8\nG90.1 G3 X-3 Y8 I2 J8": (0, (2, 8, 0), 1, 180, (-3, 8, 0)),
     "F9 G0 X7 Y8\nG90.1\nG91.1 G3 X-3 I-5": (0, (2, 8, 0), 1, 180, (-3, 8, 0)),
     "F9 G20 G2 X1 I.5": (0, (12.7, 0, 0), -1, -180, (25.4, 0, 0)),
+    # an end that differs from the start by rounding only
+    "F9 G0 X.1\nG91 X.2\nG90 G2 X.3 I5": (0, (5.3, 0, 0), -1, -360, (0.3, 0, 0)),
+    "F9 G0 X.1\nG91 X.2\nG90 G3 X.3 I5": (0, (5.3, 0, 0), 1, 360, (0.3, 0, 0)),
+    "F9 G0 X.1\nG91 X.2\nG90 G3 X.3 I-5": (0, (-4.7, 0, 0), 1, 360, (0.3, 0, 0)),
     # G18: the plane is Z, X; G2 looks the wrong way round to one who thinks in X, Z
     "F9 G18 G2 X10 Z10 R10": (1, (0, 0, 10), -1, -90, (10, 0, 10)),
     "F9 G18 G3 X10 Z10 R10": (1, (10, 0, 0), 1, 90, (10, 0, 10)),

@@ -75,6 +75,11 @@ def read_block(text: str, line: int) -> Block:
             if number < 0:
                 raise BlockError("VP007", f"N{number:g}: a block number is not negative", column)
         elif character == "O" and first:
+            behind = _skip_blanks(text, at + 1)
+            if text[behind : behind + 1] == "<":
+                raise BlockError(
+                    "VP002", "O words (sub, call, if, while ...) are not supported by this version", column
+                )
             number, at = _number(text, at + 1, "O")
             block.program_number = True
         elif character in WORD_LETTERS:
@@ -90,7 +95,11 @@ def read_block(text: str, line: int) -> Block:
             raise BlockError("VP001", _strange(character, first), column)
         first = False
         if block.program_number and _skip_blanks(text, at) < len(text) and text[_skip_blanks(text, at)] not in "(;":
-            raise BlockError("VP002", "only a comment may follow a program number O", _skip_blanks(text, at) + 1)
+            raise BlockError(
+                "VP002",
+                "O words (sub, call, if, while ...) are not supported by this version; only a comment may follow a program number",
+                _skip_blanks(text, at) + 1,
+            )
 
 
 def _strange(character: str, first: bool) -> str:

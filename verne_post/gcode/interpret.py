@@ -37,6 +37,7 @@ _MAX_M_CODES: Final = 4
 #: Coordinates beyond this are mistakes, not motion: 100 m, and nearly 300 turns.
 MAX_LENGTH_MM: Final = 1e5
 MAX_ANGLE_DEG: Final = 1e5
+MAX_DWELL_S: Final = 86_400.0
 #: So many turns of one arc at most.
 MAX_TURNS: Final = 10_000
 
@@ -306,7 +307,7 @@ class Interpreter:
         machine = coordinates.to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.to_program(machine, frame)]
         if self.setup.machine:
-            if frame.tool != old.tool and state.held is None and any(state.named):
+            if frame.tool != old.tool and state.held is None and state.placed:
                 state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
             if state.held is not None:
                 # programmed values follow a change of work offset, but not one of tool length
@@ -332,6 +333,8 @@ class Interpreter:
             raise BlockError("VP005", "G4 needs P, the time in seconds")
         if seconds < 0:
             raise BlockError("VP007", f"P{seconds:g}: a dwell is not negative", block.columns["P"])
+        if seconds > MAX_DWELL_S:
+            raise BlockError("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", block.columns["P"])
         self.recorder.add(self.state, block.line, MoveKind.DWELL, self.state.position, seconds)
 
     def _non_modal(self, block: Block, code: int) -> None:
@@ -540,6 +543,7 @@ class Interpreter:
     def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
         state = self.state
         state.position = end
+        state.placed = state.placed or bool(axes)
         for axis in axes:
             state.named[axis] = True
             if absolute:

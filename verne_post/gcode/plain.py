@@ -127,6 +127,7 @@ def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State
     state.position = [float(v) for v in end[-1]]
     for axis, seen in enumerate(present[:, :9].any(axis=0)):
         if seen:
+            state.placed = True
             state.known[axis] = state.named[axis] = True
     return first + n
 

@@ -73,6 +73,8 @@ class State:
     spindle_on: bool = False
     selected_tool: int | None = None
     loaded_tool: int | None = None
+    #: Some axis has been given a place, in program or in machine coordinates.
+    placed: bool = False
     length_said: bool = False
     #: The tool that --tool-length stands for, once one is loaded or named by H.
     only_tool: int | None = None

@@ -3,6 +3,7 @@
 Coordinates are given to gcode and toolpath, the kinematics to pipeline and verify.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -48,6 +49,26 @@ class PoseFunction(Protocol):
         """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
 
 
+class ModuleSolution(Protocol):
+    """One of several inverse solutions of a module."""
+
+    @property
+    def alpha(self) -> float:
+        """Lean of the platform, rad."""
+
+    @property
+    def signs(self) -> tuple[int, ...]:
+        """Configuration indices."""
+
+    @property
+    def rho(self) -> tuple[float, ...]:
+        """Actuators, mm."""
+
+    @property
+    def refused(self) -> str | None:
+        """None for the one in use, else why not."""
+
+
 class ParallelModule(Protocol):
     """Kinematics of the spindle carrier. Positions in the base frame (z down), mm.
 
@@ -83,6 +104,9 @@ class ParallelModule(Protocol):
 
     def why_not(self, pivot: Array, gauge: Array) -> list[str]:
         """Finding codes for poses (m, 3) without a solution in the working mode."""
+
+    def inverse_all(self, position: Array) -> Sequence[ModuleSolution]:
+        """All real inverse solutions of one position (3,), with the reason by geometry why each is refused."""
 
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""

@@ -13,6 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
+from verne_post.kinematics.modules.verne_modes import (
+    ForwardSolution,
+    InverseSolution,
+    forward_all,
+    inverse_all,
+    orientations,
+)
 from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]
@@ -207,7 +214,9 @@ class VerneModule:
         root = np.sqrt(np.maximum(radicand, 0.0))
         return y * (self.R1 * c - self.r1) + self.R1 * s * root, radicand
 
-    def _orientation_roots(self, x_leg1: float, y0: float, yc: float, ys: float) -> Array:
+    def _orientation_roots(
+        self, x_leg1: float, y0: float, yc: float, ys: float, near_circle: float = REAL_ROOT_IMAG
+    ) -> Array:
         """All real alpha of (7) with y = y0 + yc cos + ys sin: a trigonometric cubic, at most six roots.
 
         Seven samples give its seven Fourier coefficients exactly; in w = exp(i alpha) it is a
@@ -222,7 +231,7 @@ class VerneModule:
         value = arm * y**2 - (self.R1 * s) ** 2 * (self.L1**2 - arm - x_leg1**2)
         coefficients = np.fft.fft(value) / 7  # orders 0, 1, 2, 3, -3, -2, -1
         roots = np.roots(coefficients[[3, 2, 1, 0, 6, 5, 4]])
-        on_circle = np.abs(np.abs(roots) - 1) < REAL_ROOT_IMAG
+        on_circle = np.abs(np.abs(roots) - 1) < near_circle
         return np.sort(np.angle(roots[on_circle]))
 
     def _working(self, x_leg1: float, y0: float, yc: float, ys: float) -> Array:
@@ -250,6 +259,20 @@ class VerneModule:
             real = (self._radicands(np.full_like(a, x), y, np.cos(a)) > 0).all(axis=0)
             codes.append("VP201" if bool(np.any(real & (self.R1 * np.cos(a) <= self.r1))) else "VP110")
         return codes
+
+    # --- every solution ----------------------------------------------------------------------
+
+    def inverse_all(self, position: Array) -> list[InverseSolution]:
+        """All real inverse solutions of one position (3,), with the reason each is refused: at most 16 (Fig. 6)."""
+        return inverse_all(self, position)
+
+    def orientations(self, position: Array) -> list[float]:
+        """All leans of the platform at one position (3,), rad: equation (9), Table I."""
+        return orientations(self, position)
+
+    def forward_all(self, rho: Array) -> list[ForwardSolution]:
+        """All real assembly modes of one set of sliders (3,), with the reason each is refused (Fig. 7, Table III)."""
+        return forward_all(self, rho)
 
     # --- forward -------------------------------------------------------------------------
 
