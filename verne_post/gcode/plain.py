@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import MAX_NUMBER
-from verne_post.gcode.interpret import MAX_ANGLE_DEG, MAX_LENGTH_MM, effective_feed, line_lengths
+from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
+from verne_post.gcode.interpret import effective_feed, line_lengths
 from verne_post.gcode.scan import WordTable
 from verne_post.gcode.state import Recorder, Setup, State
 from verne_post.model.moves import AXES, FeedMode, MoveKind

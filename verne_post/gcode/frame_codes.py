@@ -1,0 +1,225 @@
+"""Codes that change what coordinates mean while the machine stands still: tool lengths, G10, G52, G92.
+
+The base of the interpreter: it holds the state, and what words mean as lengths and angles.
+"""
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.tolerances import WHOLE_NUMBER
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.offsets import vector9
+from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.model.moves import AXES, ZERO9, Frame, Vector9
+from verne_post.model.options import Tool
+
+#: Axes whose words are lengths.
+LINEAR: Final = "XYZUVW"
+#: Coordinates beyond this are mistakes, not motion: 100 m, and nearly 300 turns.
+MAX_LENGTH_MM: Final = 1e5
+MAX_ANGLE_DEG: Final = 1e5
+
+
+def whole(block: Block, letter: str) -> int:
+    value = block.words[letter]
+    number = round(value)
+    if abs(value - number) > WHOLE_NUMBER:
+        raise BlockError("VP007", f"{letter}{value:g} must be a whole number", block.columns[letter])
+    if number < 0:
+        raise BlockError("VP007", f"{letter}{value:g} must not be negative", block.columns[letter])
+    return number
+
+
+class FrameCodes:
+    """State of an interpretation, and the codes that set frames."""
+
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        self.setup, self.state, self.recorder = setup, state, recorder
+
+    def _length(self, value: float) -> float:
+        return value * MM_PER_INCH if self.state.inch else value
+
+    def _axis_value(self, block: Block, axis: int) -> float:
+        letter = AXES[axis]
+        value = self._length(block.words[letter]) if letter in LINEAR else block.words[letter]
+        if self.setup.machine and abs(value) > (MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG):
+            raise BlockError("VP007", f"{letter}{value:g} is beyond any machine", block.columns[letter])
+        return value
+
+    def _named_axes(self, block: Block) -> list[int]:
+        return [axis for axis, letter in enumerate(AXES) if letter in block.words]
+
+    def _require_known(self, block: Block, axes: list[int], why: str) -> None:
+        for axis in axes:
+            if not self.state.known[axis]:
+                letter = AXES[axis]
+                raise BlockError(
+                    "VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
+                    f"name {letter} with G90 first", block.columns.get(letter),
+                )  # fmt: skip
+
+    def _one_tool(self, tool: int) -> None:
+        """--tool-length is the length of one tool."""
+        state = self.state
+        if self.setup.tool_length is not None and state.only_tool not in (None, tool):
+            raise BlockError(
+                "VP018",
+                f"--tool-length holds for one tool, but the program uses T{state.only_tool} and T{tool}; "
+                "use --tool-table instead",
+            )
+        state.only_tool = tool
+
+    def _tool_length(self, block: Block, code: int) -> None:
+        state = self.state
+        state.length_said = True
+        if code == 490:
+            offset = ZERO9
+        elif code == 431:
+            values = list(state.frame.tool)
+            for axis, letter in enumerate(AXES):
+                if letter in block.words:
+                    values[axis] = self._axis_value(block, axis)
+            if self.setup.machine and any(values[:2] + values[3:]):
+                raise BlockError("VP007", "G43.1 can only set a length (Z) on this machine; X, Y and angles must be 0")
+            if self.setup.machine and values[2] < 0:
+                raise BlockError(
+                    "VP007", f"G43.1 Z{block.words['Z']:g}: a tool length is not negative", block.columns["Z"]
+                )
+            offset = vector9(values)
+        else:
+            offset = self._offset_of_tool(block)
+        if self.setup.tool_length is None:
+            self._set_frame(replace(state.frame, tool=offset))
+
+    def _offset_of_tool(self, block: Block) -> Vector9:
+        state = self.state
+        number = whole(block, "H") if "H" in block.words else 0
+        if self.setup.tool_length is not None:
+            if number:
+                self._one_tool(number)
+            return ZERO9
+        if number == 0:
+            number = state.loaded_tool or 0
+        if number == 0:
+            if self.setup.machine:
+                raise BlockError(
+                    "VP012", "G43 without H, and no tool is in the spindle; write G43 H, or use --tool-length"
+                )
+            return ZERO9
+        if state.tools is None or number not in state.tools:
+            why = "there is no tool table" if state.tools is None else "the tool table has no such tool"
+            raise BlockError(
+                "VP012", f"H{number}: {why}; give --tool-table FILE or --tool-length MM, or G10 L1 P{number} Z in the program",
+                block.columns.get("H"),
+            )  # fmt: skip
+        offset = state.tools[number].offset
+        if self.setup.machine and offset[2] < 0:
+            raise BlockError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
+        if self.setup.machine and any(offset[:2] + offset[3:]):
+            raise BlockError(
+                "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
+            )
+        return offset
+
+    def _set_frame(self, frame: Frame) -> None:
+        """Change frames while the machine stands still: the same place has new program coordinates."""
+        state, coordinates = self.state, self.setup.coordinates
+        old = state.frame
+        if frame == old:
+            return
+        machine = coordinates.to_machine(np.array(state.position), old)
+        position = [float(v) for v in coordinates.to_program(machine, frame)]
+        if self.setup.machine:
+            if frame.tool != old.tool and state.held is None and state.placed:
+                state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
+            if state.held is not None:
+                # programmed values follow a change of work offset, but not one of tool length
+                was = np.where(np.isnan(state.held), state.position, state.held)
+                same_tool = replace(frame, tool=old.tool)
+                moved = coordinates.to_program(coordinates.to_machine(was, old), same_tool)
+                state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
+        if self.recorder.count == 0 and frame.tool == old.tool:
+            for axis in state.floating:  # never named: 0 in the first active work system
+                position[axis] = 0.0
+        state.position = position
+        state.frame = frame
+        plain = replace(frame, g92=ZERO9)
+        state.systems[frame.system] = plain
+        if frame.tool != old.tool:
+            state.systems = {number: replace(item, tool=frame.tool) for number, item in state.systems.items()}
+
+    def _g10(self, block: Block) -> None:
+        state = self.state
+        if "L" not in block.words or "P" not in block.words:
+            raise BlockError("VP005", "G10 needs L and P")
+        kind, number = whole(block, "L"), whole(block, "P")
+        axes = self._named_axes(block)
+        if kind == 1:
+            self._g10_tool(block, number, axes)
+            return
+        if kind not in (2, 20):
+            raise BlockError(
+                "VP002", f"G10 L{kind} is not supported; this version has L1, L2 and L20", block.columns["L"]
+            )
+        for letter in "IJQ":
+            if letter in block.words:
+                raise BlockError("VP006", f"G10 L{kind} does not use {letter}", block.columns[letter])
+        if not 0 <= number <= 9:
+            raise BlockError("VP007", f"P{number}: work systems are P1 to P9, P0 is the active one", block.columns["P"])
+        system = number or state.frame.system
+        frame = replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool)
+        origin = list(frame.origin)
+        if kind == 2:
+            for axis in axes:
+                origin[axis] = self._axis_value(block, axis)
+            frame = replace(frame, origin=vector9(origin), turn=block.words.get("R", frame.turn))
+        else:
+            if "R" in block.words:
+                raise BlockError("VP006", "G10 L20 does not use R", block.columns["R"])
+            self._require_known(block, axes, "G10 L20")
+            coordinates = self.setup.coordinates
+            here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), frame)
+            shift = np.zeros(9)
+            for axis in axes:
+                shift[axis] = here[axis] - self._axis_value(block, axis)
+            shift[:3] = coordinates.displacement(shift[:3], frame)
+            frame = replace(frame, origin=vector9(np.asarray(origin) + shift))
+        if system == state.frame.system:
+            self._set_frame(frame)
+        else:
+            state.systems[system] = replace(frame, g92=ZERO9)
+
+    def _g10_tool(self, block: Block, number: int, axes: list[int]) -> None:
+        state = self.state
+        if number < 1:
+            raise BlockError("VP007", f"P{number}: a tool number is 1 or more", block.columns["P"])
+        tools = dict(state.tools or {})
+        old = tools.get(number, Tool(number, number, ZERO9))
+        offset = list(old.offset)
+        for axis in axes:
+            offset[axis] = self._axis_value(block, axis)
+        diameter = 2 * self._length(block.words["R"]) if "R" in block.words else old.diameter
+        for letter in "IJQ":
+            if letter in block.words:
+                raise BlockError("VP006", f"G10 L1 uses {letter} only on a lathe", block.columns[letter])
+        tools[number] = replace(old, offset=vector9(offset), diameter=diameter)
+        state.tools = tools
+
+    def _g92(self, block: Block, code: int) -> None:
+        state = self.state
+        axes = self._named_axes(block)
+        if not axes:
+            raise BlockError("VP005", f"{g_name(code)} needs at least one axis word")
+        g92 = list(state.frame.g92)
+        if code == 920:
+            self._require_known(block, axes, "G92")
+        for axis in axes:
+            value = self._axis_value(block, axis)
+            g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
+        state.g92_stored = tuple(g92)
+        self._set_frame(replace(state.frame, g92=vector9(g92)))
