@@ -120,7 +120,6 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
         tool_length=options.tool_length,
         frames=frames,
         block_delete=options.block_delete,
-        optional_stop=options.optional_stop,
     )
 
 

@@ -26,6 +26,7 @@ MAX_ANGLE_DEG: Final = 1e5
 
 
 def whole(block: Block, letter: str) -> int:
+    """Value of a word that must be a whole number from 0 on."""
     value = block.words[letter]
     number = round(value)
     if abs(value - number) > WHOLE_NUMBER:

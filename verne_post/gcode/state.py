@@ -32,7 +32,7 @@ class Setup:
         Holds throughout when given.
     frames : dict
         Initial frame of each work system, 1 to 9.
-    block_delete, optional_stop : bool
+    block_delete : bool
     """
 
     coordinates: Coordinates
@@ -44,7 +44,6 @@ class Setup:
     tool_length: float | None
     frames: dict[int, Frame]
     block_delete: bool = False
-    optional_stop: bool = False
 
 
 @dataclass

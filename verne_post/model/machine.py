@@ -1,7 +1,6 @@
 """The machine as the rooms see it: frozen values, lengths in mm, angles in rad, times in s."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +8,6 @@ from numpy.typing import NDArray
 from verne_post.model.protocols import FiveAxis, ParallelModule, TableCoordinates
 
 Array = NDArray[np.float64]
-
-#: The two joints of the tilting rotary table, behind the module's actuators.
-TABLE_JOINTS: Final = ("a", "c")
 
 
 @dataclass(frozen=True)

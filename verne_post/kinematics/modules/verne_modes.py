@@ -20,8 +20,6 @@ Array = NDArray[np.float64]
 CLOSED: Final = 2e-12
 #: Two poses closer than this (over a rod; alpha in rad) are one: far above rounding, far below any two modes.
 SAME_POSE: Final = 1e-7
-#: |sin alpha| below which leg I may stand on either side (Table II).
-LEVEL: Final = 1e-12
 #: Roots may leave the unit circle by this: a double root splits by the root of machine epsilon, and candidates are
 #: polished and judged by their residual anyway.
 NEAR_CIRCLE: Final = 1e-3
