@@ -120,7 +120,7 @@ def _interpret(
             try:
                 machine.execute(_block(raw, line))
             except BlockError as error:
-                run.errors.append(finding("VP001" if not error.code else error.code, error.message, line=line,
+                run.errors.append(finding(error.code, error.message, line=line,
                                           last_line=line, worst_line=line, column=error.column))  # fmt: skip
                 if stop_at_error or len(run.errors) >= MAX_ERRORS:
                     return run

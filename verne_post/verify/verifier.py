@@ -230,10 +230,9 @@ class Verifier:
         u = np.where(dwell, resting, u)
         self._deviations(block, at, u, measured)
         self._progress(block, item, at, u, dwell, measured)
+        dwelt = self._rows_before(item, len(item))
         self.item, self.u, self.group, self.line = int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[-1])
-        last = np.flatnonzero(item != item[-1])
-        rows = len(item) - (int(last[-1]) + 1 if len(last) else 0)
-        self.dwelt = rows + (self.dwelt if not len(last) and not fresh[0] else 0)
+        self.dwelt = dwelt
 
     def _groups(self, block: SetpointBlock) -> Ints | None:
         """Group of each row by its source line; None when the lines are not those of the program in order."""
@@ -410,8 +409,7 @@ class Verifier:
         self, block: SetpointBlock, row: int, item: Ints, old_u: float, new_u: float, slack: float
     ) -> tuple[float, float, float]:
         """The step from one item to a later one: nothing is left out, and stops are stopped at."""
-        old, rows_of_old = self._item_before(item, row)
-        new = int(item[row])
+        old, new = (self.item if row == 0 else int(item[row - 1])), int(item[row])
         path = self.path
         line = int(block.line[row])
         stops = [i for i in range(old + 1, new + 1) if self.stop_before[i]]
@@ -420,7 +418,7 @@ class Verifier:
             lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
             self._note("VP412", f"row {block.first + row}: the motion of line {lines} is left out", line)
             return 0.0, 0.0, 0.0
-        if old >= 0 and self.piece[old] < 0 and rows_of_old < self.dwell_cycles[old]:
+        if old >= 0 and self.piece[old] < 0 and self._rows_before(item, row) < self.dwell_cycles[old]:
             self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
         if stops:
             piece = int(self.piece[new])
@@ -445,14 +443,14 @@ class Verifier:
             slack += float(2 * self.tip_noise / path.length[last] * path.feed_time[last])
         return spent, way, slack
 
-    def _item_before(self, item: Ints, row: int) -> tuple[int, int]:
-        """The item of the row before, and how many rows it has had."""
+    def _rows_before(self, item: Ints, row: int) -> int:
+        """How many rows the item before ``row`` has had; those of earlier blocks count."""
         if row == 0:
-            return self.item, self.dwelt
-        old = int(item[row - 1])
+            return self.dwelt
+        old = item[row - 1]
         other = np.flatnonzero(item[:row] != old)
         begin = int(other[-1]) + 1 if len(other) else 0
-        return old, row - begin + (self.dwelt if begin == 0 and old == self.item else 0)
+        return row - begin + (self.dwelt if begin == 0 and old == self.item else 0)
 
     def _complete(self) -> None:
         last = len(self.piece) - 1
