@@ -138,7 +138,9 @@ def mistakes(path):
 def test_the_shipped_file_is_the_contracts():
     path = machine_files()["verne"]
     assert path.name == "verne.toml"
-    assert tomllib.loads(path.read_text(encoding="utf-8")) == CONTRACT
+    shipped = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert 0.0 < shipped["limits"].pop("parallel_singularity") < 0.19  # a later key; the rim has 0.186
+    assert shipped == CONTRACT
 
 
 def test_the_shipped_machine_has_its_values_in_inside_units():

@@ -116,9 +116,11 @@ def _limits(file: LimitsFile, n: int, table: TiltingTable) -> Limits:
         values = [getattr(file, f"{joint}_{kind}") for joint in ("rho", "a", "c")]
         return np.array([*sliders(values[0]), RAD_PER_DEG * values[1], RAD_PER_DEG * values[2]])
 
+    parallel = -math.inf if file.parallel_singularity is None else file.parallel_singularity
     return Limits(
-        rows[:, 0], rows[:, 1], group("velocity"), group("acceleration"), group("jerk"), file.serial_singularity_mm
-    )
+        rows[:, 0], rows[:, 1], group("velocity"), group("acceleration"), group("jerk"),
+        file.serial_singularity_mm, parallel,
+    )  # fmt: skip
 
 
 def _module_mistakes(data: dict[str, Any], file_name: str) -> list[Finding]:

@@ -92,6 +92,7 @@ class LimitsFile(Group):
     c_acceleration: Positive
     c_jerk: Positive
     serial_singularity_mm: NotNegative
+    parallel_singularity: Positive | None = None
 
     @field_validator("rho_mm", "a_deg", "c_deg")
     @classmethod

@@ -91,7 +91,7 @@ def checks_of(machine: Machine) -> list[Check]:
                           slack, column.unit, column.factor)
                 )  # fmt: skip
     n = len(machine.columns)
-    for index, margin in enumerate(machine.module.margin_names(machine.limits.serial_singularity)):
+    for index, margin in enumerate(machine.margins):
         found.append(
             Check(margin.code, margin.name, margin.axis, n + index, 1.0, margin.error_below, margin.warn_below,
                   LIMIT_SLACK_MM, margin.unit, 1.0)
@@ -320,7 +320,8 @@ def _limit_findings(contour: Contour, check: Check, worst: _Worst) -> list[Findi
             what = check.axis if check.code.startswith("VP10") and check.axis else check.name
             if check.code == "VP202":
                 what = f"{check.name} ({check.axis})"
-            message = f"{what} {value:.6f} {check.unit} is {side} {bound:g} {check.unit} by {abs(value - bound):.6f} {check.unit}"
+            unit = f" {check.unit}" if check.unit else ""
+            message = f"{what} {value:.6f}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
             found.append(
                 finding(
                     check.code, message, severity=severity, line=int(contour.line[group[0]]),

@@ -214,7 +214,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP203",
         "near a parallel singularity",
         "warning",
-        "The scaled determinant of the parallel Jacobian comes close to zero.",
+        "The scaled determinant of the parallel Jacobian comes close to zero: the sliders no longer hold the platform. "
+        "Error below the machine file's limits.parallel_singularity, warning up to twice that.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (

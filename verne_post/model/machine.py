@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.model.protocols import FiveAxis, ParallelModule, TableCoordinates
+from verne_post.model.protocols import FiveAxis, Margin, ParallelModule, TableCoordinates
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,8 @@ class Limits:
     """Limits of the actuated joints, each of shape (n_joints,), in workpiece sense.
 
     ``lower`` and ``upper`` are infinite for an unlimited joint. ``serial_singularity`` is the
-    smallest vertical drop of a rod, mm.
+    smallest vertical drop of a rod, mm; ``parallel_singularity`` the smallest scaled determinant of the parallel
+    Jacobian, minus infinity where the machine file names none.
     """
 
     lower: Array
@@ -46,6 +47,7 @@ class Limits:
     acceleration: Array
     jerk: Array
     serial_singularity: float
+    parallel_singularity: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,11 @@ class Machine:
     table_radius: float
     cycle: float
     provenance: dict[str, str]
+
+    @property
+    def margins(self) -> tuple[Margin, ...]:
+        """What ``module.geometry_margins`` measures, with this machine's thresholds."""
+        return self.module.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, NDArray[np.bool_]]:
         """Joint values of five-axis poses.

@@ -111,8 +111,45 @@ class ParallelModule(Protocol):
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""
 
-    def margin_names(self, serial_singularity: float) -> tuple[Margin, ...]:
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` returns, with thresholds."""
+
+    def inverse_leaning_all(self, pivot: Array, gauge: Array) -> Sequence[ModuleSolution]:
+        """All real solutions of :meth:`inverse_leaning` for one gauge point (3,)."""
+
+    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Parallel (..., 4, 4) and serial (..., 4, 3) part of the closure equations of solved poses.
+
+        ``parallel @ d(x, y, z, alpha) + serial @ d(rho) = 0``.
+        """
+
+    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
+
+
+@dataclass(frozen=True)
+class WholeSolution:
+    """One of several solutions of the whole machine.
+
+    Attributes
+    ----------
+    q : tuple of float
+        Joints, mm and rad; A is the table's, with the platform's lean in it.
+    alpha : float
+        Lean of the platform, rad.
+    signs : tuple of int
+        Configuration indices of the module.
+    other_table : bool
+        The table solution with the tilt on the other side and C turned by half a turn.
+    refused : str or None
+        None for one that the machine can use, else why not by the module's geometry.
+    """
+
+    q: tuple[float, ...]
+    alpha: float
+    signs: tuple[int, ...]
+    other_table: bool
+    refused: str | None
 
 
 class FiveAxis(Protocol):
@@ -129,6 +166,12 @@ class FiveAxis(Protocol):
 
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
+
+    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""
+
+    def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> Sequence[WholeSolution]:
+        """All real solutions of one pose (3,), (3,): both table solutions, every lean, every posture."""
 
     def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""

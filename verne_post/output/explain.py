@@ -59,9 +59,13 @@ def _table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool
         margin = abs(column.factor) * float(min(value - low, high - value))
         yield f"  {column.header:<20} {value * column.factor:.6f}   margin to its travel {margin:.6f} {column.unit}"
     margins = machine.module.geometry_margins(position, alpha)
-    for measure, value in zip(machine.module.margin_names(machine.limits.serial_singularity), margins, strict=True):
+    for measure, value in zip(machine.margins, margins, strict=True):
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
-        yield f"  {what:<36} {value:.6f} {measure.unit}, must be above {measure.error_below:g} ({measure.code})"
+        unit = f" {measure.unit}" if measure.unit else ""
+        bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
+        yield f"  {what:<36} {value:.6f}{unit}{bound} ({measure.code})"
+    parallel, serial = machine.module.conditioning(position, alpha, q[:-2])
+    yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
 
 
 def _beyond(machine: Machine, rho: Array) -> list[str]:
