@@ -13,13 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
-from verne_post.kinematics.modules.verne_modes import (
-    ForwardSolution,
-    InverseSolution,
-    forward_all,
-    inverse_all,
-    orientations,
-)
+from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
+from verne_post.kinematics.modules.verne_modes import forward_all, inverse_all, orientations
 from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]

@@ -4,12 +4,13 @@ Equation numbers refer to the paper, as in :mod:`verne_post.kinematics.modules.v
 sliders at a time: these answer a person's question; the product's path uses the vectorised working mode.
 """
 
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
 
 if TYPE_CHECKING:
     from verne_post.kinematics.modules.verne import VerneModule
@@ -24,28 +25,6 @@ SAME_POSE: Final = 1e-7
 #: polished and judged by their residual anyway.
 NEAR_CIRCLE: Final = 1e-3
 POLISH_STEPS: Final = 40
-
-
-@dataclass(frozen=True)
-class InverseSolution:
-    """One inverse solution: lean (rad), configuration indices s1, s2, s3, sliders (mm).
-
-    ``refused`` is None for the one that the machine uses, else the reason by geometry.
-    """
-
-    alpha: float
-    signs: tuple[int, int, int]
-    rho: tuple[float, float, float]
-    refused: str | None
-
-
-@dataclass(frozen=True)
-class ForwardSolution:
-    """One assembly mode: position of P (mm), lean (rad), and why it is refused (None for the one in use)."""
-
-    position: tuple[float, float, float]
-    alpha: float
-    refused: str | None
 
 
 def refusal(module: "VerneModule", alpha: float, drops: tuple[float, float, float]) -> str | None:
