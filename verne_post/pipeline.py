@@ -181,7 +181,7 @@ def _approach_start(machine: Machine, options: Options) -> Array:
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
         q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
-            raise InputError(finding("VP018", "--from home: the home position is out of reach of the rods"))
+            raise InputError(finding("VP018", "--from home: the home position is out of reach"))
         return q
     values = np.array(options.approach, dtype=float)
     if values.shape != (len(machine.columns),):

@@ -282,17 +282,19 @@ def _stretches(pieces: list[int]) -> Iterator[list[int]]:
 
 def _unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
     found = []
-    for code in ("VP110", "VP201"):
+    for code in sorted(set(unreachable.values())):
         for group in _stretches([piece for piece, why in unreachable.items() if why == code]):
             lines = contour.line[group]
             what = {
                 "VP110": "out of reach: no position of the sliders closes the rods",
                 "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
-            }[code]
+                "VP203": "out of reach: beyond a parallel singularity in every solution",
+            }.get(code, CODES[code].meaning)
             found.append(
                 finding(
                     code,
                     what,
+                    severity="error",
                     line=int(lines[0]),
                     last_line=int(lines[-1]),
                     worst_line=int(lines[0]),

@@ -44,3 +44,13 @@ def mobility(graph: Iterable[Joint]) -> Mobility:
         held[joint.second].append(joint.kind)
     spinning = sum(kinds == ["S", "S"] for kinds in held.values())
     return Mobility(len(held), joints, freedoms, spinning)
+
+
+def rod_pairs(sliders: Iterable[str], legs: Iterable[str]) -> tuple[Joint, ...]:
+    """Graph of sliders that each carry a platform by two rods with a ball joint at both ends (Fig. 3)."""
+    joints = []
+    for slider, leg in zip(sliders, legs, strict=True):
+        joints.append(Joint("P", "base", slider))
+        for rod in (f"rod {leg}1", f"rod {leg}2"):
+            joints += [Joint("S", slider, rod), Joint("S", rod, "platform")]
+    return tuple(joints)

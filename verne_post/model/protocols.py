@@ -69,10 +69,26 @@ class ModuleSolution(Protocol):
         """None for the one in use, else why not."""
 
 
-class ParallelModule(Protocol):
-    """Kinematics of the spindle carrier. Positions in the base frame (z down), mm.
+class AssemblyMode(Protocol):
+    """One of several positions of a module for the same actuators."""
 
-    The platform may lean about x by an angle alpha that follows from its position.
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """P in the base frame, mm."""
+
+    @property
+    def alpha(self) -> float:
+        """Lean of the platform, rad."""
+
+    @property
+    def refused(self) -> str | None:
+        """None for the one in use, else why not."""
+
+
+class ParallelModule(Protocol):
+    """Kinematics of the spindle carrier, parallel or not. Positions in the base frame (z down), mm.
+
+    Rows without a solution are NaN with ok False, never an exception. The platform may lean about x by an angle alpha that follows from its position.
     """
 
     @property
@@ -103,10 +119,16 @@ class ParallelModule(Protocol):
         """
 
     def why_not(self, pivot: Array, gauge: Array) -> list[str]:
-        """Finding codes for poses (m, 3) without a solution in the working mode."""
+        """Finding codes for poses (m, 3) without a solution in the working mode.
+
+        "VP110" out of reach, "VP201" rods that cross, "VP203" beyond a parallel singularity.
+        """
 
     def inverse_all(self, position: Array) -> Sequence[ModuleSolution]:
         """All real inverse solutions of one position (3,), with the reason by geometry why each is refused."""
+
+    def forward_all(self, rho: Array) -> Sequence[AssemblyMode]:
+        """All real assembly modes of one set of actuators (3,), with the reason why each is refused."""
 
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""

@@ -39,9 +39,11 @@ def explain_pose(joints: JointPath, segment: int) -> Iterator[str]:
         reasons = [solution.refused] if solution.refused else []
         reasons += [f"travel of {joint}" for joint in _beyond(machine, np.array(solution.rho))]
         signs = ",".join(f"{sign:+d}" for sign in solution.signs)
-        rho = ", ".join(f"{value:.4f}" for value in solution.rho)
+        mode = f"  s ({signs})" if signs else ""
+        values = zip(machine.module.actuators, solution.rho, strict=True)
+        joints_text = ", ".join(f"{name} {value:.4f}" for name, value in values)
         verdict = "in use" if not reasons else "refused: " + "; ".join(reasons)
-        yield f"  alpha {DEG_PER_RAD * solution.alpha:10.4f} deg  s ({signs})  rho ({rho})  {verdict}"
+        yield f"  alpha {DEG_PER_RAD * solution.alpha:10.4f} deg{mode}  {joints_text}  {verdict}"
 
 
 def _table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:

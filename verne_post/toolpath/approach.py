@@ -33,7 +33,7 @@ def with_approach(path: ToolPath, machine: Machine, q_start: Array) -> ToolPath:
     five_axis, coordinates = machine.five_axis, machine.coordinates
     tip, angles, ok = five_axis.nominal(q_start, tool)
     if not ok:
-        raise InputError(finding("VP018", "--from: these slider positions close no position of the platform"))
+        raise InputError(finding("VP018", "--from: these joint values close no position of the platform"))
     here = coordinates.to_machine(coordinates.from_table(tip, angles, frame), frame)
     first = coordinates.to_machine(coordinates.from_table(path.first_pose[:3], path.first_pose[3:], frame), frame)
 

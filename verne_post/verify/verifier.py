@@ -219,7 +219,7 @@ class Verifier:
         tip, angles, ok = self.forward(q, self.path.tool_length[at])
         if not ok.all():
             row = int(np.argmin(ok))
-            self._note("VP411", f"row {block.first + row}: the sliders close no position of the platform",
+            self._note("VP411", f"row {block.first + row}: the joint values close no position of the platform",
                        int(block.line[row]))  # fmt: skip
             self.lost = True
             return

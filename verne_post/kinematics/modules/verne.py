@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
-from verne_post.kinematics.mobility import Joint
+from verne_post.kinematics.mobility import Joint, rod_pairs
 from verne_post.kinematics.modules import verne_modes, verne_rods
-from verne_post.kinematics.modules.verne_modes import ForwardModes, ForwardSolution, InverseSolution
+from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
+from verne_post.kinematics.modules.verne_modes import ForwardModes
 from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]
@@ -382,7 +383,7 @@ class VerneModule:
     @property
     def joint_graph(self) -> tuple[Joint, ...]:
         """Bodies and joints of Fig. 3, for the mobility (1)."""
-        return verne_rods.joint_graph(self)
+        return rod_pairs(self.actuators, ("I", "II", "III"))
 
     # --- margins --------------------------------------------------------------------------
 

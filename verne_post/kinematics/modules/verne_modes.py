@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
 from verne_post.kinematics.modules.verne_rods import rod_jacobians, rod_residuals
 
 if TYPE_CHECKING:
@@ -38,28 +39,6 @@ POLISH_STEPS: Final = 40
 POLISHED: Final = 1e-15
 #: Sets of slider coordinates worked on at a time.
 CHUNK: Final = 1024
-
-
-@dataclass(frozen=True)
-class InverseSolution:
-    """One inverse solution: lean (rad), configuration indices s1, s2, s3, sliders (mm).
-
-    ``refused`` is None for the one that the machine uses, else the reason by geometry.
-    """
-
-    alpha: float
-    signs: tuple[int, int, int]
-    rho: tuple[float, float, float]
-    refused: str | None
-
-
-@dataclass(frozen=True)
-class ForwardSolution:
-    """One assembly mode: position of P (mm), lean (rad), and why it is refused (None for the one in use)."""
-
-    position: tuple[float, float, float]
-    alpha: float
-    refused: str | None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The rod equations (3) to (6) of the VERNE module, their derivatives, and its graph of bodies and joints.
+"""The rod equations (3) to (6) of the VERNE module, their derivatives and scales.
 
 Everything that closes a rod, in any mode, is judged and polished with these. Arrays may have any leading shape;
 base frame (z down), mm and rad.
@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
-
-from verne_post.kinematics.mobility import Joint
 
 if TYPE_CHECKING:
     from verne_post.kinematics.modules.verne import VerneModule
@@ -141,13 +139,3 @@ def parallel_determinant(module: "VerneModule", position: Array, alpha: Array, d
 def _triple(a: tuple[Array, ...], b: tuple[Array, ...], c: tuple[Array, ...]) -> Array:
     """Determinant of three rows of three columns."""
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
-
-
-def joint_graph(module: "VerneModule") -> tuple[Joint, ...]:
-    """Bodies and joints of Fig. 3: three sliders, six rods with a ball joint at both ends, one platform."""
-    joints = []
-    for slider, leg in zip(module.actuators, ("I", "II", "III"), strict=True):
-        joints.append(Joint("P", "base", slider))
-        for rod in (f"rod {leg}1", f"rod {leg}2"):
-            joints += [Joint("S", slider, rod), Joint("S", rod, "platform")]
-    return tuple(joints)
