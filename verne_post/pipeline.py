@@ -16,6 +16,7 @@ from verne_post.gcode.read import interpreted_until_error
 from verne_post.gcode.state import Setup
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds, judge
+from verne_post.kinematics.judge_clearance import judge_clearance
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
@@ -193,7 +194,14 @@ def _approach_start(machine: Machine, options: Options) -> Array:
 def judge_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check along the whole contour."""
     total = len(program.contour)
-    return judge(program.joints(), None if progress is None else lambda done: progress("judging", done, total))
+    joints = program.joints()
+    bounds, findings = judge(joints, None if progress is None else lambda done: progress("judging", done, total))
+    if program.machine.clearance is not None:
+        findings = sorted(
+            [*findings, *judge_clearance(joints, program.machine.clearance)],
+            key=lambda item: (item.line or 0, item.code),
+        )
+    return bounds, findings
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:

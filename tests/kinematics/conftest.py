@@ -32,7 +32,9 @@ def machine_with(tmp_path_factory):
         tables = tomllib.loads(machine_files()["verne"].read_text(encoding="utf-8"))
         for place, item in (changes or {}).items():
             table, key = place.split(".")
-            tables[table][key] = item
+            tables.setdefault(table, {})[key] = item
+            if item is None:
+                del tables[table][key]
         path = tmp_path_factory.mktemp("machine") / "machine.toml"
         path.write_text(toml_of(tables), encoding="utf-8")
         return load_machine(path)

@@ -12,11 +12,13 @@ from pydantic import BaseModel, ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.schema import AccuracyFile, Group, LimitsFile, MachineFile, limits_file
+from verne_post.config.schema import AccuracyFile, Group, LimitsFile, MachineFile, RodsFile, limits_file
+from verne_post.kinematics.clearance import Bodies, Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Column, Home, Limits, Machine
+from verne_post.model.protocols import ParallelModule, RodModule
 
 _Schema = TypeVar("_Schema", bound=Group)
 
@@ -57,7 +59,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         data = tomllib.loads(raw.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # a number or a nesting beyond any machine file counts too
         raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
-    content, kind, module_file, limits = _checked(data, file_name)
+    content, kind, module_file, limits, rods = _checked(data, file_name)
     module = kind.build(**module_file.model_dump())
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
@@ -84,6 +86,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=Home(tuple(home.g28), tuple(home.g30)) if home else None,  # type: ignore[arg-type]
         table_radius=content.table.radius,
+        clearance=_clearance(content, kind, module, rods),
         cycle=content.control.cycle_s,
         provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
     )
@@ -117,7 +120,7 @@ def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits
     )  # fmt: skip
 
 
-def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, Group, LimitsFile]:
+def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, Group, LimitsFile, RodsFile | None]:
     """The file against its schemas: the whole, and the groups whose keys depend on the kind.
 
     Raises
@@ -140,21 +143,57 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
     if kind is None and isinstance(name, str):
         message = f"{file_name}: kind = {name!r}: unknown; expected one of {', '.join(KINDS)}"
         mistakes.append(finding("VP501", message))
-    parts: list[Group | None] = [None, None]
+    module = limits = rods = None
     if kind is not None:
-        schemas = {"module": kind.schema, "limits": limits_file(kind.group, kind.rods)}
-        parts = [
-            checked(schema, data[group], group, str(name)) if isinstance(data.get(group), dict) else None
-            for group, schema in schemas.items()
-        ]
+        groups = {
+            name: data.get(name) if isinstance(data.get(name), dict) else None for name in ("module", "limits", "rods")
+        }
+        if groups["module"] is not None:
+            module = checked(kind.schema, groups["module"], "module", str(name))
+        if groups["limits"] is not None:
+            limits = checked(limits_file(kind.group, kind.rods), groups["limits"], "limits", str(name))
+        if groups["rods"] is not None and kind.rod_bodies is not None:
+            rods = checked(kind.rod_bodies[0], groups["rods"], "rods", str(name))
+        elif groups["rods"] is not None:
+            mistakes.append(finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies"))
     if mistakes:
         raise InputError(*mistakes)
-    module, limits = parts
     assert content is not None
     assert kind is not None
     assert module is not None
-    assert isinstance(limits, LimitsFile)
-    return content, kind, module, limits
+    assert limits is not None
+    return content, kind, module, limits, rods
+
+
+def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: RodsFile | None) -> Clearance | None:
+    """What the file says about bodies, None where it says nothing."""
+    file = content.clearance
+    if file is None and rods is None:
+        return None
+    rod_module: RodModule | None = None
+    if rods is not None and kind.rod_bodies is not None:
+        place = {key: value for key, value in rods.model_dump().items() if key not in RodsFile.model_fields}
+        rod_module = kind.rod_bodies[1](module, **place)
+    radius = None
+    if rods is not None and rod_module is not None:
+        legs = list(dict.fromkeys(rod_module.rod_legs))
+        diameters = rods.diameter_mm if isinstance(rods.diameter_mm, list) else [rods.diameter_mm] * len(legs)
+        radius = np.array([0.5 * diameters[legs.index(leg)] for leg in rod_module.rod_legs])
+
+    def angle(value: float | None) -> float | None:
+        return None if value is None else RAD_PER_DEG * value
+
+    bodies = Bodies(
+        minimum=file.minimum_mm if file else 0.0,
+        rod_radius=radius,
+        spindle_radius=0.5 * file.spindle_diameter_mm if file and file.spindle_diameter_mm else None,
+        spindle_top=file.spindle_top_mm if file else 0.0,
+        tool_radius=0.5 * file.tool_diameter_mm if file and file.tool_diameter_mm else None,
+        slider_cone=angle(rods.slider_cone_deg) if rods else None,
+        platform_cone=angle(rods.platform_cone_deg) if rods else None,
+        cone_centre=np.array(rods.cone_centre) if rods and rods.cone_centre else None,
+    )
+    return Clearance(bodies, rod_module, content.spindle.nose_offset_mm, content.table.radius)
 
 
 # --- errors as sentences ---------------------------------------------------------------------

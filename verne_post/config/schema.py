@@ -175,6 +175,43 @@ def limits_file(group: str, rods: bool) -> type[LimitsFile]:
     return create_model("LimitsFile", __base__=LimitsFile, __validators__=checks, **fields)
 
 
+PerLeg = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
+Cone = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
+
+
+class RodsFile(Group):
+    """[rods] of every kind: sizes of rods and ball joints; a kind adds where its rods are."""
+
+    diameter_mm: PerLeg
+    slider_cone_deg: Cone | None = None
+    platform_cone_deg: Cone | None = None
+    cone_centre: Point | None = None
+
+    @model_validator(mode="after")
+    def _cones_have_a_middle(self) -> "RodsFile":
+        cones = self.slider_cone_deg is not None or self.platform_cone_deg is not None
+        if cones != (self.cone_centre is not None):
+            raise ValueError("cone_centre and slider_cone_deg or platform_cone_deg belong together")
+        return self
+
+
+class VerneRodsFile(RodsFile):
+    """[rods] of kind "verne"."""
+
+    leg1_slider_x: Number
+    leg23_slider_x: Number
+    leg23_spacing: Positive
+
+
+class ClearanceFile(Group):
+    """[clearance]: smallest distance between bodies, and the bodies other than rods."""
+
+    minimum_mm: NotNegative
+    spindle_diameter_mm: Positive | None = None
+    spindle_top_mm: NotNegative = 0.0
+    tool_diameter_mm: Positive | None = None
+
+
 class AccuracyFile(Group):
     """[accuracy]."""
 
@@ -197,6 +234,8 @@ class ProvenanceFile(Group):
     limits: Source
     control: Source
     home: Source | None = None
+    rods: Source | None = None
+    clearance: Source | None = None
     accuracy: Source | None = None
 
 
@@ -219,12 +258,14 @@ class MachineFile(Group):
     home: HomeFile | None = None
     limits: dict[str, object]
     accuracy: AccuracyFile | None = None
+    rods: dict[str, object] | None = None
+    clearance: ClearanceFile | None = None
     control: ControlFile
     provenance: ProvenanceFile
 
     @model_validator(mode="after")
     def _optional_groups_have_a_source(self) -> "MachineFile":
-        for group in ("home", "accuracy"):
+        for group in ("home", "accuracy", "rods", "clearance"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         return self

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.model.protocols import FiveAxis, Margin, ParallelModule, TableCoordinates
+from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 
 Array = NDArray[np.float64]
 
@@ -82,6 +82,7 @@ class Machine:
     accuracy: Accuracy
     home: Home | None
     table_radius: float
+    clearance: ClearanceModel | None
     cycle: float
     provenance: dict[str, str]
 

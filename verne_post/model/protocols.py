@@ -149,6 +149,55 @@ class ParallelModule(Protocol):
         """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
 
 
+class RodModule(Protocol):
+    """A module whose legs are rods with a ball joint at both ends."""
+
+    @property
+    def rod_legs(self) -> tuple[str, ...]:
+        """Name of the leg of each rod."""
+
+    @property
+    def parallelograms(self) -> tuple[str, ...]:
+        """Legs whose rods stay parallel."""
+
+    @property
+    def shortest_rod(self) -> float:
+        """mm."""
+
+    def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
+        """As :meth:`ParallelModule.inverse`."""
+
+    def rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Solved poses, n rows: what a clearance is computed from. Base frame except ``tip`` and ``angles`` (table)."""
+
+    position: Array
+    alpha: Array
+    rho: Array
+    tip: Array
+    angles: Array
+    tool_length: Array
+
+
+class ClearanceModel(Protocol):
+    """How near the bodies of a machine come to each other."""
+
+    @property
+    def names(self) -> tuple[Margin, ...]:
+        """What is measured, with thresholds."""
+
+    @property
+    def reach(self) -> Array:
+        """How much each margin changes at most while every point moves by 1 mm, (m,)."""
+
+    def evaluate(self, pose: Pose) -> tuple[Array, Array]:
+        """Margins (n, m), and the points (n, p, 3) whose motion bounds their change."""
+
+
 @dataclass(frozen=True)
 class WholeSolution:
     """One of several solutions of the whole machine.

@@ -1,10 +1,11 @@
-"""The rod equations (3) to (6) of the VERNE module, their derivatives and scales.
+"""The rod equations (3) to (6) of the VERNE module, their derivatives, and the rods as bodies.
 
 Everything that closes a rod, in any mode, is judged and polished with these. Arrays may have any leading shape;
 base frame (z down), mm and rad.
 """
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from verne_post.kinematics.modules.verne import VerneModule
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 #: Slider of each rod equation, and the side of the platform (sign of y of its attachment at alpha = 0).
 SLIDER: Final = np.array([0, 0, 1, 2])
@@ -139,3 +141,50 @@ def parallel_determinant(module: "VerneModule", position: Array, alpha: Array, d
 def _triple(a: tuple[Array, ...], b: tuple[Array, ...], c: tuple[Array, ...]) -> Array:
     """Determinant of three rows of three columns."""
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+
+
+@dataclass(frozen=True, eq=False)
+class VerneRods:
+    """The six rods where they really are; implements ``RodModule``.
+
+    The kinematics need only D1 - d1 and D2 - d2; distances between legs need the sliders' own places.
+
+    Attributes
+    ----------
+    module : VerneModule
+    leg1_slider_x, leg23_slider_x : float
+        d1 and d2: x of the slider's attachments, base frame, mm.
+    leg23_spacing : float
+        Distance of the two rods of a parallelogram. They lie along x, the only direction that a lean about x leaves
+        parallel to itself, which is why one equation stands for both.
+    """
+
+    module: "VerneModule"
+    leg1_slider_x: float
+    leg23_slider_x: float
+    leg23_spacing: float
+
+    rod_legs: ClassVar[tuple[str, ...]] = ("I", "I", "II", "II", "III", "III")
+    parallelograms: ClassVar[tuple[str, ...]] = ("II", "III")
+
+    @property
+    def shortest_rod(self) -> float:
+        """Mm."""
+        return min(self.module.L1, self.module.L2, self.module.L3)
+
+    def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
+        """As :meth:`VerneModule.inverse`."""
+        return self.module.inverse(position)
+
+    def rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
+        _offset, _radius, base, _rod = _lengths(self.module)
+        vectors = rod_vectors(self.module, position, alpha, rho)
+        slider = np.array([self.leg1_slider_x, self.leg1_slider_x, self.leg23_slider_x, self.leg23_slider_x])
+        start = np.stack(
+            np.broadcast_arrays(np.broadcast_to(slider, rho[..., SLIDER].shape), SIDE * base, rho[..., SLIDER]), axis=-1
+        )
+        pick, aside = np.array([0, 1, 2, 2, 3, 3]), np.zeros((6, 3))
+        aside[2:, 0] = 0.5 * self.leg23_spacing * np.array([-1.0, 1.0, -1.0, 1.0])
+        start, vectors = start[..., pick, :] + aside, vectors[..., pick, :]
+        return start, start + vectors
