@@ -71,27 +71,31 @@ class Clearance:
         self.bodies, self.module = bodies, module
         self.nose_offset, self.table_radius = nose_offset, table_radius
         listed = self._listed()
-        self.names: tuple[Margin, ...] = tuple(margin for margin, _share in listed)
-        #: How much each margin changes at most while every point moves by 1 mm.
-        self.reach: Array = np.array([share for _margin, share in listed])
+        self.names: tuple[Margin, ...] = tuple(margin for margin, _share, _group in listed)
+        #: How much each margin changes at most while the points of its group move by 1 mm.
+        self.reach: Array = np.array([share for _margin, share, _group in listed])
+        #: Group of points that carries each margin.
+        self.group: tuple[str, ...] = tuple(group for _margin, _share, group in listed)
 
-    def _listed(self) -> list[tuple[Margin, float]]:
+    def _listed(self) -> list[tuple[Margin, float, str]]:
         bodies, module = self.bodies, self.module
         low = bodies.minimum
-        found: list[tuple[Margin, float]] = []
+        found: list[tuple[Margin, float, str]] = []
         if module is not None and bodies.rod_radius is not None:
             for a, b in _leg_pairs(module):
                 what = f"distance of the rods of legs {a} and {b}" if a != b else f"distance of the two rods of leg {a}"
-                found.append((Margin(what, "VP211", None, "mm", low, low), 2.0))
+                found.append((Margin(what, "VP211", None, "mm", low, low), 2.0, "module"))
             if bodies.spindle_radius is not None:
                 found += [
-                    (Margin(f"distance of leg {leg} from the spindle", "VP212", None, "mm", low, low), 2.0)
+                    (Margin(f"distance of leg {leg} from the spindle", "VP212", None, "mm", low, low), 2.0, "module")
                     for leg in dict.fromkeys(module.rod_legs)
                 ]
         if bodies.spindle_radius is not None:
-            found.append((Margin("distance of the spindle from the table", "VP213", None, "mm", low, low), 1.0))
+            found.append(
+                (Margin("distance of the spindle from the table", "VP213", None, "mm", low, low), 1.0, "table")
+            )
         if bodies.tool_radius is not None:
-            found.append((Margin("distance of the tool from the table", "VP213", None, "mm", low, low), 2.0))
+            found.append((Margin("distance of the tool from the table", "VP213", None, "mm", low, low), 2.0, "table"))
         if module is not None and bodies.cone_centre is not None:
             # a chord of d turns a rod by at most pi/2 d / rod; both its ends move; the platform's own turn adds one
             share = DEG_PER_RAD / module.shortest_rod
@@ -102,12 +106,12 @@ class Clearance:
                 if cone is not None:
                     found += [
                         (Margin(f"rest of the cone of a {what} ball joint of leg {leg}", "VP214", None, "deg", 0.0, 0.0),
-                         factor * share)
+                         factor * share, "module")
                         for leg in dict.fromkeys(module.rod_legs)
                     ]  # fmt: skip
         return found
 
-    def evaluate(self, pose: Pose) -> tuple[Array, Array]:
+    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins, and the points whose motion bounds their change.
 
         Parameters
@@ -118,8 +122,8 @@ class Clearance:
         -------
         margins : ndarray, shape (n, len(names))
             mm and degrees.
-        points : ndarray, shape (n, p, 3)
-            mm.
+        points : dict of ndarray, shape (n, p, 3)
+            By group: "module" in the base frame, "table" in the table frame, mm.
         """
         bodies, module = self.bodies, self.module
         axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
@@ -128,7 +132,7 @@ class Clearance:
         top = pose.position - bodies.spindle_top * down
         nose_on_table = pose.tip + pose.tool_length[:, None] * axis
         top_on_table = nose_on_table + (self.nose_offset + bodies.spindle_top) * axis
-        points = [nose, top, pose.tip, nose_on_table, top_on_table]
+        points, on_table = [nose, top], [pose.tip, nose_on_table, top_on_table]
         columns: list[Array] = []
         if module is not None and (bodies.rod_radius is not None or bodies.cone_centre is not None):
             start, end = module.rods(pose.position, pose.alpha, pose.rho)
@@ -141,13 +145,13 @@ class Clearance:
             columns.append(_to_table(nose_on_table, top_on_table, self.table_radius) - bodies.spindle_radius)
         if bodies.tool_radius is not None:
             columns.append(_flat_end_to_table(pose.tip, axis, bodies.tool_radius, self.table_radius))
-            points.append(bodies.tool_radius * axis)
+            on_table.append(bodies.tool_radius * axis)
         if module is not None and bodies.cone_centre is not None:
             columns += self._cones(module, start, end, pose.alpha)
             turn = np.zeros_like(pose.position)
             turn[:, 0] = module.shortest_rod * pose.alpha
             points.append(turn)
-        return np.stack(columns, axis=1), np.stack(points, axis=1)
+        return np.stack(columns, axis=1), {"module": np.stack(points, axis=1), "table": np.stack(on_table, axis=1)}
 
     def _between_rods(self, module: RodModule, start: Array, end: Array, radius: Array) -> list[Array]:
         legs = np.array(module.rod_legs)

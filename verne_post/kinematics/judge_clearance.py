@@ -54,11 +54,9 @@ def _judge_spans(
         pose = Pose(solved.position, solved.alpha, rho, solved.tip, solved.angles, joints.contour.tool_length[owner])
         margins, points = clearance.evaluate(pose)
         margins = margins.reshape(len(piece), each, -1)
-        speed = spans.enclosure(points.reshape(len(piece), each, -1)[:, : spans.NODES], 1)
-        largest = np.maximum(np.abs(speed[0]), np.abs(speed[1])).reshape(len(piece), -1, 3)
-        moved = HALF_GAP * np.linalg.norm(largest, axis=-1).max(axis=1)
+        moved = {group: _travel(part.reshape(len(piece), each, -1)) for group, part in points.items()}
         seen = margins.min(axis=1) - limits
-        certain = seen - moved[:, None] * clearance.reach
+        certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
         solvable = np.isfinite(margins).all(axis=(1, 2))  # the others are findings of their own
         halve = np.zeros(len(piece), dtype=bool)
         for k, found in enumerate(worst):
@@ -73,3 +71,10 @@ def _judge_spans(
         piece = np.concatenate([piece[index], piece[index]])
         low, high = np.concatenate([low[index], middle]), np.concatenate([middle, high[index]])
         depth = np.concatenate([depth[index], depth[index]]) + 1
+
+
+def _travel(points: Array) -> Array:
+    """How far a point of spans (n, samples, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
+    low, high = spans.enclosure(points[:, : spans.NODES], 1)
+    speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(points), -1, 3)
+    return np.asarray(HALF_GAP * np.linalg.norm(speed, axis=-1).max(axis=1))

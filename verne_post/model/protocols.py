@@ -192,10 +192,14 @@ class ClearanceModel(Protocol):
 
     @property
     def reach(self) -> Array:
-        """How much each margin changes at most while every point moves by 1 mm, (m,)."""
+        """How much each margin changes at most while the points of its group move by 1 mm, (m,)."""
 
-    def evaluate(self, pose: Pose) -> tuple[Array, Array]:
-        """Margins (n, m), and the points (n, p, 3) whose motion bounds their change."""
+    @property
+    def group(self) -> tuple[str, ...]:
+        """Group of points that carries each margin."""
+
+    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+        """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change."""
 
 
 @dataclass(frozen=True)
