@@ -74,7 +74,9 @@ def test_keys_of_another_kind_are_refused_with_the_kind():
     assert "limits.rho_velocity is not a key of a machine file of kind 'serial'; did you mean xyz_velocity?" in unknown
     (only,) = mistakes("serial", ("c_jerk = 20000.0", "c_jerk = 20000.0\nserial_singularity_mm = 100.0"))
     assert "limits.serial_singularity_mm is not a key of a machine file of kind 'serial'" in only
-    (only,) = mistakes("serial", ("zero = [", "base_zero = [0.0, 0.0, 0.0]\nzero = ["))
+    (only,) = mistakes(
+        "serial", ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0, 1050.0]\nbase_zero = [0.0, 0.0, 0.0]")
+    )
     assert "module.base_zero is not a key" in only
 
 
