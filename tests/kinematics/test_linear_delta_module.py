@@ -157,6 +157,18 @@ def test_two_assembly_modes_mirror_each_other():
             assert abs(between @ edge) < 1e-6
 
 
+def test_forward_is_ok_exactly_where_the_inverse_returns():
+    """Far apart sliders can hold the platform above one of them: real, but not the working mode."""
+    sliders = np.random.default_rng(8).uniform(0.0, 1500.0, (3000, 3))
+    position, _alpha, ok = SKEW.forward(sliders)
+    np.testing.assert_allclose(SKEW.inverse(position[ok])[0], sliders[ok], rtol=0, atol=1e-5)  # some rods lie flat
+    others = [SKEW.forward_all(row) for row in sliders[~ok]]
+    held = [modes for modes in others if modes]
+    assert len(held) > 50
+    assert all(mode.refused for modes in held for mode in modes)
+    assert any("attachment" in modes[0].refused and "singularity" not in modes[0].refused for modes in held)
+
+
 def test_spheres_that_do_not_meet_have_no_mode():
     rho = np.array([0.0, 0.0, 2500.0])
     assert MODULE.forward_all(rho) == []

@@ -91,9 +91,13 @@ def test_the_tool_axis_is_the_textbooks():
     np.testing.assert_allclose(tip, 0.0, rtol=0, atol=EXACT)
 
 
-def test_columns_of_the_shipped_machine_are_machine_coordinates():
-    """zero is put at machine zero, so what G53 names is what the columns show."""
+@pytest.mark.parametrize("offsets", [False, True], ids=["shipped", "offsets"])
+def test_columns_are_machine_coordinates_where_zero_is_machine_zero(machine_with, offsets):
+    """What G53 names is what the columns show: the shipped file, and the rule of docs/machines.md for any other."""
     machine = load_machine("serial")
+    if offsets:  # zero = pivot + F (rotary_offset + machine_zero + (0, 0, nose_offset))
+        zero = [15.0 + 4.0, -25.0 + 7.0, 1580.0 - (30.0 + 550.0 + 20.0)]
+        machine = machine_with({**OFFSETS, "module.zero": zero}, "serial")
     rng = np.random.default_rng(13)
     wanted = np.zeros((50, 9))
     wanted[:, :3], wanted[:, 3], wanted[:, 5] = rng.uniform(-300, 100, (50, 3)), rng.uniform(-90, 90, 50), 77.0
