@@ -523,7 +523,7 @@ def test_an_unknown_machine_name_is_told_the_known_ones():
     (item,) = refused.value.findings
     assert item.code == "VP501"
     assert "'vernee'" in item.message
-    assert "machines by name: verne" in item.message
+    assert "machines by name: linear_delta, serial, verne" in item.message
 
 
 def test_a_folder_is_no_machine_file(tmp_path):

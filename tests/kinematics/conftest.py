@@ -26,10 +26,10 @@ def toml_of(tables: dict) -> str:
 
 @pytest.fixture(scope="session")
 def machine_with(tmp_path_factory):
-    """Function: the VERNE with keys of its file changed, as {"table.key": value}."""
+    """Function: a shipped machine with keys of its file changed, as {"table.key": value}; the VERNE unless named."""
 
-    def build(changes: dict | None = None):
-        tables = tomllib.loads(machine_files()["verne"].read_text(encoding="utf-8"))
+    def build(changes: dict | None = None, name: str = "verne"):
+        tables = tomllib.loads(machine_files()[name].read_text(encoding="utf-8"))
         for place, item in (changes or {}).items():
             table, key = place.split(".")
             tables.setdefault(table, {})[key] = item

@@ -30,7 +30,8 @@ class Kind:
     build : callable
         Makes the module.
     group : str
-        What the actuators are called together: the keys of [limits] are ``{group}_mm``, ``{group}_velocity``, ...
+        What the actuators are called together, not "a" or "c": the keys of [limits] are ``{group}_mm``,
+        ``{group}_velocity``, ...
     rods : bool
         True where [limits] must say how close a rod may come to the horizontal (``serial_singularity_mm``).
     rod_bodies : pair of a type of Group and a callable, or None

@@ -214,7 +214,7 @@ def _sentences(
             text = "is missing"
         elif item["type"] == "extra_forbidden":
             of_kind = f" of kind {kind!r}" if kind else ""
-            text = f"is not a key of a machine file{of_kind}" + _nearest(str(place[-1]), schema, place)
+            text = f"is not a key of a machine file{of_kind}" + _nearest(str(place[-1]), schema, place, data)
         else:
             what = item["msg"].removeprefix("Value error, ")
             text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
@@ -238,13 +238,16 @@ def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
     return place
 
 
-def _nearest(word: str, schema: type[BaseModel], place: list[int | str]) -> str:
+def _nearest(word: str, schema: type[BaseModel], place: list[int | str], data: Any) -> str:
+    """What a wrong key may have been meant for: a key that the file lacks before one that it has."""
     fields = dict(schema.model_fields)
     for part in place[:-1]:
         model = fields[str(part)].annotation if str(part) in fields else None
         if isinstance(model, type) and issubclass(model, BaseModel):
             fields = dict(model.model_fields)
-    close = difflib.get_close_matches(word, fields, n=1)
+        data = data[part]
+    lacking = [name for name in fields if name not in data]
+    close = difflib.get_close_matches(word, lacking, n=1) or difflib.get_close_matches(word, fields, n=1)
     return f"; did you mean {close[0]}?" if close else ""
 
 

@@ -170,7 +170,7 @@ CODES: Final[dict[str, Code]] = _table(
         "VP101",
         "slider travel",
         "error",
-        "A slider coordinate leaves its travel.",
+        "A slider, or a linear axis of a serial machine, leaves its travel.",
         "Move the part on the table (--wcs), or tilt differently.",
     ),
     (

@@ -34,7 +34,7 @@ def explain_pose(joints: JointPath, segment: int) -> Iterator[str]:
         yield from _table_solution(machine, name, tip, pair, tool)
     if not solved.ok[0]:
         return
-    yield "every solution of the parallel module at this platform position:"
+    yield "every solution of the module at this platform position:"
     for solution in machine.module.inverse_all(solved.position[0]):
         reasons = [solution.refused] if solution.refused else []
         reasons += [f"travel of {joint}" for joint in _beyond(machine, np.array(solution.rho))]

@@ -38,9 +38,10 @@ Ints = NDArray[np.integer]
 Forward = Callable[[Array, Array], tuple[Array, Array, NDArray[np.bool_]]]
 
 _REST_ROWS: Final = 3
-#: Rounded joints move the tip by at most this many quanta of a slider, and this many mm per radian
-#: of a table angle: slider over tip motion is at most 1.3, a radian of A or C moves sliders by 200 mm,
-#: and a tip may be 1 m from the table's axes.
+#: Rounded joints move the tip by at most this many quanta of a linear actuator, and this many mm per radian
+#: of a table angle. Half a quantum in each actuator moves the tip by at most 1.5 quanta on the VERNE, 1.6 on the
+#: linear delta and 0.9 on the serial machine (measured over the workspaces of the shipped files); a radian of A or C
+#: moves sliders by 200 mm, and a tip may be 1 m from the table's axes.
 _TIP_PER_SLIDER: Final = 3.0
 _TIP_PER_RADIAN_MM: Final = 1000.0
 #: Rows looked at together when several pieces share a source line.
