@@ -169,7 +169,8 @@ def test_explain_and_dump_speak_of_this_machines_joints(
         assert " s (" not in told.out
     dumped = run("dump", "joints", program, "--machine", name, *PLACE)
     assert dumped.code == 0
-    rods = ["vertical drop of a rod (rho1)", "vertical drop of a rod (rho2)", "vertical drop of a rod (rho3)"]
+    rods = ["vertical drop of a rod (rho1)", "vertical drop of a rod (rho2)", "vertical drop of a rod (rho3)",
+            "determinant of the parallel Jacobian"]  # fmt: skip
     joints = [column.partition("_")[0] for column in (*MACHINES[name], "a_deg", "c_deg")]
     for record in map(json.loads, dumped.out.splitlines()):
         assert list(record["q"]) == [*MACHINES[name], "a_deg", "c_deg"]
@@ -255,7 +256,19 @@ class ToyModule:
     def geometry_margins(self, position: np.ndarray, alpha: np.ndarray) -> np.ndarray:
         return 1000.0 - np.abs(position[..., :1])
 
-    def margin_names(self, serial_singularity: float) -> tuple[Margin, ...]:
+    def inverse_leaning_all(self, pivot: np.ndarray, gauge: np.ndarray) -> list[InverseSolution]:
+        return self.inverse_all(pivot + gauge * [1.0, -1.0, -1.0])
+
+    def jacobians(self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        by_position = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.25, 0.0, -1.0]])
+        parallel = np.zeros((*np.shape(rho)[:-1], 4, 4))
+        parallel[..., :3, :3], parallel[..., 3, 3] = by_position, 1.0
+        return parallel, np.broadcast_to(-np.eye(4, 3), (*np.shape(rho)[:-1], 4, 3))
+
+    def conditioning(self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.full(np.shape(alpha), 0.5), np.ones(np.shape(alpha))
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         return (Margin("wedge left", "VP202", "w", "mm", 10.0, 20.0),)
 
 

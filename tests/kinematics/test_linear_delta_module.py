@@ -244,11 +244,32 @@ def test_margins_are_the_drops_of_the_rods():
     rho, alpha, ok = SKEW.inverse(position)
     assert ok.all()
     margins = SKEW.geometry_margins(position, alpha)
-    np.testing.assert_allclose(margins, rods(SKEW, position, rho)[..., 2], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(margins[:, :3], rods(SKEW, position, rho)[..., 2], rtol=0, atol=1e-9)
+    determinant = np.linalg.det(rods(SKEW, position, rho) / SKEW.rod_length)
+    np.testing.assert_allclose(margins[:, 3], np.sign(determinant[0]) * determinant, rtol=0, atol=1e-12)
     names = load_machine("linear_delta").margins
     assert [(one.code, one.axis, one.error_below, one.warn_below) for one in names] == [
-        ("VP202", joint, 100.0, 200.0) for joint in SKEW.actuators
+        *(("VP202", joint, 100.0, 200.0) for joint in SKEW.actuators),
+        ("VP203", None, -np.inf, -np.inf),
     ]
+
+
+def test_jacobians_against_central_differences():
+    position = points(50, size=250.0)
+    rho, alpha, ok = SKEW.inverse(position)
+    assert ok.all()
+    parallel, serial = SKEW.jacobians(position, alpha, rho)
+    step = 1e-4
+
+    def half(p, q):
+        return 0.5 * (np.sum(rods(SKEW, p, q) ** 2, axis=-1) - SKEW.rod_length**2)
+
+    for k, unit in enumerate(np.eye(3)):
+        by_pose = (half(position + step * unit, rho) - half(position - step * unit, rho)) / (2 * step)
+        by_rho = (half(position, rho + step * unit) - half(position, rho - step * unit)) / (2 * step)
+        np.testing.assert_allclose(parallel[:, :3, k], by_pose, rtol=0, atol=1e-5)
+        np.testing.assert_allclose(serial[:, :3, k], by_rho, rtol=0, atol=1e-5)
+    assert (parallel[:, 3] == [0, 0, 0, 1]).all()
 
 
 def test_rows_that_are_no_numbers_are_not_ok():
@@ -275,4 +296,4 @@ def test_shapes(shape):
     assert (rho.shape, alpha.shape, ok.shape) == ((*shape, 3), shape, shape)
     back, alpha, ok = MODULE.forward(rho)
     assert (back.shape, alpha.shape, ok.shape) == ((*shape, 3), shape, shape)
-    assert MODULE.geometry_margins(position, alpha).shape == (*shape, 3)
+    assert MODULE.geometry_margins(position, alpha).shape == (*shape, 4)

@@ -25,6 +25,8 @@ Mask = NDArray[np.bool_]
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK: Final = 8192
+#: Share of rod L1 below which leg I's drop is small enough for two leans to be near each other.
+FLAT_LEG: Final = 0.01
 #: Newton steps from alpha = 0; four reach 2e-13 almost everywhere, the rest goes to the bracket.
 INVERSE_STEPS: Final = 6
 #: Newton steps of the forward solution from the middle of the workspace (rim: 8).
@@ -123,6 +125,7 @@ class VerneModule:
             y = y0[part] + yc[part] * c + ys[part] * s
             z = z0[part] + zc[part] * c + zs[part] * s
             radicands = self._radicands(x[part], y, c)
+            self._refuse_unclosed(radicands, a, y)
             with np.errstate(invalid="ignore"):
                 drop = np.sqrt(radicands)
             rho[part, 0] = z - drop[0]
@@ -133,6 +136,18 @@ class VerneModule:
         rho[~ok] = np.nan
         alpha[~ok] = np.nan
         return rho, alpha, ok
+
+    def _refuse_unclosed(self, radicands: Array, alpha: Array, y: Array) -> None:
+        """Where leg I is all but horizontal two leans merge and Newton may stop short of them: NaN where (14) fails.
+
+        Changes ``alpha`` and leg I's radicand in place.
+        """
+        with np.errstate(invalid="ignore"):
+            flat = np.flatnonzero(radicands[0] < (FLAT_LEG * self.L1) ** 2)
+            c, s = np.cos(alpha[flat]), np.sin(alpha[flat])
+            miss = y[flat] * (self.R1 * c - self.r1) + self.R1 * s * np.sqrt(radicands[0, flat])
+            open_ = flat[~(np.abs(miss) < 0.5 * ROD_RESIDUAL_MM2 * max(self.L1 / 850.0, 1.0) ** 2)]
+        alpha[open_] = radicands[0, open_] = np.nan
 
     def _radicands(self, x: Array, y: Array, cos_alpha: Array) -> Array:
         """Radicands of (11), (12), (13), shape (3, ...): squared vertical drops of the three legs, mm2."""
