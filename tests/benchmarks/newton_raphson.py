@@ -19,10 +19,13 @@ mm, rad, workpiece sense; the base frame's z points down.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from verne_post.kinematics.five_axis import HybridMachine
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -72,6 +75,13 @@ class Table:
     pivot: tuple[float, float, float]
     rotary_offset: tuple[float, float, float]
     nose: float = 0.0
+
+
+def numbers_of(machine: "HybridMachine") -> tuple[Lengths, Table]:
+    """The numbers of a machine of the product, and nothing else of it."""
+    m, table = machine.module, machine.table
+    lengths = Lengths(m.leg1_x_offset, m.R1, m.r1, m.L1, m.leg23_x_offset, m.R2, m.r4, m.L2, m.L3)
+    return lengths, Table(tuple(table.pivot), tuple(table.rotary_offset), machine.nose_offset)
 
 
 class Solved(NamedTuple):
@@ -276,9 +286,15 @@ def forward_from(g: Lengths, rho: Array, start: Array, dense: bool = False) -> t
     return pose.T, steps, at_rest
 
 
+def _turns(alpha: Array) -> Array:
+    """Whole turns in alpha, rad: an iteration that began badly may end any number of them away."""
+    return 2 * np.pi * np.round(alpha / (2 * np.pi))
+
+
 def forward(g: Lengths, rho: Array, start: Array | None = None, dense: bool = False) -> Solved:
     """Pose (n, 4) of the platform in the working mode, for rho (n, 3)."""
     pose, steps, at_rest = forward_from(g, rho, centre(g, rho) if start is None else start, dense)
+    pose[:, 3] -= _turns(pose[:, 3])
     ok = at_rest & in_working_mode(g, pose, rho)
     return Solved(np.where(ok[:, None], pose, np.nan), ok, steps, at_rest)
 
@@ -416,6 +432,9 @@ def inverse(
     step, chunk = (_inverse_dense_step, CHUNK_DENSE) if dense else (_inverse_step, CHUNK)
     found, steps, at_rest = iterate(step(g, table), np.ascontiguousarray(start.T), data, scale, chunk)
     u = found.T
+    turns = _turns(u[:, 3])
+    u[:, 3] -= turns
+    u[:, 7] -= turns
     ok = at_rest & in_working_mode(g, u[:, :4], u[:, 4:7])
     u = np.where(ok[:, None], u, np.nan)
     q = np.column_stack([u[:, 4:], np.where(ok, c, np.nan)])
