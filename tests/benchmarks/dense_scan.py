@@ -33,6 +33,8 @@ CLOSED_MM2: Final = 2e-6
 #: Two roots nearer than this (mm, and mm at a radius of 1 m for alpha) are one. Close to a double root the solution is known
 #: only to the root of the rounding error, 1e-5 mm; two modes that near are one for every purpose here.
 SAME_MM: Final = 1e-4
+#: The scan and another solver agree on a mode within this: both polish on (3)-(6), the scan tells modes apart from SAME_MM on.
+AGREE_MM: Final = 0.5 * SAME_MM
 #: Angles looked at a time: the arrays then stay in the cache.
 ROOM: Final = 16384
 
@@ -103,13 +105,16 @@ def _look(
     alpha = low[:, None] + (high - low)[:, None] * (np.arange(-1, parts + 2) / parts)
     disc, left = _sphere_cut(g, rho[row], alpha)[::3]
     real = disc >= 0
-    again = (real[:, :-1] != real[:, 1:])[:, 1:-1]  # an end of the curve inside a cell
+    border = real[:, :-1] != real[:, 1:]
+    # an end of the curve inside a cell, or beside it: no parabola fits there
+    again = border[:, 1:-1] | border[:, :-2] | border[:, 2:]
     dip = _dip(np.abs(disc))  # or twice inside one
     brackets = []
     for f in left:
         at, cell = np.nonzero((real[:, :-1] & real[:, 1:] & ((f[:, :-1] < 0) != (f[:, 1:] < 0)))[:, 1:-1])
         brackets.append((row[at], alpha[at, cell + 1], alpha[at, cell + 2]))
         dip |= _dip(np.abs(f)) & real[:, 1:-1]
+        again |= _flat(f)
     again |= dip[:, :-1] | dip[:, 1:]
     at, cell = np.nonzero(again)
     return (*brackets, (row[at], alpha[at, cell + 1], alpha[at, cell + 2]))
@@ -122,6 +127,16 @@ def _dip(f: Array) -> NDArray[np.bool_]:
     with np.errstate(divide="ignore", invalid="ignore"):
         bottom = here - (after - before) ** 2 / (8 * bend)
         return (here <= before) & (here <= after) & (bottom <= NEAR * np.maximum(here, bend))
+
+
+def _flat(f: Array) -> NDArray[np.bool_]:
+    """Inner cells where f is near zero and so is its slope: three roots can stand there without f having a dip."""
+    slope = np.abs(np.diff(f, axis=1))
+    lowest = np.minimum(np.abs(f[:, 1:-2]), np.abs(f[:, 2:-1]))
+    flat = _dip(slope) & (lowest <= np.maximum(slope[:, :-2], slope[:, 2:]))
+    flat[:, 1:] |= flat[:, :-1]
+    flat[:, :-1] |= flat[:, 1:]
+    return flat
 
 
 def _bisected(g: Lengths, rho: Array, low: Array, high: Array, side: int) -> Array:
@@ -165,3 +180,29 @@ def separation(one: Array, other: Array) -> Array:
     """Largest coordinate difference of poses (..., 4), mm, with alpha counted at a radius of 1 m."""
     turn = np.abs((one[..., 3] - other[..., 3] + np.pi) % (2 * np.pi) - np.pi)
     return np.maximum(np.abs(one[..., :3] - other[..., :3]).max(axis=-1), 1000.0 * turn)
+
+
+def disagreements(scanned: Array, row: Ints, position: Array, alpha: Array) -> list[int]:
+    """Triples for which another solver has other modes than the scan.
+
+    Parameters
+    ----------
+    scanned, row
+        As :func:`assembly_modes` gives them.
+    position : ndarray, shape (n, k, 3)
+    alpha : ndarray, shape (n, k)
+        Of the other solver; NaN where a triple has fewer than k modes.
+    """
+    other_row, at = np.nonzero(np.isfinite(alpha))
+    other = np.column_stack([position[other_row, at], alpha[other_row, at]])
+    n, most = len(alpha), int(max(np.bincount(row).max(initial=0), np.bincount(other_row).max(initial=0)))
+    one, two = np.full((n, most, 4), np.nan), np.full((n, most, 4), np.nan)
+    for table, pose, of in ((one, scanned, row), (two, other, other_row)):
+        # rows ascend, so the place of a mode in its triple is its distance from the triple's first
+        table[of, np.arange(len(of)) - np.searchsorted(of, of)] = pose
+    near = separation(one[:, :, None], two[:, None, :]) < AGREE_MM
+    partners = near.sum(axis=2), near.sum(axis=1)
+    bad = np.zeros(n, dtype=bool)
+    for table, partner in zip((one, two), partners, strict=True):
+        bad |= (partner != np.isfinite(table[:, :, 3])).any(axis=1)
+    return [int(k) for k in np.flatnonzero(bad)]
