@@ -382,13 +382,17 @@ def _inverse_dense_step(g: Lengths, table: Table) -> Step:
 
 def unleaning(g: Lengths, table: Table, tip: Array, axis: Array, tool: Array) -> Array:
     """A good start of the inverse iteration, (n, 8): where a spindle that never leans would stand, legs as in the middle."""
-    (x, vy, vz, b, length), _c = _pose_data(table, tip, axis, tool)
+    return _unleaning(g, table, _pose_data(table, tip, axis, tool)[0]).T
+
+
+def _unleaning(g: Lengths, table: Table, data: Array) -> Array:
+    x, vy, vz, b, length = data
     cb, sb = np.cos(b), np.sin(b)
-    start = np.zeros((len(tip), 8))
-    start[:, 0], start[:, 7] = x, b
-    start[:, 1] = table.pivot[1] - (cb * vy - sb * vz)
-    start[:, 2] = table.pivot[2] - (sb * vy + cb * vz) - length
-    start[:, 4:7] = start[:, 2:3] - _middle_drops(g)
+    start = np.zeros((8, data.shape[1]))
+    start[0], start[7] = x, b
+    start[1] = table.pivot[1] - (cb * vy - sb * vz)
+    start[2] = table.pivot[2] - (sb * vy + cb * vz) - length
+    start[4:7] = start[2] - _middle_drops(g)[:, None]
     return start
 
 
@@ -425,12 +429,11 @@ def inverse(
     q : ndarray, shape (n, 5)
         rho1, rho2, rho3, A, C; NaN where not ok.
     """
-    if start is None:
-        start = unleaning(g, table, tip, axis, tool)
     data, c = _pose_data(table, tip, axis, tool)
     scale = np.array([[g.L1]] * 3 + [[1.0]] + [[g.L1]] * 3 + [[1.0]])
     step, chunk = (_inverse_dense_step, CHUNK_DENSE) if dense else (_inverse_step, CHUNK)
-    found, steps, at_rest = iterate(step(g, table), np.ascontiguousarray(start.T), data, scale, chunk)
+    begin = _unleaning(g, table, data) if start is None else np.ascontiguousarray(start.T)
+    found, steps, at_rest = iterate(step(g, table), begin, data, scale, chunk)
     u = found.T
     turns = _turns(u[:, 3])
     u[:, 3] -= turns
