@@ -382,15 +382,18 @@ def near_singularities() -> None:
     machine = verne_post.load_machine()
     g, table = nr.numbers_of(machine.five_axis)
     rng = np.random.default_rng(5)
+    anywhere = workspace(TRIALS, 6)
+    print("\nTimes: over that of the product in the workspace. Newton-Raphson is the one eliminated by hand.")
     for title, make, levels, unit in (
         ("Serial singularity of leg I", near_serial, (300.0, 100.0, 30.0, 10.0, 3.0, 1.0, 0.1, 0.01), "drop"),
         ("Crossing of leg I's rods", near_crossing, (30.0, 10.0, 3.0, 1.0, 0.1), "R1 cos(alpha) - r1"),
     ):
         print(f"\n**{title}**, whole machine, inverse\n")
         print(
-            f"| {unit} | poses | product: solved, % | Newton-Raphson: solved, % | other mode | nowhere | steps, mean (most) |"
+            f"| {unit} | poses | product: solved, % | time | Newton-Raphson: solved, % | other mode | nowhere | "
+            "steps, mean (most) | time |"
         )
-        print("|---|---|---|---|---|---|---|")
+        print("|---|---|---|---|---|---|---|---|---|")
         for level in levels:
             pose, _rho = make(g, level, rng)
             n = len(pose)
@@ -400,8 +403,15 @@ def near_singularities() -> None:
             q, ok = machine.inverse(tip, axis, tool)
             ok &= closed(g, table, q, tip, axis, tool)
             solved, _q = nr.inverse(g, table, tip, axis, tool)
-            print(f"| {level:g} mm | {n:,} | {percent(ok)} | {percent(solved.ok)} | {percent(solved.at_rest & ~solved.ok)} | "
-                  f"{percent(~solved.at_rest)} | {solved.steps.mean():.1f} ({solved.steps.max()}) |")  # fmt: skip
+            usual, product, newton = medians([
+                lambda: machine.inverse(*anywhere),
+                lambda tip=tip, axis=axis, tool=tool: machine.inverse(tip, axis, tool),
+                lambda tip=tip, axis=axis, tool=tool: nr.inverse(g, table, tip, axis, tool),
+            ])  # fmt: skip
+            usual *= n / TRIALS
+            print(f"| {level:g} mm | {n:,} | {percent(ok)} | {product / usual:.1f} | {percent(solved.ok)} | "
+                  f"{percent(solved.at_rest & ~solved.ok)} | {percent(~solved.at_rest)} | "
+                  f"{solved.steps.mean():.1f} ({solved.steps.max()}) | {newton / usual:.1f} |")  # fmt: skip
 
     g = parallel_singular_geometry()
     other = as_machine(g, table)
