@@ -1,0 +1,199 @@
+"""Corners of polylines, rounded: each adds a bump of its own, and bumps may overlap.
+
+With s the metric length along the path, the pose of a polyline is piecewise linear in s, and its second derivative is
+a sum of peaks, one a corner: the change ``bend`` of the unit tangent. Averaging with a kernel of half width ``reach``
+spreads the peak, which comes to adding
+
+    bend reach G(x),   x = (s - s of the corner) / reach,   G(x) = integral of (x - v)+ k(v) dv - x+,
+
+for |x| < 1 and nothing elsewhere. With k = 15/16 (1 - v^2)^2 the pose is three times continuously differentiable by s,
+the corner is passed at a distance of ``APEX |bend| reach``, and the parameter s stays what it was along the polyline.
+Where the corners of a finely divided curve reach over each other, their sum is that curve with its facets averaged out.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.toolpath.build import ROTARY_METRIC_MM
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+#: G(0): distance from the corner over |bend| reach.
+APEX: Final = 5.0 / 32.0
+#: A bump reaches over at most so many pieces on each side; evaluation looks at twice as many corners.
+PIECES: Final = 2
+#: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
+USED_SHARE: Final = 0.97
+#: Overlapping bumps that leave the tolerance together are narrowed by no more than this at a time, and so often.
+NARROWING: Final = 0.6
+NARROWINGS: Final = 12
+#: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: rounding it would not be
+#: faster, and the curve would all but come back on itself.
+REVERSAL: Final = -0.9
+
+
+def bump(x: Array) -> Array:
+    """G at x, zero outside (-1, 1)."""
+    y = np.minimum(np.abs(x), 1.0)
+    z = y * y
+    return np.asarray(15.0 / 16.0 * (((z / 30 - 1.0 / 6) * z + 0.5) * z + 1.0 / 6) - 0.5 * y)
+
+
+def bump_slope(x: Array) -> Array:
+    """Derivative of G by x, the mean of both sides at 0."""
+    y = np.clip(x, -1.0, 1.0)
+    z = y * y
+    return np.asarray(15.0 / 16.0 * (((z / 5 - 2.0 / 3) * z + 1.0) * y) - 0.5 * np.sign(y))
+
+
+def polyline_slopes(start: Array, end: Array, length: Array) -> Array:
+    """Derivatives (n, 5) of tip and nominal angles by s along straight pieces."""
+    return np.asarray((end - start) / length[:, None])
+
+
+def bends(slope: Array) -> Array:
+    """Change (n + 1, 5) of the derivative at the corners of n pieces; the ends of the path bend nowhere."""
+    found = np.zeros((len(slope) + 1, 5))
+    found[1:-1] = slope[1:] - slope[:-1]
+    return found
+
+
+def turning_back(slope: Array) -> Mask:
+    """Corners (n + 1,) that turn back too sharply to be rounded."""
+    metric = slope * np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
+    unit = metric / np.linalg.norm(metric, axis=1, keepdims=True)
+    found = np.zeros(len(slope) + 1, dtype=bool)
+    found[1:-1] = np.sum(unit[1:] * unit[:-1], axis=1) < REVERSAL
+    return found
+
+
+def room(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Largest reach (n,) of single corners by their tolerances (mm, rad); infinite where nothing bends."""
+    tip, angle = np.linalg.norm(bend[:, :3], axis=1), np.linalg.norm(bend[:, 3:], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_tip = np.where(tip > 0, USED_SHARE * tip_tolerance / (APEX * tip), np.inf)
+        by_axis = np.where(angle > 0, USED_SHARE * axis_tolerance / (APEX * angle), np.inf)
+    return np.minimum(by_tip, by_axis)
+
+
+def shared(wanted: Array, length: Array) -> Array:
+    """Reaches (n + 1,) that do not overlap: a piece goes to both its corners by half, or to who needs it.
+
+    Parameters
+    ----------
+    wanted : ndarray, shape (n + 1,)
+        0 at corners that are not rounded.
+    length : ndarray, shape (n,)
+    """
+    half = 0.5 * length
+    at_end = np.maximum(half, length - wanted[:-1])  # what a piece leaves to the corner at its end
+    at_start = np.maximum(half, length - wanted[1:])
+    found = wanted.copy()
+    found[1:] = np.minimum(found[1:], at_end)
+    found[:-1] = np.minimum(found[:-1], at_start)
+    return found
+
+
+def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
+    """Reaches (n + 1,) over at most ``PIECES`` pieces on each side, and never over a wall.
+
+    Parameters
+    ----------
+    wanted : ndarray, shape (n + 1,)
+    s : ndarray, shape (n + 1,)
+        Where the corners are.
+    wall : ndarray of bool, shape (n + 1,)
+        Corners that bumps must not reach over.
+    tight : ndarray of bool, shape (n + 1,)
+        Walls that need half of the pieces beside them for themselves.
+    """
+    n = len(s) - 1
+    index = np.arange(n + 1)
+    length = np.diff(s)
+    left = np.maximum.accumulate(np.where(wall, index, 0))
+    right = np.minimum.accumulate(np.where(wall, index, n)[::-1])[::-1]
+    low, high = np.maximum(left, index - PIECES), np.minimum(right, index + PIECES)
+    reach_left, reach_right = s - s[low], s[high] - s
+    padded = np.append(length, 0.0)
+    reach_left = reach_left - np.where(tight[low] & (low < index), 0.5 * padded[low], 0.0)
+    reach_right = reach_right - np.where(tight[high] & (high > index), 0.5 * padded[np.maximum(high - 1, 0)], 0.0)
+    return np.where(wall, 0.0, np.minimum(wanted, np.minimum(reach_left, reach_right)))
+
+
+def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of pieces.
+
+    Parameters
+    ----------
+    reach, tip_tolerance, axis_tolerance, s : ndarray, shape (n + 1,)
+        The tolerance of a point between two corners is the smaller of theirs.
+    bend : ndarray, shape (n + 1, 5)
+    """
+    reach = reach.copy()
+    n = len(s) - 1
+    for _ in range(NARROWINGS):
+        worst = np.zeros(n + 1)
+        for at, owner in ((s, np.arange(n + 1)), (0.5 * (s[1:] + s[:-1]), np.arange(n))):
+            off = displacement(reach, bend, s, owner, at)
+            tip_bound, axis_bound = (
+                np.minimum(bound[owner], bound[np.minimum(owner + (len(at) == n), n)])
+                for bound in (tip_tolerance, axis_tolerance)
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = np.maximum(
+                    np.linalg.norm(off[:, :3], axis=1) / tip_bound, np.linalg.norm(off[:, 3:], axis=1) / axis_bound
+                )
+            ratio = np.where(np.isfinite(ratio), ratio / USED_SHARE, 0.0)
+            for shift in range(-PIECES, PIECES + 2):
+                near = np.clip(owner + shift, 0, n)
+                covers = np.abs(at - s[near]) < reach[near]
+                np.maximum.at(worst, near[covers], ratio[covers])
+        beyond = worst > 1.0
+        if not beyond.any():
+            return reach
+        reach[beyond] *= np.maximum(1.0 / worst[beyond], NARROWING)
+    return reach
+
+
+def displacement(reach: Array, bend: Array, s: Array, piece: Ints, at: Array) -> Array:
+    """Sum of the bumps (m, 5) at path parameters ``at`` (m,), which lie on pieces (m,)."""
+    last = len(s) - 1
+    total = np.zeros((len(at), 5))
+    for shift in range(1 - PIECES, PIECES + 1):
+        corner = np.clip(piece + shift, 0, last)
+        width = reach[corner]
+        away = at - s[corner]
+        inside = np.flatnonzero((np.abs(away) < width) & (corner == piece + shift))
+        if len(inside):
+            owner = corner[inside]
+            total[inside] += (width[inside] * bump(away[inside] / width[inside]))[:, None] * bend[owner]
+    return total
+
+
+def displacement_slope(reach: Array, bend: Array, s: Array, piece: Ints, at: Array) -> Array:
+    """Derivative of :func:`displacement` by s."""
+    last = len(s) - 1
+    total = np.zeros((len(at), 5))
+    for shift in range(1 - PIECES, PIECES + 1):
+        corner = np.clip(piece + shift, 0, last)
+        width = reach[corner]
+        away = at - s[corner]
+        inside = np.flatnonzero((np.abs(away) < width) & (corner == piece + shift))
+        if len(inside):
+            owner = corner[inside]
+            total[inside] += bump_slope(away[inside] / width[inside])[:, None] * bend[owner]
+    return total
+
+
+def breakpoints(reach: Array, s: Array) -> tuple[Ints, Array]:
+    """Where bumps begin and end: the piece that each lies on, and its s; those at corners left out."""
+    n = len(s) - 1
+    some = np.flatnonzero(reach > 0)
+    at = np.concatenate([s[some] - reach[some], s[some] + reach[some]])
+    at = at[(at > s[0]) & (at < s[-1])]
+    piece = np.clip(np.searchsorted(s, at, side="right") - 1, 0, n - 1)
+    return piece, at
