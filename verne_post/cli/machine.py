@@ -1,13 +1,16 @@
-"""`verne-post machine`: list, show and validate machine files."""
+"""`verne-post machine`: list, show, draw and validate machine files, identify lengths from measured poses."""
+
+import math
+from pathlib import Path
 
 import click
 
-from verne_post.cli.common import load, refuse
+from verne_post.cli.common import load, read_bytes, refuse, shown_name
 
 
 @click.group("machine")
 def command() -> None:
-    """List, show and validate machine files."""
+    """List, show, draw and validate machine files, and identify lengths from measured poses."""
 
 
 @command.command("list")
@@ -57,3 +60,146 @@ def validate(name: str) -> int:
     for group, source in machine.provenance.items():
         click.echo(f"  {group}: {source}")
     return 0
+
+
+@command.command("identify")
+@click.argument("measured", metavar="MEASURED.csv")
+@click.option(
+    "--machine", "machine_name", default="verne", metavar="NAME|FILE", help="Whose lengths; the fit starts there."
+)
+@click.option("--free", metavar="R1,r1,...", help="Lengths to estimate; without it all but those of --fix.")
+@click.option("--fix", "held", metavar="R1,r1,...", help="Lengths that keep the machine file's values.")
+@click.option("--tie", "tied", multiple=True, metavar="L2=L3", help="Lengths that are equal; repeatable.")
+@click.option(
+    "--sigma-rho",
+    type=float,
+    default=0.01,
+    show_default=True,
+    metavar="MM",
+    help="Standard uncertainty of slider readings; 0: exact.",
+)
+@click.option(
+    "--sigma-xyz",
+    type=float,
+    default=0.02,
+    show_default=True,
+    metavar="MM",
+    help="Standard uncertainty of each coordinate of P.",
+)
+@click.option(
+    "--sigma-alpha-deg",
+    type=float,
+    default=0.01,
+    show_default=True,
+    metavar="DEG",
+    help="Standard uncertainty of measured leans; inf: a lean only tells which solution a row is.",
+)
+@click.option(
+    "--sigma-rod",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="MM",
+    help="How far each rod may miss: play and bending that no length explains.",
+)
+@click.option(
+    "--starts",
+    type=click.IntRange(min=0),
+    default=0,
+    metavar="N",
+    help="Also fit from N random sets of lengths, and report where they land.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
+def identify_(
+    measured: str,
+    machine_name: str,
+    free: str | None,
+    held: str | None,
+    tied: tuple[str, ...],
+    sigma_rho: float,
+    sigma_xyz: float,
+    sigma_alpha_deg: float,
+    sigma_rod: float,
+    starts: int,
+    as_json: bool,
+) -> int:
+    """Estimate the lengths of the module from measured sliders and platform poses.
+
+    MEASURED.csv has the columns rho1_mm,rho2_mm,rho3_mm,x_mm,y_mm,z_mm (P in the base frame, z down), and as you like
+    alpha_deg or alpha_rad (blank: not measured) and setting (rows with the same text share one slider reading).
+
+    Exit status: 0 a table to paste, 1 the readings contradict their stated uncertainties, 2 unusable input,
+    3 the readings do not determine the lengths.
+    """
+    import numpy as np
+
+    from verne_post.base.units import RAD_PER_DEG
+    from verne_post.cli.main import EXIT_CLEAN, EXIT_NO_VERDICT, EXIT_VIOLATION
+    from verne_post.config.measured import read_measured, refused_lengths
+    from verne_post.kinematics.identify import Uncertainty, identify
+    from verne_post.model.findings import InputError
+    from verne_post.model.protocols import Identifiable
+    from verne_post.output.identification import IdentificationReport, identification_json, identification_text
+
+    name = shown_name(measured)
+    for option, value in (("rho", sigma_rho), ("xyz", sigma_xyz), ("alpha-deg", sigma_alpha_deg), ("rod", sigma_rod)):
+        if not value >= 0 or (math.isinf(value) and option != "alpha-deg"):
+            raise click.UsageError(f"--sigma-{option} {value:g}: an uncertainty is a number from 0 on")
+    if sigma_xyz == 0 and sigma_rod == 0:
+        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
+    try:
+        machine = load(machine_name)
+    except InputError as error:
+        return refuse(machine_name, error)
+    module = machine.module
+    if not isinstance(module, Identifiable):
+        raise click.UsageError(
+            f"--machine {machine_name}: the lengths of a machine of kind {machine.kind!r} cannot be identified from "
+            "sliders and poses; its module gives no loop equations"
+        )
+    present = {key: float(getattr(module, key)) for key in module.length_names}
+    groups = [_lengths(text, "--tie", "=", present) for text in tied]
+    if any(len(group) < 2 for group in groups) or len(sum(groups, ())) != len(set(sum(groups, ()))):
+        raise click.UsageError(f"--tie {' '.join(tied)}: expected different lengths, such as L2=L3, each named once")
+    fixed = _lengths(held, "--fix", ",", present)
+    if free is not None:
+        if held is not None:
+            raise click.UsageError("--free and --fix exclude each other: give one of them")
+        chosen = _lengths(free, "--free", ",", present)
+        fixed = tuple(key for key in present if key not in chosen)
+    for group in groups:
+        if set(group) & set(fixed):
+            raise click.UsageError(
+                f"--tie {'='.join(group)}: {(set(group) & set(fixed)).pop()} is held, so it cannot move"
+            )
+    if len(fixed) == len(present):
+        raise click.UsageError("no length is left to estimate")
+    try:
+        data = read_measured(read_bytes(measured), module.actuators)
+        sigma = Uncertainty(sigma_rho, sigma_xyz, RAD_PER_DEG * sigma_alpha_deg, sigma_rod)
+        result = identify(module, data, sigma, fixed, groups, starts)
+    except InputError as error:
+        return refuse(name, error)
+    except np.linalg.LinAlgError:
+        raise click.UsageError(
+            f"{name}: readings that are taken as exact contradict each other, whatever the lengths; "
+            "give them an uncertainty (--sigma-rho, --sigma-alpha-deg), or the rods (--sigma-rod)"
+        ) from None
+    report = IdentificationReport(
+        name, machine, data, sigma, present, result, refused_lengths(machine.kind, result.lengths)
+    )
+    click.echo((identification_json if as_json else identification_text)(report), nl=False)
+    if not report.usable:
+        return EXIT_NO_VERDICT
+    return EXIT_VIOLATION if report.contradicted else EXIT_CLEAN
+
+
+def _lengths(text: str | None, option: str, between: str, known: dict[str, float]) -> tuple[str, ...]:
+    """Names of lengths in an option."""
+    names = tuple(part.strip() for part in text.split(between)) if text else ()
+    for name in names:
+        if name not in known:
+            raise click.UsageError(
+                f"{option} {text}: {name!r} is no length of this machine; they are {', '.join(known)}"
+            )
+    return names

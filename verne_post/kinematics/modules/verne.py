@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
+from verne_post.kinematics.modules.verne_loops import LENGTHS, SIGNED, loop_equations
 from verne_post.kinematics.modules.verne_modes import (
     ForwardSolution,
     InverseSolution,
     forward_all,
     inverse_all,
+    iso_alpha_ellipse,
     orientations,
 )
 from verne_post.model.protocols import Margin
@@ -51,6 +53,8 @@ class VerneModule:
     L3: float
 
     actuators: ClassVar[tuple[str, ...]] = ("rho1", "rho2", "rho3")
+    length_names: ClassVar[tuple[str, ...]] = LENGTHS
+    signed_lengths: ClassVar[frozenset[str]] = SIGNED
 
     @property
     def crossing_angle(self) -> float:
@@ -273,6 +277,16 @@ class VerneModule:
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """All real assembly modes of one set of sliders (3,), with the reason each is refused (Fig. 7, Table III)."""
         return forward_all(self, rho)
+
+    def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
+        """Points (n, 2) of the ellipse (8) on which the platform leans by +-alpha (Fig. 5)."""
+        return iso_alpha_ellipse(self, alpha, turn)
+
+    # --- identification ------------------------------------------------------------------
+
+    def loop_equations(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+        """The rod equations (3) to (6) for any lengths, with derivatives; see :mod:`.verne_loops`."""
+        return loop_equations(lengths, rho, pose)
 
     # --- forward -------------------------------------------------------------------------
 
