@@ -2,10 +2,14 @@
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import load, read_bytes, refuse, shown_name
+from verne_post.cli.common import check_writable, load, read_bytes, refuse, shown_name, write_whole
+
+if TYPE_CHECKING:
+    from verne_post.model.machine import Machine
 
 
 @click.group("machine")
@@ -25,19 +29,84 @@ def list_() -> int:
 
 @command.command("show")
 @click.argument("name", default="verne", metavar="NAME|FILE")
-def show(name: str) -> int:
-    """Print a machine file, with where its values come from."""
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    metavar="OUT.png|OUT.svg",
+    help="Draw a slice of the workspace in place of printing the file.",
+)
+@click.option("--tool-length", type=float, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
+@click.option("--tilt", type=float, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
+@click.option("--rotary", type=float, metavar="DEG", help="Of the slice: C as a program would say it; default 0.")
+@click.option(
+    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the table frame; default xy."
+)
+@click.option("--at", type=float, metavar="MM", help="Where the slice cuts the third axis; default 0.")
+@click.option("--iso-alpha", is_flag=True, help="Draw curves of equal lean of the platform in place of a slice.")
+def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
+    """Print a machine file, with where its values come from; or draw what the machine reaches."""
     from verne_post.config import machine_files
     from verne_post.model.findings import InputError
 
+    given = [f"--{key.replace('_', '-')}" for key, value in of_slice.items() if value is not None]
+    if plot is None and (given or iso_alpha):
+        raise click.UsageError(f"{(given or ['--iso-alpha'])[0]} is about a picture: name its file with --plot")
+    if iso_alpha and given:
+        raise click.UsageError(f"{given[0]}: --iso-alpha draws places of the platform, not a slice; leave it out")
+    for key, value in of_slice.items():
+        if isinstance(value, float) and (not math.isfinite(value) or (key == "tool_length" and not 0 <= value <= 1e4)):
+            right = "a tool length lies between 0 and 10000 mm" if key == "tool_length" else "expected a number"
+            raise click.UsageError(f"--{key.replace('_', '-')} {value:g}: {right}")
     try:
-        load(name)
+        machine = load(name)
     except InputError as error:
         return refuse(name, error)
+    if plot is not None:
+        _draw(name, machine, plot, iso_alpha, of_slice)
+        return 0
     path = machine_files().get(name, name)
     with click.open_file(str(path), encoding="utf-8") as file:
         click.echo(file.read(), nl=False)
     return 0
+
+
+def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: dict[str, float | str | None]) -> None:
+    """Write a picture of a machine."""
+    import numpy as np
+
+    from verne_post.model.protocols import IsoAlpha
+    from verne_post.output import plots
+
+    suffix = plots.suffix_of(plot)
+    if suffix is None:
+        raise click.UsageError(f"--plot {plot}: expected a name that ends in {' or '.join(plots.SUFFIXES)}")
+    if iso_alpha and not isinstance(machine.module, IsoAlpha):
+        raise click.UsageError(
+            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal lean; leave the option out for a slice"
+        )
+    check_writable(plot, "--plot")
+    try:
+        import matplotlib as _needed  # noqa: F401
+    except ImportError:
+        raise click.UsageError(
+            "--plot needs matplotlib, which is not installed; install it with: pip install 'verne-post[plot]'"
+        ) from None
+    if isinstance(machine.module, IsoAlpha) and iso_alpha:
+        write_whole(plot, [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
+        return
+    factors = {column.joint: column.factor for column in machine.columns}
+    angles = np.array([float(of_slice[key] or 0.0) / factors[joint] for key, joint in (("tilt", "a"), ("rotary", "c"))])
+    plane, at, length = (
+        str(of_slice["plane"] or "xy"),
+        float(of_slice["at"] or 0.0),
+        float(of_slice["tool_length"] or 0.0),
+    )
+    try:
+        figure, drawn = plots.workspace_figure(machine, plane, at, angles, length)
+    except plots.NothingReached as error:
+        raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
+    write_whole(plot, [plots.picture(figure, suffix)])
+    click.echo(f"{plot}: {plots.said_of_slice(plane, *drawn)}")
 
 
 @command.command("validate")

@@ -175,8 +175,7 @@ class _Adjusted:
         turned = self.turn @ by_lengths
         turned[self.dropped] = 0.0
         m, k, e, p = turned.shape
-        whitened: Array = np.linalg.solve(self.root, turned.reshape(m, k * e, p))
-        return whitened
+        return np.linalg.solve(self.root, turned.reshape(m, k * e, p)).astype(float, copy=False)
 
 
 def _groups(setting: Ints) -> list[Ints]:
@@ -294,8 +293,11 @@ class _Task:
 
     def fit(self, t: Array) -> tuple[Array, float, bool]:
         """From a start t: where the fit ends, its chi-square, and whether it converged."""
-        exact = replace(_EXACT, lean=np.inf) if np.isinf(self.sigma.lean) else _EXACT
-        ended = self._minimise(self.sigma, self._minimise(exact, t).x)
+        # a lean that is given leads even far-off lengths to its own solution, so it is exact first, then what it is
+        t = self._minimise(_EXACT, t).x
+        if np.isinf(self.sigma.lean):
+            t = self._minimise(replace(_EXACT, lean=np.inf), t).x
+        ended = self._minimise(self.sigma, t)
         return ended.x, float(2 * ended.cost), bool(ended.status > 0)
 
     def _minimise(self, sigma: Uncertainty, t: Array) -> Any:
@@ -438,7 +440,7 @@ def _directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
     rows = np.array(lost.T)
     for step in range(len(rows)):
         open_ = np.abs(rows[step:])
-        row, column = np.unravel_index(np.argmax(open_), open_.shape)
+        row, column = divmod(int(np.argmax(open_)), open_.shape[1])
         rows[[step, step + row]] = rows[[step + row, step]]
         rows[step] /= rows[step, column]
         others = np.arange(len(rows)) != step
@@ -514,7 +516,7 @@ def _report(
     index = [names.index(name) for name in estimated]
     blurred = {name for direction in undetermined for name in direction.coefficients}
     spread = np.sqrt(np.diag(covariance)[index])
-    spread[np.array([name in blurred for name in estimated])] = np.nan
+    spread = np.where([name in blurred for name in estimated], np.nan, spread)
     correlation = covariance[np.ix_(index, index)] / np.outer(spread, spread)
     n, sliders = task.data.rho.shape
     off = np.full((n, sliders + 4), np.nan)
@@ -527,7 +529,7 @@ def _report(
     free = np.isnan(task.data.pose[:, 3]) | np.isinf(task.sigma.lean)
     off[free, -1] = np.nan
     errors = task.sigma
-    sigma = np.r_[sliders * [errors.slider], 3 * [errors.position], errors.lean, misfit.shape[1] * [errors.rod]]
+    sigma = np.array([*sliders * [errors.slider], *3 * [errors.position], errors.lean, *misfit.shape[1] * [errors.rod]])
     scaled = np.concatenate([off, misfit], axis=1) / np.where(sigma > 0, sigma, np.nan)
     equations = sum(int((~state.dropped).sum()) for state in states)
     chi_square, freedom = float(residual @ residual), equations - len(t)

@@ -155,7 +155,7 @@ def _ends(report: IdentificationReport) -> Iterator[str]:
     total = sum(landing.count for landing in result.landings) + result.failed_starts
     yield f"of {total} random starts:"
     for landing in result.landings[: OTHER_ENDS + 1]:
-        said = ", ".join(f"{name} {value:.3f}" for name, value in landing.lengths.items())
+        said = ", ".join(f"{name} {value:.7g}" for name, value in landing.lengths.items())
         yield f"  {landing.count} ended at chi-square {landing.chi_square:.6g}: {said}"
     rest = sum(landing.count for landing in result.landings[OTHER_ENDS + 1 :])
     if rest:
