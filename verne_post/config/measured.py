@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from pydantic import ValidationError
 
+from verne_post.base.tolerances import LARGEST_READING_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.config.kinds import KINDS
 from verne_post.kinematics.identify import Measured
@@ -122,6 +123,9 @@ def _number(cell: str, name: str, line: int, found: list[Finding]) -> float:
         what = "is blank" if not cell else f"= {cell!r} is not a finite number"
         unit = "radians" if name.endswith("_rad") else "degrees" if name.endswith("_deg") else "millimetres"
         found.append(finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))
+    elif abs(value) > LARGEST_READING_MM:
+        text = f"{name} = {value:g} is beyond {LARGEST_READING_MM:g}; no machine is so large"
+        found.append(finding("VP502", text, line=line))
     return value
 
 

@@ -26,6 +26,7 @@ from verne_post.base.tolerances import (
     SMALL_COEFFICIENT,
     WEAK_SHARE,
 )
+from verne_post.model.findings import InputError, finding
 from verne_post.model.protocols import Identifiable
 
 Array = NDArray[np.float64]
@@ -39,7 +40,7 @@ LEAN_STEP: Final = 0.3
 #: Leans tried for a row that has none; two solutions of a row are farther apart wherever they can be told apart.
 LEAN_GRID: Final = 72
 #: Trial data sets that show how much leverage the measurement errors alone have.
-NOISE_DRAWS: Final = 8
+NOISE_DRAWS: Final = 4
 #: Evaluations of one stage of one fit; from the machine file's lengths it takes about ten.
 EVALUATIONS: Final = 300
 #: Separability is judged at the solution, which moves a little when a direction is held; two passes settle it.
@@ -346,7 +347,9 @@ def identify(
     Raises
     ------
     ValueError
-        Where the readings leave nothing to fit: no free length, or an uncertainty that is not positive.
+        No length is left to estimate, or an uncertainty is negative or leaves nothing that may miss.
+    InputError
+        The readings determine none of the lengths to estimate (VP502).
     numpy.linalg.LinAlgError
         Where the equations of a setting contradict each other for any correction (exact readings).
     """
@@ -369,17 +372,21 @@ def identify(
     whole = _Task(module, data, sigma, groups, origin, basis, lower)
     kept, lost = _separable(whole, origin)
     for _ in range(PASSES):
-        task = whole
-        if lost.shape[1]:
-            task = replace(whole, basis=basis @ kept, lower=np.full(kept.shape[1], -np.inf))
         if not kept.shape[1]:
-            raise ValueError("the readings determine none of the free lengths")
-        t, chi_square, converged = task.fit(np.zeros(kept.shape[1] if lost.shape[1] else len(columns)))
-        seen = lost.shape[1]
-        if seen == (again := _separable(whole, origin + task.basis @ t))[1].shape[1]:
+            raise InputError(
+                finding(
+                    "VP502", "the readings determine none of the lengths to estimate; measure more poses of other kinds"
+                )
+            )
+        task, turn = whole, np.eye(len(columns))
+        if lost.shape[1]:
+            task, turn = replace(whole, basis=basis @ kept, lower=np.full(kept.shape[1], -np.inf)), kept
+        t, chi_square, converged = task.fit(np.zeros(turn.shape[1]))
+        held_back = lost.shape[1]
+        kept, lost = _separable(whole, origin + task.basis @ t)
+        if lost.shape[1] == held_back:
             break
-        kept, lost = again
-    landings, failed, best = _random_starts(task, kept if seen else np.eye(len(columns)), basis, starts, names)
+    landings, failed, best = _random_starts(task, turn, basis, starts, names)
     if best is not None and best[1] < chi_square:
         t, chi_square, converged = best
     return _report(task, t, converged, landings, failed, columns, _directions(basis @ lost, names))
@@ -461,7 +468,7 @@ def _directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
 
 
 def _random_starts(
-    task: _Task, kept: Array, basis: Array, starts: int, names: tuple[str, ...]
+    task: _Task, turn: Array, basis: Array, starts: int, names: tuple[str, ...]
 ) -> tuple[tuple[Landing, ...], int, tuple[Array, float, bool] | None]:
     """Fit from random lengths; where they land, how many failed, and the best end."""
     rng = np.random.default_rng(0)
@@ -473,7 +480,7 @@ def _random_starts(
         signed = [names.index(name) for name in task.module.signed_lengths]
         lengths[signed] *= rng.choice([-1.0, 1.0], size=len(signed))
         # a column's t is the mean change of the lengths that it moves
-        t = kept.T @ ((basis.T @ (lengths - task.origin)) / basis.sum(axis=0))
+        t = turn.T @ ((basis.T @ (lengths - task.origin)) / basis.sum(axis=0))
         try:
             end = task.fit(t)
         except (np.linalg.LinAlgError, ValueError):  # the fit ran to lengths with which nothing can close

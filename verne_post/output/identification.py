@@ -54,7 +54,8 @@ def identification_text(report: IdentificationReport) -> str:
 def _lines(report: IdentificationReport) -> Iterator[str]:
     result, sigma, data = report.result, report.sigma, report.data
     settings = len(np.unique(data.setting))
-    yield f"{report.source}: {len(data.line)} rows, {settings} settings of the sliders; {report.machine.name} ({report.machine.kind})"
+    shared = f"{settings} setting{'s' if settings != 1 else ''} of the sliders"
+    yield f"{report.source}: {len(data.line)} rows, {shared}; {report.machine.name} ({report.machine.kind})"
     lean = f"leans {DEG_PER_RAD * sigma.lean:g} deg"
     if math.isinf(sigma.lean) or not np.isfinite(data.pose[:, 3]).any():
         lean = "leans not used"
@@ -81,7 +82,7 @@ def _separation(result: Identification) -> Iterator[str]:
     for direction in result.undetermined:
         yield f"not determined by these readings: {direction.words()} (mm together); such a change leaves every reading as it is"
     if result.undetermined:
-        names = sorted({next(iter(direction.coefficients)) for direction in result.undetermined})
+        names = _own_lengths(result)
         yield f"hold one length of each with --fix (such as --fix {','.join(names)}), or measure poses of other kinds"
         return
     names = [name for name in result.uncertainty if name not in {n for group in result.tied for n in group[1:]}]
@@ -97,6 +98,16 @@ def _separation(result: Identification) -> Iterator[str]:
     if close:
         said = ", ".join(f"{a} and {b} ({value:+.3f})" for a, b, value in close)
         yield f"known better together than apart: {said}"
+
+
+def _own_lengths(result: Identification) -> list[str]:
+    """Of each undetermined combination a length that no other one has: held, these leave nothing open."""
+    found = []
+    for direction in result.undetermined:
+        others = {name for other in result.undetermined if other is not direction for name in other.coefficients}
+        own = {name: abs(value) for name, value in direction.coefficients.items() if name not in others}
+        found.append(max(own or direction.coefficients, key=lambda name: own.get(name, 0.0)))
+    return [name for name in result.lengths if name in found]
 
 
 def _quality(report: IdentificationReport) -> Iterator[str]:
