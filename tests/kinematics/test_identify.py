@@ -141,8 +141,8 @@ def test_exact_readings_give_the_true_lengths(leans):
 def test_uncertainties_are_those_of_repeated_measurements(leans):
     """30 trials against the covariance that each states; every bound at four standard deviations of what it bounds.
 
-    Without leans R1 is known to 4 mm only, and a covariance, which is linear, cannot say how the others bend along with
-    it; readings that are twenty times better keep to the linear part.
+    Without leans four lengths are known to millimetres only, and a covariance, which is linear, cannot say how the
+    others bend along with them; readings that are twenty times better keep to the linear part.
     """
     sigma = SIGMA if leans else Uncertainty(SIGMA.slider / 20, SIGMA.position / 20, SIGMA.lean)
     data, rng, trials = poses(25, seed=3), np.random.default_rng(5), 30
