@@ -33,6 +33,14 @@ def flat(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slices of fewer points, for speed."""
+    from verne_post.output import plots
+
+    monkeypatch.setattr(plots, "RESOLUTION", 61)
+
+
 class Serial:
     """A spindle carrier that has neither loop equations nor curves of equal lean."""
 
@@ -198,7 +206,7 @@ def test_a_kind_without_loop_equations_is_refused(serial: None, run: Callable[..
 
 
 @pytest.mark.parametrize("options", [("--tool-length", "100", "--tilt", "20", "--plane", "xz"), ("--iso-alpha",)])
-def test_png_and_svg_are_drawn(options: tuple[str, ...], run: Callable[..., Any], tmp_path: Path) -> None:
+def test_png_and_svg_are_drawn(options: tuple[str, ...], coarse: None, run: Callable[..., Any], tmp_path: Path) -> None:
     for name in ("a.png", "b.SVG"):
         answer = run("machine", "show", "verne", "--plot", tmp_path / name, *options)
         assert (answer.code, answer.err) == (0, "")
@@ -217,8 +225,8 @@ def test_the_same_picture_has_the_same_bytes(run: Callable[..., Any], tmp_path: 
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
-def test_a_slice_says_how_far_it_reaches(run: Callable[..., Any], tmp_path: Path) -> None:
-    """Ends on y = 0 from the inverse itself, to two steps of the grid (8 mm)."""
+def test_a_slice_says_how_far_it_reaches(coarse: None, run: Callable[..., Any], tmp_path: Path) -> None:
+    """Ends on y = 0 from a grid of its own; each end is off by at most a step of either, 25 and 16 mm."""
     out = run("machine", "show", "--plot", tmp_path / "a.png", "--plane", "xz", "--tool-length", "80").out
     said = re.search(
         r"reached: x from (-?\d+) to (-?\d+) mm, z from (-?\d+) to (-?\d+) mm; ended by: .*at its lower end", out
@@ -226,11 +234,11 @@ def test_a_slice_says_how_far_it_reaches(run: Callable[..., Any], tmp_path: Path
     assert said
     from verne_post.kinematics.workspace import classify
 
-    x, z = (axis.ravel() for axis in np.meshgrid(np.arange(-700.0, 700.0, 8.0), np.arange(-600.0, 900.0, 8.0)))
+    x, z = (axis.ravel() for axis in np.meshgrid(np.arange(-700.0, 700.0, 16.0), np.arange(-600.0, 900.0, 16.0)))
     tip = np.stack([x, 0 * x, z], axis=-1)
     inside = tip[classify(verne_post.load_machine(), tip, np.zeros(2), 80.0).reached]
     ends = [inside[:, 0].min(), inside[:, 0].max(), inside[:, 2].min(), inside[:, 2].max()]
-    assert [float(text) for text in said.groups()] == pytest.approx(ends, abs=16)
+    assert [float(text) for text in said.groups()] == pytest.approx(ends, abs=41)
 
 
 @pytest.mark.parametrize(

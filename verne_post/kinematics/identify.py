@@ -410,10 +410,10 @@ def _separable(task: _Task, lengths: Array) -> tuple[Array, Array]:
     small against the lengths, or when errors of the readings alone give it as much leverage.
     """
     _residual, design, base = _adjusted(task.module, lengths, task.data, task.sigma, task.groups)
-    _u, s, vt = np.linalg.svd(design @ task.basis)
     q = task.basis.shape[1]
-    size = np.zeros(q)
-    size[: len(s)] = s[:q]
+    # with rows of zeros, so that fewer equations than lengths leave directions without a singular value of their own
+    by_t = np.concatenate([design @ task.basis, np.zeros((q, q))])
+    _u, size, vt = np.linalg.svd(by_t, full_matrices=False)
     rng = np.random.default_rng(0)
     noise = np.zeros(q)
     for _ in range(NOISE_DRAWS):
@@ -517,8 +517,9 @@ def _report(
     names = task.module.length_names
     lengths = task.origin + task.basis @ t
     residual, design, states = _adjusted(task.module, lengths, task.data, task.sigma, task.groups)
-    by_t = design @ task.basis
-    covariance = task.basis @ np.linalg.inv(by_t.T @ by_t) @ task.basis.T
+    _u, size, vt = np.linalg.svd(design @ task.basis, full_matrices=False)
+    spread_of_t = task.basis @ (vt.T / size)
+    covariance = spread_of_t @ spread_of_t.T
     estimated = [name for name in names if any(name in group for group in columns)]
     index = [names.index(name) for name in estimated]
     blurred = {name for direction in undetermined for name in direction.coefficients}
