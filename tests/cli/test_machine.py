@@ -279,3 +279,15 @@ def test_a_kind_without_equal_lean_is_refused(serial: None, run: Callable[..., A
     answer = run("machine", "show", "--plot", tmp_path / "a.png", "--iso-alpha")
     assert (answer.code, answer.out) == (2, "")
     assert "kind 'serial' has no curves of equal lean" in answer.err
+
+
+def test_a_kind_without_tilting_rotary_table_has_no_slice(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from verne_post.cli import machine
+
+    whole = verne_post.load_machine()
+    monkeypatch.setattr(machine, "load", lambda _name: replace(whole, kind="serial", columns=whole.columns[:3]))
+    answer = run("machine", "show", "--plot", tmp_path / "a.png")
+    assert (answer.code, answer.out) == (2, "")
+    assert "a machine of kind 'serial' has no such pair of axes" in answer.err

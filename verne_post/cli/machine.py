@@ -95,6 +95,10 @@ def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: 
         write_whole(plot, [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
         return
     factors = {column.joint: column.factor for column in machine.columns}
+    if not {"a", "c"} <= set(factors):
+        raise click.UsageError(
+            f"--plot: a slice is drawn at a nominal A and C, and a machine of kind {machine.kind!r} has no such pair of axes"
+        )
     angles = np.array([float(of_slice[key] or 0.0) / factors[joint] for key, joint in (("tilt", "a"), ("rotary", "c"))])
     plane, at, length = (
         str(of_slice["plane"] or "xy"),
