@@ -157,7 +157,7 @@ def test_uncertainties_are_those_of_repeated_measurements(leans):
         distances.append(off @ np.linalg.solve(found.correlation * np.outer(spread, spread), off))
         squares.append(found.chi_square)
     assert np.abs(np.mean(scaled, axis=0)).max() < 4 / np.sqrt(trials)  # no bias
-    # chi-square of nine lengths together: mean 9, variance 18; so uncertainties too small or large by a fifth show
+    # chi-square of nine lengths together: mean 9, variance 18; so uncertainties too small or large by a third show
     assert np.mean(distances) == pytest.approx(9, abs=4 * np.sqrt(18 / trials))
     freedom = found.degrees_of_freedom
     assert np.mean(squares) == pytest.approx(freedom, abs=4 * np.sqrt(2 * freedom / trials))
@@ -194,12 +194,11 @@ def test_held_lengths_keep_their_values():
 # --- what cannot be told ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("noise", [False, True])
-@pytest.mark.parametrize("n", [8, 100])
+@pytest.mark.parametrize(("n", "noise"), [(8, False), (8, True), (600, True)])
 def test_poses_without_lean_leave_sums_open(noise, n):
     """At y = 0, alpha = 0 leg I is a plane triangle: only L1^2 - (R1 - r1)^2 counts; legs II and III with R2 - r4 alike.
 
-    So one of R1, r1, L1 is known where two are held, and one of R2, r4 besides each rod; noise must not hide that.
+    So one of R1, r1, L1 is known where two are held, and one of R2, r4 besides each rod; nor must the noise of many rows pass for leans.
     """
     data = poses(n, y=(0.0, 0.0))
     found = identify(NOMINAL, read(data, np.random.default_rng(2)) if noise else data, SIGMA)
