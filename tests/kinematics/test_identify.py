@@ -198,7 +198,8 @@ def test_held_lengths_keep_their_values():
 def test_poses_without_lean_leave_sums_open(noise, n):
     """At y = 0, alpha = 0 leg I is a plane triangle: only L1^2 - (R1 - r1)^2 counts; legs II and III with R2 - r4 alike.
 
-    So one of R1, r1, L1 is known where two are held, and one of R2, r4 besides each rod; nor must the noise of many rows pass for leans.
+    So one of R1, r1, L1 is known where two are held, and one of R2, r4 besides each rod. The noise of
+    many rows must not pass for leans: 600 of them would give R1 = 2 mm.
     """
     data = poses(n, y=(0.0, 0.0))
     found = identify(NOMINAL, read(data, np.random.default_rng(2)) if noise else data, SIGMA)
