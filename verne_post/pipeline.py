@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
+from verne_post.base.tolerances import POLE_SINE
 from verne_post.gcode.read import interpreted_until_error
 from verne_post.gcode.state import Setup
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds, judge
+from verne_post.kinematics.judge_clearance import judge_clearance
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
@@ -29,8 +31,11 @@ from verne_post.output.rounding import rounded, setpoint_format, trusted_format
 from verne_post.timing.exact_stop import RunLaws, plan_runs
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
+from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
 from verne_post.toolpath.contour import contour_pose, exact_contour
+from verne_post.toolpath.detour import with_detours
+from verne_post.toolpath.evaluate import pose
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -48,6 +53,7 @@ class Program:
     options: Options
     moves: Moves
     contour: Contour
+    findings: tuple[Finding, ...] = ()
 
     @property
     def path(self) -> ToolPath:
@@ -143,13 +149,87 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
         VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
     """
     moves = gcode.interpret_program(source, machine_setup(machine, options))
-    path = build_path(moves, machine.coordinates)
+    path, branches = _on_branches(moves, machine, options)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     _refuse_stops(moves, path, options)
+    findings = [] if branches is None else _branch_findings(path, branches, machine, options)
+    if branches is not None and branches.changes and worst(findings) != "error":
+        path = with_detours(path, branches.changes, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
-    return Program(machine, options, moves, exact_contour(path))
+    return Program(machine, options, moves, exact_contour(path), tuple(findings))
+
+
+def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
+    """The tool path on the branches of the table that keep the limits, and what that took.
+
+    A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
+    """
+    limits, module = machine.limits, machine.module
+    errors = np.array([margin.error_below for margin in machine.margins])
+    chosen: list[BranchPlan] = []
+
+    def planner(path: ToolPath) -> tuple[Array, Array] | None:
+        def legal(piece: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
+            tip, _angles = pose(path, piece, u)
+            q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[piece])
+            with np.errstate(invalid="ignore"):
+                inside = ((q >= limits.lower) & (q <= limits.upper))[:, :-1].all(axis=1)
+                clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
+            return ok & inside & clear
+
+        plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])))
+        if plan is None:
+            return None
+        chosen.append(plan)
+        taken = path.free.any() or (options.allow_rewind and not any(change.feeding for change in plan.changes))
+        return (plan.start, plan.end) if taken else None
+
+    path = build_path(moves, machine.coordinates, options.orientation, planner)
+    return path, chosen[0] if chosen else None
+
+
+def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options: Options) -> list[Finding]:
+    """VP301: where the table rewinds, changes sides, or leaves the programmed branch."""
+    factors = [column.factor for column in machine.columns[-2:]]
+
+    def shown(pair: tuple[float, float]) -> str:
+        return ", ".join(
+            f"{name} {value * factor:.3f}" for name, value, factor in zip("AC", pair, factors, strict=True)
+        )
+
+    found = []
+    for change in plan.changes:
+        line = int(path.line[change.piece])
+        at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
+        if at_pole:
+            what, fine = (
+                f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg",
+                True,
+            )
+        else:
+            what = f"the table must go from ({shown(change.before)}) to ({shown(change.after)}) deg before this line"
+            fine = options.allow_rewind and not change.feeding
+            if not fine:
+                what += (
+                    "; the tool feeds here, lift it"
+                    if change.feeding
+                    else "; --allow-rewind adds a retract, turn and return"
+                )
+        found.append(
+            finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
+        )
+    begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
+    at_changes = {change.piece for change in plan.changes}
+    for piece in begins.tolist():
+        if piece in at_changes:
+            continue
+        line = int(path.line[piece])
+        what = f"the programmed A and C break a limit; from this line the table would stand at ({shown((float(plan.start[piece, 0]), float(plan.start[piece, 1])))}) deg instead"
+        found.append(finding("VP301", what, severity="warning" if options.allow_rewind else "error",
+                             line=line, last_line=line, worst_line=line))  # fmt: skip
+    return found
 
 
 def _refuse_stops(moves: Moves, path: ToolPath, options: Options) -> None:
@@ -181,7 +261,7 @@ def _approach_start(machine: Machine, options: Options) -> Array:
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
         q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
-            raise InputError(finding("VP018", "--from home: the home position is out of reach of the rods"))
+            raise InputError(finding("VP018", "--from home: the home position is out of reach"))
         return q
     values = np.array(options.approach, dtype=float)
     if values.shape != (len(machine.columns),):
@@ -193,7 +273,14 @@ def _approach_start(machine: Machine, options: Options) -> Array:
 def judge_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check along the whole contour."""
     total = len(program.contour)
-    return judge(program.joints(), None if progress is None else lambda done: progress("judging", done, total))
+    joints = program.joints()
+    bounds, findings = judge(joints, None if progress is None else lambda done: progress("judging", done, total))
+    if program.machine.clearance is not None:
+        findings = sorted(
+            [*findings, *judge_clearance(joints, program.machine.clearance)],
+            key=lambda item: (item.line or 0, item.code),
+        )
+    return bounds, findings
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:

@@ -138,7 +138,9 @@ def mistakes(path):
 def test_the_shipped_file_is_the_contracts():
     path = machine_files()["verne"]
     assert path.name == "verne.toml"
-    assert tomllib.loads(path.read_text(encoding="utf-8")) == CONTRACT
+    shipped = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert 0.0 < shipped["limits"].pop("parallel_singularity") < 0.19  # a later key; the rim has 0.186
+    assert shipped == CONTRACT
 
 
 def test_the_shipped_machine_has_its_values_in_inside_units():
@@ -521,7 +523,7 @@ def test_an_unknown_machine_name_is_told_the_known_ones():
     (item,) = refused.value.findings
     assert item.code == "VP501"
     assert "'vernee'" in item.message
-    assert "machines by name: verne" in item.message
+    assert "machines by name: linear_delta, serial, verne" in item.message
 
 
 def test_a_folder_is_no_machine_file(tmp_path):

@@ -1,11 +1,16 @@
-"""Machines for the tests of this folder: the shipped file with single keys changed."""
+"""Machines for the tests of this folder: the shipped file with single keys changed. Second opinions on their solutions."""
 
+import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from verne_post import load_machine
 from verne_post.config import machine_files
+
+# newton_raphson.py and dense_scan.py stand with the study that measures them
+sys.path.append(str(Path(__file__).resolve().parents[1] / "benchmarks"))
 
 
 def toml_of(tables: dict) -> str:
@@ -26,13 +31,15 @@ def toml_of(tables: dict) -> str:
 
 @pytest.fixture(scope="session")
 def machine_with(tmp_path_factory):
-    """Function: the VERNE with keys of its file changed, as {"table.key": value}."""
+    """Function: a shipped machine with keys of its file changed, as {"table.key": value}; the VERNE unless named."""
 
-    def build(changes: dict | None = None):
-        tables = tomllib.loads(machine_files()["verne"].read_text(encoding="utf-8"))
+    def build(changes: dict | None = None, name: str = "verne"):
+        tables = tomllib.loads(machine_files()[name].read_text(encoding="utf-8"))
         for place, item in (changes or {}).items():
             table, key = place.split(".")
-            tables[table][key] = item
+            tables.setdefault(table, {})[key] = item
+            if item is None:
+                del tables[table][key]
         path = tmp_path_factory.mktemp("machine") / "machine.toml"
         path.write_text(toml_of(tables), encoding="utf-8")
         return load_machine(path)

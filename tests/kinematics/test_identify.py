@@ -66,11 +66,25 @@ def test_derivatives_of_the_loop_equations(seed):
             plus, minus = ([*at[:which], at[which] + sign * step, *at[which + 1 :]] for sign in (1, -1))
             rate = (loop_equations(*plus)[0] - loop_equations(*minus)[0]) / 2e-5
             assert slope[..., column] == pytest.approx(rate, abs=1e-6 * (1 + np.abs(slope).max()))
-    module = VerneModule(**TRUE)
-    d = value + np.array([TRUE[name] for name in ("L1", "L1", "L2", "L3")])
-    squares = d**2 - np.array([TRUE[name] for name in ("L1", "L1", "L2", "L3")]) ** 2
-    other = module.rod_residuals(at[2][:, :3], at[2][:, 3], at[1])
-    assert squares == pytest.approx(other.T, abs=1e-6)  # mm2, of about 1e6
+    assert value + rods_lengths() == pytest.approx(spans(*at[1:]), rel=1e-12)
+
+
+def rods_lengths():
+    return np.array([TRUE[name] for name in ("L1", "L1", "L2", "L3")])
+
+
+def spans(rho, pose, g=TRUE):
+    """Square roots of the first three terms of the paper's (3), (4), (5), (6), as printed."""
+    x, y, z, alpha = pose.T
+    c, s = np.cos(alpha), np.sin(alpha)
+    x1, x2 = x + g["leg1_x_offset"], x + g["leg23_x_offset"]
+    squares = [
+        x1**2 + (y + g["R1"] * c - g["r1"]) ** 2 + (z + g["R1"] * s - rho[:, 0]) ** 2,
+        x1**2 + (y - g["R1"] * c + g["r1"]) ** 2 + (z - g["R1"] * s - rho[:, 0]) ** 2,
+        x2**2 + (y - g["R2"] * c + g["r4"]) ** 2 + (z - g["R2"] * s - rho[:, 1]) ** 2,
+        x2**2 + (y + g["R2"] * c - g["r4"]) ** 2 + (z + g["R2"] * s - rho[:, 2]) ** 2,
+    ]
+    return np.sqrt(squares).T
 
 
 def test_names_are_the_modules_own():

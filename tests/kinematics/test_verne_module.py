@@ -311,14 +311,15 @@ def test_margins_are_the_drops_and_the_distance_to_crossing(module):
 
 
 def test_margins_have_the_codes_and_thresholds_of_the_contract(module):
-    """VP202 is an error below the machine file's threshold and a warning up to twice it, VP201 always an error."""
-    names = module.margin_names(70.0)
+    """VP202 and VP203 are errors below the thresholds and warnings up to twice them, VP201 always an error."""
+    names = module.margin_names(70.0, 0.1)
     shown = [(margin.code, margin.axis, margin.unit, margin.error_below, margin.warn_below) for margin in names]
     assert shown == [
         ("VP202", "rho1", "mm", 70.0, 140.0),
         ("VP202", "rho2", "mm", 70.0, 140.0),
         ("VP202", "rho3", "mm", 70.0, 140.0),
         ("VP201", None, "mm", 0.0, 0.0),
+        ("VP203", None, "", 0.1, 0.2),
     ]
 
 

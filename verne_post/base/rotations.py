@@ -38,6 +38,23 @@ def rotate_z(vector: Array, angle: Array | float) -> Array:
     return np.stack(np.broadcast_arrays(c * x - s * y, s * x + c * y, z), axis=-1)
 
 
+def rotate_x_rate(vector: Array, angle: Array | float) -> Array:
+    """Derivative of :func:`rotate_x` by the angle."""
+    turned = rotate_x(vector, angle)
+    return np.stack([np.zeros_like(turned[..., 0]), -turned[..., 2], turned[..., 1]], axis=-1)
+
+
+def rotate_z_rate(vector: Array, angle: Array | float) -> Array:
+    """Derivative of :func:`rotate_z` by the angle."""
+    turned = rotate_z(vector, angle)
+    return np.stack([-turned[..., 1], turned[..., 0], np.zeros_like(turned[..., 0])], axis=-1)
+
+
+def wrapped(angle: Array | float) -> Array:
+    """The same direction in (-pi, pi]."""
+    return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi)
+
+
 def axis_of_angles(a: Array | float, c: Array | float) -> Array:
     """Tool axis in the table frame that the nominal trunnion machine holds at (A, C).
 

@@ -63,6 +63,12 @@ SPAN_TAIL_MM: Final = 1e-7
 #: The same for angles.
 SPAN_TAIL: Final = 1e-10
 
+#: A great circle of tool axes that passes the pole nearer than this (rad) goes through it: C then stays, and the axis
+#: leaves the circle by no more than that, half of what verification accepts. Around the pole C would spin half a turn.
+POLE_CROSSING: Final = 1e-5
+#: Two tool axes this near to opposite (rad) leave the great circle between them open.
+OPPOSITE: Final = 1e-6
+
 # --- tool path ---------------------------------------------------------------------------
 
 #: Two pieces continue each other without a stop when direction, curvature and rotary rate per
@@ -74,6 +80,8 @@ CONTINUATION: Final = 1e-8
 
 #: Numbers that must be whole (M, T, P, H, ...) may be off by this much.
 WHOLE_NUMBER: Final = 1e-4
+#: The length of a programmed tool axis may differ from 1 by this: three decimals, twice rounded.
+VECTOR_LENGTH: Final = 2e-3
 #: Radius mismatch of an arc that is always accepted ...
 ARC_RADIUS_MM: Final = 0.02828427
 #: The same in a block read in inches (0.002828427 in).

@@ -32,6 +32,11 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--tolerance", type=float, metavar="MM", help="Tip tolerance of blending (not in this version)."),
         click.option("--orientation-tolerance", type=float, metavar="DEG",
                      help="Axis tolerance of blending (not in this version)."),
+        click.option("--orientation", type=click.Choice(["auto", "vector", "angles"]), default="auto", show_default=True,
+                     help="Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are "
+                          "linear (angles); auto: as the poses were programmed, I J K or A C."),
+        click.option("--allow-rewind", is_flag=True,
+                     help="The table may rewind C or change sides where a limit needs it, with a retract, between feed moves."),
         click.option("--block-delete", is_flag=True, help="Skip blocks that begin with a slash."),
         click.option("--optional-stop", is_flag=True, help="M1 stops."),
     ]  # fmt: skip
@@ -72,6 +77,8 @@ def build_options(name: str, **given: Any) -> "Options":
         decimals=given.get("decimals"),
         accept_rounding=given.get("accept_rounding", False),
         approach=_start(given.get("start")),
+        orientation=given.get("orientation", "auto"),
+        allow_rewind=given.get("allow_rewind", False),
         block_delete=given.get("block_delete", False),
         optional_stop=given.get("optional_stop", False),
         source_name=name,

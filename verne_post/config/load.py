@@ -5,18 +5,22 @@ import hashlib
 import math
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.config.kinds import KINDS
-from verne_post.config.schema import AccuracyFile, LimitsFile, MachineFile
+from verne_post.config.kinds import KINDS, Kind
+from verne_post.config.schema import AccuracyFile, Group, LimitsFile, MachineFile, RodsFile, limits_file
+from verne_post.kinematics.clearance import Bodies, Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Column, Home, Limits, Machine
+from verne_post.model.protocols import ParallelModule, RodModule
+
+_Schema = TypeVar("_Schema", bound=Group)
 
 
 def machine_files() -> dict[str, Path]:
@@ -55,19 +59,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         data = tomllib.loads(raw.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # a number or a nesting beyond any machine file counts too
         raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
-    try:
-        content = MachineFile.model_validate(data)
-    except ValidationError as error:
-        found = _sentences(error, file_name, MachineFile, data)
-        raise InputError(*found, *_module_mistakes(data, file_name)) from None
-    if content.kind not in KINDS:
-        message = f"{file_name}: kind = {content.kind!r}: unknown; expected one of {', '.join(KINDS)}"
-        raise InputError(finding("VP501", message))
-    kind = KINDS[content.kind]
-    try:
-        module_file = kind.schema.model_validate(content.module)
-    except ValidationError as error:
-        raise InputError(*_sentences(error, file_name, kind.schema, content.module, "module")) from None
+    content, kind, module_file, limits, rods = _checked(data, file_name)
     module = kind.build(**module_file.model_dump())
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
@@ -77,9 +69,9 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         c_sign=1.0 if content.table.c_positive == "workpiece" else -1.0,
     )
     columns = (
-        *(Column(name, "mm", 1.0) for name in module.actuators),
-        Column("a", "deg", table.a_sign / RAD_PER_DEG),
-        Column("c", "deg", table.c_sign / RAD_PER_DEG),
+        *(Column(name, "mm", 1.0, "VP101") for name in module.actuators),
+        Column("a", "deg", table.a_sign / RAD_PER_DEG, "VP102"),
+        Column("c", "deg", table.c_sign / RAD_PER_DEG, "VP103"),
     )
     home, accuracy = content.home, content.accuracy or AccuracyFile()
     return Machine(
@@ -90,20 +82,24 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         five_axis=HybridMachine(module, table, content.spindle.nose_offset_mm),
         coordinates=table,
         columns=columns,
-        limits=_limits(content.limits, len(module.actuators), table),
+        limits=_limits(limits, kind, len(module.actuators), table),
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=Home(tuple(home.g28), tuple(home.g30)) if home else None,  # type: ignore[arg-type]
         table_radius=content.table.radius,
+        clearance=_clearance(content, kind, module, rods),
         cycle=content.control.cycle_s,
         provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
     )
 
 
-def _limits(file: LimitsFile, n: int, table: TiltingTable) -> Limits:
-    def sliders(value: float | list[float]) -> list[float]:
+def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
+    values = file.model_dump()
+
+    def actuators(value: float | list[float]) -> list[float]:
         return list(value) if isinstance(value, list) else [value] * n
 
-    ranges = file.rho_mm if isinstance(file.rho_mm[0], list) else [file.rho_mm] * n
+    travel = values[f"{kind.group}_mm"]
+    ranges = travel if isinstance(travel[0], list) else [travel] * n
     angles = []
     for limits_deg, sign in ((file.a_deg, table.a_sign), (file.c_deg, table.c_sign)):
         low, high = limits_deg or (-math.inf, math.inf)
@@ -112,34 +108,104 @@ def _limits(file: LimitsFile, n: int, table: TiltingTable) -> Limits:
         )
     rows = np.array([*ranges, *angles], dtype=float)
 
-    def group(kind: str) -> np.ndarray:
-        values = [getattr(file, f"{joint}_{kind}") for joint in ("rho", "a", "c")]
-        return np.array([*sliders(values[0]), RAD_PER_DEG * values[1], RAD_PER_DEG * values[2]])
+    def joints(what: str) -> np.ndarray:
+        a, c = (RAD_PER_DEG * values[f"{joint}_{what}"] for joint in ("a", "c"))
+        return np.array([*actuators(values[f"{kind.group}_{what}"]), a, c])
 
+    smallest_drop = values["serial_singularity_mm"] if kind.rods else 0.0
+    determinant = values["parallel_singularity"] if kind.rods else None
     return Limits(
-        rows[:, 0], rows[:, 1], group("velocity"), group("acceleration"), group("jerk"), file.serial_singularity_mm
+        rows[:, 0], rows[:, 1], joints("velocity"), joints("acceleration"), joints("jerk"),
+        smallest_drop, -math.inf if determinant is None else determinant,
+    )  # fmt: skip
+
+
+def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, Group, LimitsFile, RodsFile | None]:
+    """The file against its schemas: the whole, and the groups whose keys depend on the kind.
+
+    Raises
+    ------
+    InputError
+        With every mistake at once.
+    """
+    mistakes: list[Finding] = []
+
+    def checked(schema: type[_Schema], part: dict[str, Any], prefix: str = "", kind: str = "") -> _Schema | None:
+        try:
+            return schema.model_validate(part)
+        except ValidationError as error:
+            mistakes.extend(_sentences(error, file_name, schema, part, prefix, kind))
+            return None
+
+    content = checked(MachineFile, data)
+    name = data.get("kind")
+    kind = KINDS.get(name) if isinstance(name, str) else None
+    if kind is None and isinstance(name, str):
+        message = f"{file_name}: kind = {name!r}: unknown; expected one of {', '.join(KINDS)}"
+        mistakes.append(finding("VP501", message))
+    module = limits = rods = None
+    if kind is not None:
+        groups = {
+            name: data.get(name) if isinstance(data.get(name), dict) else None for name in ("module", "limits", "rods")
+        }
+        if groups["module"] is not None:
+            module = checked(kind.schema, groups["module"], "module", str(name))
+        if groups["limits"] is not None:
+            limits = checked(limits_file(kind.group, kind.rods), groups["limits"], "limits", str(name))
+        if groups["rods"] is not None and kind.rod_bodies is not None:
+            rods = checked(kind.rod_bodies[0], groups["rods"], "rods", str(name))
+        elif groups["rods"] is not None:
+            mistakes.append(finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies"))
+    if mistakes:
+        raise InputError(*mistakes)
+    assert content is not None
+    assert kind is not None
+    assert module is not None
+    assert limits is not None
+    return content, kind, module, limits, rods
+
+
+def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: RodsFile | None) -> Clearance | None:
+    """What the file says about bodies, None where it says nothing."""
+    file = content.clearance
+    if file is None and rods is None:
+        return None
+    rod_module: RodModule | None = None
+    if rods is not None and kind.rod_bodies is not None:
+        place = {key: value for key, value in rods.model_dump().items() if key not in RodsFile.model_fields}
+        rod_module = kind.rod_bodies[1](module, **place)
+    radius = None
+    if rods is not None and rod_module is not None:
+        legs = list(dict.fromkeys(rod_module.rod_legs))
+        diameters = rods.diameter_mm if isinstance(rods.diameter_mm, list) else [rods.diameter_mm] * len(legs)
+        radius = np.array([0.5 * diameters[legs.index(leg)] for leg in rod_module.rod_legs])
+
+    def angle(value: float | None) -> float | None:
+        return None if value is None else RAD_PER_DEG * value
+
+    bodies = Bodies(
+        minimum=file.minimum_mm if file else 0.0,
+        rod_radius=radius,
+        spindle_radius=0.5 * file.spindle_diameter_mm if file and file.spindle_diameter_mm else None,
+        spindle_top=file.spindle_top_mm if file else 0.0,
+        tool_radius=0.5 * file.tool_diameter_mm if file and file.tool_diameter_mm else None,
+        slider_cone=angle(rods.slider_cone_deg) if rods else None,
+        platform_cone=angle(rods.platform_cone_deg) if rods else None,
+        cone_centre=np.array(rods.cone_centre) if rods and rods.cone_centre else None,
     )
-
-
-def _module_mistakes(data: dict[str, Any], file_name: str) -> list[Finding]:
-    """Mistakes of [module], for a file that has others too."""
-    kind, module = KINDS.get(str(data.get("kind"))), data.get("module")
-    if kind is None or not isinstance(module, dict):
-        return []
-    try:
-        kind.schema.model_validate(module)
-    except ValidationError as error:
-        return _sentences(error, file_name, kind.schema, module, "module")
-    return []
+    return Clearance(bodies, rod_module, content.spindle.nose_offset_mm, content.table.radius)
 
 
 # --- errors as sentences ---------------------------------------------------------------------
 
 
 def _sentences(
-    error: ValidationError, file_name: str, schema: type[BaseModel], data: dict[str, Any], prefix: str = ""
+    error: ValidationError, file_name: str, schema: type[BaseModel], data: dict[str, Any], prefix: str, kind: str
 ) -> list[Finding]:
-    """One finding a mistake: file, key, value, and what would be right."""
+    """One finding a mistake: file, key, value, and what would be right.
+
+    ``kind`` is the machine's kind where the keys depend on it, else empty.
+    """
     sentences: dict[str, str] = {}
     for item in error.errors():
         place = _place(item["loc"], data)
@@ -147,7 +213,8 @@ def _sentences(
         if item["type"] == "missing":
             text = "is missing"
         elif item["type"] == "extra_forbidden":
-            text = "is not a key of a machine file" + _nearest(str(place[-1]), schema, place)
+            of_kind = f" of kind {kind!r}" if kind else ""
+            text = f"is not a key of a machine file{of_kind}" + _nearest(str(place[-1]), schema, place, data)
         else:
             what = item["msg"].removeprefix("Value error, ")
             text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
@@ -171,13 +238,16 @@ def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
     return place
 
 
-def _nearest(word: str, schema: type[BaseModel], place: list[int | str]) -> str:
+def _nearest(word: str, schema: type[BaseModel], place: list[int | str], data: Any) -> str:
+    """What a wrong key may have been meant for: a key that the file lacks before one that it has."""
     fields = dict(schema.model_fields)
     for part in place[:-1]:
         model = fields[str(part)].annotation if str(part) in fields else None
         if isinstance(model, type) and issubclass(model, BaseModel):
             fields = dict(model.model_fields)
-    close = difflib.get_close_matches(word, fields, n=1)
+        data = data[part]
+    lacking = [name for name in fields if name not in data]
+    close = difflib.get_close_matches(word, lacking, n=1) or difflib.get_close_matches(word, fields, n=1)
     return f"; did you mean {close[0]}?" if close else ""
 
 
@@ -203,7 +273,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
         q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
-            found.append(finding("VP501", f"home.{name} = {list(home)} is out of reach of the rods"))
+            found.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue
         for column, value, low, high in zip(
             machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True

@@ -1,8 +1,19 @@
 """The machine file as a schema: keys, types, bounds. docs/machine-file.md says what they mean."""
 
-from typing import Annotated, Literal
+from functools import cache
+from itertools import combinations
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    create_model,
+    field_validator,
+    model_validator,
+)
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -49,6 +60,45 @@ class VerneModuleFile(Group):
         return self
 
 
+class SerialModuleFile(Group):
+    """[module] of kind "serial"."""
+
+    zero: Point
+
+
+#: Legs closer together than this, seen from above, hold nothing: the platform would swing about them.
+LEG_SEPARATION_DEG: Final = 1.0
+
+
+class LinearDeltaModuleFile(Group):
+    """[module] of kind "linear_delta"."""
+
+    platform_radius: Positive
+    base_radius: Positive
+    rod_length: Positive
+    leg_angles_deg: Point
+
+    @model_validator(mode="after")
+    def _stands_on_three_legs(self) -> "LinearDeltaModuleFile":
+        if self.platform_radius >= self.base_radius:
+            raise ValueError(
+                f"platform_radius = {self.platform_radius:g} must be smaller than base_radius = {self.base_radius:g}"
+            )
+        reach = self.base_radius - self.platform_radius
+        if self.rod_length <= reach:
+            raise ValueError(
+                f"rod_length = {self.rod_length:g} must be longer than base_radius - platform_radius = {reach:g}, "
+                "or no rod reaches the middle"
+            )
+        for (i, one), (j, other) in combinations(enumerate(self.leg_angles_deg, start=1), 2):
+            if abs((one - other + 180.0) % 360.0 - 180.0) < LEG_SEPARATION_DEG:
+                raise ValueError(
+                    f"leg_angles_deg: legs {i} and {j} stand at {one:g} and {other:g} degrees, "
+                    f"they must be {LEG_SEPARATION_DEG:g} degree or more apart"
+                )
+        return self
+
+
 class SpindleFile(Group):
     """[spindle]."""
 
@@ -73,33 +123,93 @@ class HomeFile(Group):
     g30: Pose
 
 
-PerSlider = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
+PerActuator = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
+PerActuatorRange = Range | Annotated[list[Range], Field(min_length=3, max_length=3)]
+
+
+def ranges_ordered(value: object) -> object:
+    """One range or a list of them: each has its smaller value first."""
+    if isinstance(value, list):
+        for item in value if isinstance(value[0], list) else [value]:
+            ordered(item)
+    return value
 
 
 class LimitsFile(Group):
-    """[limits]; slider values are one for all or a list of three."""
+    """[limits] of the table; :func:`limits_file` adds the actuators of a kind."""
 
-    rho_mm: Range | Annotated[list[Range], Field(min_length=3, max_length=3)]
     a_deg: Range
     c_deg: Range | None = None
-    rho_velocity: PerSlider
-    rho_acceleration: PerSlider
-    rho_jerk: PerSlider
     a_velocity: Positive
     a_acceleration: Positive
     a_jerk: Positive
     c_velocity: Positive
     c_acceleration: Positive
     c_jerk: Positive
-    serial_singularity_mm: NotNegative
 
-    @field_validator("rho_mm", "a_deg", "c_deg")
+    @field_validator("a_deg", "c_deg")
     @classmethod
     def _ordered(cls, value: object) -> object:
-        if isinstance(value, list):
-            for item in value if isinstance(value[0], list) else [value]:
-                ordered(item)
-        return value
+        return ranges_ordered(value)
+
+
+@cache
+def limits_file(group: str, rods: bool) -> type[LimitsFile]:
+    """Schema of [limits] for a kind.
+
+    Parameters
+    ----------
+    group : str
+        How the kind calls its actuators together: "rho" makes the keys rho_mm, rho_velocity, rho_acceleration and
+        rho_jerk, each one value for all or a list of three.
+    rods : bool
+        True where a rod can come close to the horizontal, so that serial_singularity_mm is needed and
+        parallel_singularity allowed.
+    """
+    fields: dict[str, Any] = {f"{group}_mm": (PerActuatorRange, ...)}
+    fields |= {f"{group}_{kind}": (PerActuator, ...) for kind in ("velocity", "acceleration", "jerk")}
+    if rods:
+        fields["serial_singularity_mm"] = (NotNegative, ...)
+        fields["parallel_singularity"] = (Positive | None, None)
+    checks: dict[str, Any] = {"_ordered_actuators": field_validator(f"{group}_mm")(ranges_ordered)}
+    return create_model("LimitsFile", __base__=LimitsFile, __validators__=checks, **fields)
+
+
+PerLeg = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
+Cone = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
+
+
+class RodsFile(Group):
+    """[rods] of every kind: sizes of rods and ball joints; a kind adds where its rods are."""
+
+    diameter_mm: PerLeg
+    slider_cone_deg: Cone | None = None
+    platform_cone_deg: Cone | None = None
+    cone_centre: Point | None = None
+
+    @model_validator(mode="after")
+    def _cones_have_a_middle(self) -> "RodsFile":
+        cones = self.slider_cone_deg is not None or self.platform_cone_deg is not None
+        if cones != (self.cone_centre is not None):
+            raise ValueError("cone_centre and slider_cone_deg or platform_cone_deg belong together")
+        return self
+
+
+class VerneRodsFile(RodsFile):
+    """[rods] of kind "verne"."""
+
+    leg1_slider_x: Number
+    leg23_slider_x: Number
+    leg23_spacing: Positive
+
+
+class ClearanceFile(Group):
+    """[clearance]: smallest distance between bodies, and the bodies other than rods."""
+
+    minimum_mm: NotNegative
+    spindle_diameter_mm: Positive | None = None
+    spindle_top_mm: NotNegative = 0.0
+    tool_diameter_mm: Positive | None = None
 
 
 class AccuracyFile(Group):
@@ -124,6 +234,8 @@ class ProvenanceFile(Group):
     limits: Source
     control: Source
     home: Source | None = None
+    rods: Source | None = None
+    clearance: Source | None = None
     accuracy: Source | None = None
 
 
@@ -135,7 +247,7 @@ def known_schema(value: object) -> object:
 
 
 class MachineFile(Group):
-    """The file as a whole; ``module`` is checked against the schema of its ``kind``."""
+    """The file as a whole; ``module`` and ``limits`` are checked against the schemas of its ``kind``."""
 
     schema_version: Annotated[int, Field(alias="schema"), BeforeValidator(known_schema)]
     name: Annotated[str, Field(min_length=1)]
@@ -144,14 +256,16 @@ class MachineFile(Group):
     spindle: SpindleFile
     table: TableFile
     home: HomeFile | None = None
-    limits: LimitsFile
+    limits: dict[str, object]
     accuracy: AccuracyFile | None = None
+    rods: dict[str, object] | None = None
+    clearance: ClearanceFile | None = None
     control: ControlFile
     provenance: ProvenanceFile
 
     @model_validator(mode="after")
     def _optional_groups_have_a_source(self) -> "MachineFile":
-        for group in ("home", "accuracy"):
+        for group in ("home", "accuracy", "rods", "clearance"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         return self

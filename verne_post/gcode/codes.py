@@ -14,7 +14,7 @@ G_GROUPS: Final[dict[str, tuple[int, ...]]] = {
     "feed mode": (930, 940, 950),
     "units": (200, 210),
     "cutter compensation": (400,),
-    "tool length": (430, 431, 434, 490),
+    "tool length": (430, 431, 434, 435, 490),
     "retract": (980, 990),
     "work offset": (540, 550, 560, 570, 580, 590, 591, 592, 593),
     "path control": (610, 611, 640),
@@ -32,7 +32,6 @@ REFUSED_G: Final[dict[int, str]] = {
     **dict.fromkeys((171, 181, 191), "planes of U, V, W"),
     **dict.fromkeys((281, 301), "storing home positions"),
     **dict.fromkeys((432,), "adding tool offsets"),
-    **dict.fromkeys((435,), "tool vectors"),
     **dict.fromkeys((680, 682, 690, 531, 541), "tilted work planes and dialect codes"),
 }  # fmt: skip
 
@@ -56,7 +55,7 @@ REFUSED_M: Final[dict[int, str]] = {
 
 #: Words beside axes, F, S, T that a G code uses.
 WORDS_OF_G: Final[dict[int, str]] = {
-    20: "IJKRP", 30: "IJKRP", 40: "P", 100: "LPRIJQ", 430: "H", 434: "H", 640: "PQ",
+    20: "IJKRP", 30: "IJKRP", 40: "P", 100: "LPRIJQ", 430: "H", 434: "H", 435: "H", 640: "PQ",
 }  # fmt: skip
 #: Non-modal codes that take the axis words of the block away from the motion.
 TAKES_AXES: Final = (100, 280, 300, 520, 920)

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, WHOLE_NUMBER
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, VECTOR_LENGTH, WHOLE_NUMBER
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.arcs import Arc, center_arc, radius_arc
 from verne_post.gcode.block import Block, BlockError
@@ -34,6 +34,9 @@ Array = NDArray[np.float64]
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
 _MAX_M_CODES: Final = 4
 MAX_DWELL_S: Final = 86_400.0
+_Z: Final = 2
+_A, _C = 3, 5
+_ROTARY: Final = (3, 4, 5)
 #: So many turns of one arc at most.
 MAX_TURNS: Final = 10_000
 
@@ -109,11 +112,13 @@ class Interpreter(FrameCodes):
             taker = g_name(non_modal if non_modal in TAKES_AXES else 431)
             raise BlockError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
         motion = explicit
-        if axes and not takes and explicit is None:
+        tool_axis = self.state.vectors and any(letter in block.words for letter in "IJK")
+        if (axes or tool_axis) and not takes and explicit is None:
             motion = self.state.motion
             if motion is None:
+                first = axes[0] if axes else next(letter for letter in "IJK" if letter in block.words)
                 raise BlockError(
-                    "VP005", f"{axes[0]} without a motion code: no G0, G1, G2 or G3 is active", block.columns[axes[0]]
+                    "VP005", f"{first} without a motion code: no G0, G1, G2 or G3 is active", block.columns[first]
                 )
         if axes and explicit == 800:
             if not takes:
@@ -122,6 +127,9 @@ class Interpreter(FrameCodes):
                 )
             motion = 800
         allowed = set("FST" + AXES)
+        vectors = g.get("tool length", 435 if self.state.vectors else 490) == 435
+        if vectors and motion in (0, 10) and "machine coordinates" not in g:
+            allowed |= set("IJK")
         for code in (*g.values(), motion):
             allowed |= set(WORDS_OF_G.get(code, "")) if code is not None else set()
         for letter, column in block.columns.items():
@@ -192,6 +200,7 @@ class Interpreter(FrameCodes):
         if "units" in g:
             state.inch = g["units"] == 200
         if "tool length" in g:
+            state.vectors = g["tool length"] == 435
             self._tool_length(block, g["tool length"])
         if "work offset" in g:
             self._set_frame(
@@ -275,6 +284,8 @@ class Interpreter(FrameCodes):
         state = self.state
         if kind == MoveKind.FEED:
             self._check_feed(block, motion)
+        if state.vector is not None or state.vectors:
+            self._check_vector_axes(block, axes, machine=machine)
         if machine:
             self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
@@ -287,10 +298,55 @@ class Interpreter(FrameCodes):
         for axis in axes:
             value = self._axis_value(block, axis)
             end[axis] = value if state.absolute else end[axis] + value
+        if motion in (0, 10) and state.vectors and any(letter in block.words for letter in "IJK"):
+            end = self._pointed(block, end)
+            axes = [*axes, _A, _C] if self.setup.machine else axes
         if motion in (20, 30):
             self._arc(block, motion, start, end)
         else:
             self._record(block.line, kind, end, axes, absolute=state.absolute)
+
+    def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
+        """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
+        state = self.state
+        rotary = [axis for axis in axes if axis in _ROTARY]
+        if machine and state.vector is not None and [axis for axis in axes if axis != _Z]:
+            letter = AXES[next(axis for axis in axes if axis != _Z)]
+            raise BlockError(
+                "VP017", f"G53 {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
+                "or end tool vectors with G43.4 or G49 and name A and C", block.columns[letter],
+            )  # fmt: skip
+        if not rotary:
+            return
+        letter = AXES[rotary[0]]
+        if state.vectors:
+            raise BlockError(
+                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words",
+                block.columns[letter],
+            )  # fmt: skip
+        if not {_A, _C} <= set(rotary):
+            raise BlockError(
+                "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
+                "name A and C together", block.columns[letter],
+            )  # fmt: skip
+        state.vector = None
+
+    def _pointed(self, block: Block, end: list[float]) -> list[float]:
+        """Take the tool axis I J K: the end point with a pair A, C that holds it."""
+        for letter in "IJK":
+            if letter not in block.words:
+                given = next(other for other in "IJK" if other in block.words)
+                raise BlockError(
+                    "VP005", f"{given} without {letter}: a tool axis needs I, J and K", block.columns[given]
+                )
+        vector = np.array([block.words[letter] for letter in "IJK"])
+        size = float(np.linalg.norm(vector))
+        if abs(size - 1.0) > VECTOR_LENGTH:
+            raise BlockError(
+                "VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", block.columns["I"]
+            )
+        self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
+        return self.setup.coordinates.pointed(end, vector / size, self.state.frame)
 
     @staticmethod
     def _arc_axes(axes: list[int]) -> list[int]:

@@ -30,6 +30,10 @@ class CartesianCoordinates:
         turned[..., 1] = s * vector[..., 0] + c * vector[..., 1]
         return turned
 
+    def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+        """A plain interpreter does not know which angles hold a tool axis: the point as it is."""
+        return program
+
     def to_machine(self, program: Array, frame: Frame) -> Array:
         """Program coordinates (..., 9) -> machine coordinates."""
         machine = program + np.asarray(frame.g92)

@@ -64,7 +64,9 @@ class PlainLines:
 
 def ready(state: State) -> bool:
     """True when the modal state lets plain lines be nothing but absolute straight moves."""
-    return state.absolute and state.motion in (0, 10) and state.held is None
+    return (
+        state.absolute and state.motion in (0, 10) and state.held is None and not state.vectors and state.vector is None
+    )
 
 
 def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State, recorder: Recorder) -> int:

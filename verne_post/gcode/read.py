@@ -174,6 +174,8 @@ def _all_known(state: State, setup: Setup) -> bool:
 def _never_named(source: bytes, axes: str) -> list[int]:
     """Axes whose letter stands nowhere outside comments."""
     text = re.sub(rb"\([^)\n]*\)|;[^\n]*", b"", source).upper()
+    if re.search(rb"G0*43\.50*(?![0-9])", text):
+        text += b" A C"  # tool axes name them
     return [AXES.index(letter) for letter in axes if letter.encode() not in text]
 
 

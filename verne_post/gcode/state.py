@@ -12,6 +12,9 @@ from verne_post.model.protocols import Coordinates
 
 Array = NDArray[np.float64]
 
+#: In place of a tool axis where A and C words hold.
+NO_VECTOR = (np.nan, np.nan, np.nan)
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -75,6 +78,10 @@ class State:
     #: Some axis has been given a place, in program or in machine coordinates.
     placed: bool = False
     length_said: bool = False
+    #: G43.5 is active: I, J, K of straight moves are the tool axis.
+    vectors: bool = False
+    #: The tool axis that holds (unit, program directions); None where A and C words hold.
+    vector: tuple[float, float, float] | None = None
     #: The tool that --tool-length stands for, once one is loaded or named by H.
     only_tool: int | None = None
     #: Axes that the program never names, while its start is sought.
@@ -86,7 +93,9 @@ class Recorder:
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
     columns: list[dict[str, Array]] = field(default_factory=list)
-    rows: list[tuple[int, int, list[float], float, int, float, int, int, int]] = field(default_factory=list)
+    rows: list[tuple[int, int, list[float], float, int, float, int, int, int, tuple[float, ...]]] = field(
+        default_factory=list
+    )
     arcs: list[Arc] = field(default_factory=list)
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
@@ -107,7 +116,8 @@ class Recorder:
             self.arcs.append(arc)
         spindle = state.spindle_speed if state.spindle_on else 0.0
         control = self.controls.setdefault(state.control, len(self.controls))
-        row = (line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row)
+        row = (line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row,
+               state.vector or NO_VECTOR)  # fmt: skip
         self.rows.append(row)
         self.count += 1
 
@@ -129,6 +139,7 @@ class Recorder:
                 "frame": np.full(n, self.frame_index(state.frame), dtype=np.int32),
                 "control": np.full(n, self.controls.setdefault(state.control, len(self.controls)), dtype=np.int32),
                 "arc": np.full(n, -1, dtype=np.int32),
+                "vector": np.tile(state.vector or NO_VECTOR, (n, 1)),
             }
         )
         self.count += n
@@ -140,7 +151,7 @@ class Recorder:
     def _flush(self) -> None:
         if not self.rows:
             return
-        line, kind, end, feed, mode, spindle, frame, control, arc = zip(*self.rows, strict=True)
+        line, kind, end, feed, mode, spindle, frame, control, arc, vector = zip(*self.rows, strict=True)
         self.columns.append(
             {
                 "line": np.array(line, dtype=np.int32),
@@ -152,6 +163,7 @@ class Recorder:
                 "frame": np.array(frame, dtype=np.int32),
                 "control": np.array(control, dtype=np.int32),
                 "arc": np.array(arc, dtype=np.int32),
+                "vector": np.array(vector, dtype=float),
             }
         )
         self.rows = []
@@ -159,12 +171,12 @@ class Recorder:
     def freeze(self, start: list[float], first_frame: Frame) -> Moves:
         """Build the table; ``start`` is where the program starts, in ``first_frame``."""
         self._flush()
-        names = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc")
-        kinds = (np.int32, np.int8, float, float, np.int8, float, np.int32, np.int32, np.int32)
+        names = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")
+        kinds = (np.int32, np.int8, float, float, np.int8, float, np.int32, np.int32, np.int32, float)
         if self.columns:
             table = {name: np.concatenate([block[name] for block in self.columns]) for name in names}
         else:
-            table = {name: np.zeros((0, 9) if name == "end" else 0, dtype=kind)
+            table = {name: np.zeros({"end": (0, 9), "vector": (0, 3)}.get(name, 0), dtype=kind)
                      for name, kind in zip(names, kinds, strict=True)}  # fmt: skip
         self.columns = []
         arcs = Arcs(

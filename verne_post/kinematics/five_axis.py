@@ -11,9 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x
+from verne_post.base.rotations import (
+    angles_of_axis,
+    axis_of_angles,
+    rotate_x,
+    rotate_x_rate,
+    rotate_z,
+    rotate_z_rate,
+    wrapped,
+)
 from verne_post.kinematics.tables.tilting import TiltingTable
-from verne_post.model.protocols import ParallelModule
+from verne_post.model.protocols import ParallelModule, WholeSolution
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -64,6 +72,67 @@ class HybridMachine:
     def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
         return self.module.why_not(self.table.pivot, self._platform_gauge(tip, angles, tool_length))
+
+    def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
+        """All real solutions of one pose (3,), (3,) in closed form: at most six leans for each table solution.
+
+        The solutions of the table in use, tilt b in [0, pi], come first; within each, those that the machine can use.
+        """
+        tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")
+        tilt, turn = (float(angle) for angle in angles_of_axis(axis))
+        found = []
+        for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrapped(turn + np.pi))))):
+            gauge = self._platform_gauge(tip, np.array(angles), tool_length)
+            for one in self.module.inverse_leaning_all(self.table.pivot, gauge):
+                q = (*one.rho, angles[0] + one.alpha, angles[1])
+                found.append(WholeSolution(q, one.alpha, one.signs, other, one.refused))
+        return found
+
+    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Joint rates by pose rates, from the derivatives of the module's closure equations.
+
+        Parameters
+        ----------
+        tip : ndarray, shape (..., 3)
+        angles : ndarray, shape (..., 2)
+            Nominal A and C.
+        tool_length : ndarray, shape (...) or float
+
+        Returns
+        -------
+        ndarray, shape (..., 5, 5)
+            Rows: the joints; columns: tip x, y, z in the table frame (mm), nominal A and C (rad). NaN where the pose
+            cannot be solved or stands at a serial singularity.
+        """
+        tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
+        q, position, alpha, ok = self.solve(tip, angles, tool_length)
+        gauge = self._platform_gauge(tip, angles, tool_length)
+        mirror = np.array([1.0, -1.0, -1.0])
+        parallel, serial = self.module.jacobians(position, alpha, q[..., :-2])
+        # P = pivot + F Rx(alpha) g: by g and by alpha
+        by_gauge = np.stack([rotate_x(rate, alpha) * mirror for rate in self._gauge_rates(tip, angles)], -1)
+        by_alpha = rotate_x_rate(gauge, alpha) * mirror
+        by_point, by_lean = parallel[..., :3], parallel[..., 3] + (parallel[..., :3] @ by_alpha[..., None])[..., 0]
+        matrix = np.concatenate([serial, by_lean[..., None]], axis=-1)
+        solvable = ok & (np.linalg.det(np.where(ok[..., None, None], matrix, np.eye(4))) != 0.0)
+        matrix = np.where(solvable[..., None, None], matrix, np.eye(4))
+        rates = -np.linalg.solve(matrix, by_point @ by_gauge)
+        rates[~solvable] = np.nan
+        total = np.zeros((*rates.shape[:-2], 5, 5))
+        total[..., :3, :] = rates[..., :3, :]
+        total[..., 3, :] = rates[..., 3, :]
+        total[..., 3, 3] += 1.0
+        total[..., 4, 4] = 1.0
+        return total
+
+    def _gauge_rates(self, tip: Array, angles: Array) -> list[Array]:
+        """Derivatives of the gauge point by tip x, y, z and by A and C, each (..., 3)."""
+        a, c = angles[..., 0], angles[..., 1]
+        units = [np.broadcast_to(unit, np.shape(tip)) for unit in np.eye(3)]
+        rates = [rotate_x(rotate_z(unit, c), a) for unit in units]
+        rates.append(rotate_x_rate(self.table.rotary_offset + rotate_z(tip, c), a))
+        rates.append(rotate_x(rotate_z_rate(tip, c), a))
+        return rates
 
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Where the tool is: tip (..., 3) and nominal angles (..., 2) of joint values (..., 5)."""

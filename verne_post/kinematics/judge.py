@@ -68,7 +68,7 @@ class JointBounds:
 
 
 @dataclass
-class _Worst:
+class Worst:
     """Worst value of one check for each piece that violates it."""
 
     value: dict[int, tuple[float, float]] = field(default_factory=dict)  # piece -> (margin, value)
@@ -91,7 +91,7 @@ def checks_of(machine: Machine) -> list[Check]:
                           slack, column.unit, column.factor)
                 )  # fmt: skip
     n = len(machine.columns)
-    for index, margin in enumerate(machine.module.margin_names(machine.limits.serial_singularity)):
+    for index, margin in enumerate(machine.margins):
         found.append(
             Check(margin.code, margin.name, margin.axis, n + index, 1.0, margin.error_below, margin.warn_below,
                   LIMIT_SLACK_MM, margin.unit, 1.0)
@@ -119,23 +119,23 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     n, n_joints = len(contour), len(machine.columns)
     bounds = JointBounds(*(np.zeros((n, n_joints)) for _ in range(3)))
     checks = checks_of(machine)
-    worst = [_Worst() for _ in checks]
-    below_table = _Worst()
+    worst = [Worst() for _ in checks]
+    below_table = Worst()
     unreachable: dict[int, str] = {}
     for first in range(0, n, CHUNK_PIECES):
         chunk = np.arange(first, min(first + CHUNK_PIECES, n))
-        for piece, low, high, depth in _spans(contour, chunk):
+        for piece, low, high, depth in first_cover(contour, chunk):
             _judge_spans(joints, piece, low, high, depth, bounds, checks, worst, below_table, unreachable)
         if progress:
             progress(int(chunk[-1]) + 1)
     findings = _unreachable_findings(contour, unreachable)
     for check, found in zip(checks, worst, strict=True):
-        findings += _limit_findings(contour, check, found)
+        findings += limit_findings(contour, check, found)
     findings += _table_findings(contour, below_table)
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
-def _spans(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, Ints]]:
+def first_cover(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, Ints]]:
     """First cover of segments: (segment, low, high, depth)."""
     wanted = np.maximum(contour.length[chunk] / SPAN_MM, contour.turn[chunk] / SPAN_ANGLE)
     parts = np.maximum(np.ceil(wanted), 1).astype(int)
@@ -149,7 +149,7 @@ def _spans(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, 
 
 def _judge_spans(
     joints: JointPath, piece: Ints, low: Array, high: Array, depth: Ints, bounds: JointBounds,
-    checks: list[Check], worst: list[_Worst], below_table: _Worst, unreachable: dict[int, str],
+    checks: list[Check], worst: list[Worst], below_table: Worst, unreachable: dict[int, str],
 ) -> None:  # fmt: skip
     """Judge spans, halving those that the bounds cannot decide."""
     machine = joints.machine
@@ -218,7 +218,7 @@ def _collect(joints: JointPath, bounds: JointBounds, piece: Ints, low: Array, hi
         np.maximum.at(target, piece, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
 
 
-def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, halve: Mask, found: _Worst) -> None:
+def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, halve: Mask, found: Worst) -> None:
     """VP210: tip or nose below z = 0 of the table frame within the table's radius."""
     radius = joints.machine.table_radius
     n = len(piece)
@@ -282,17 +282,19 @@ def _stretches(pieces: list[int]) -> Iterator[list[int]]:
 
 def _unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
     found = []
-    for code in ("VP110", "VP201"):
+    for code in sorted(set(unreachable.values())):
         for group in _stretches([piece for piece, why in unreachable.items() if why == code]):
             lines = contour.line[group]
             what = {
                 "VP110": "out of reach: no position of the sliders closes the rods",
                 "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
-            }[code]
+                "VP203": "out of reach: beyond a parallel singularity in every solution",
+            }.get(code, CODES[code].meaning)
             found.append(
                 finding(
                     code,
                     what,
+                    severity="error",
                     line=int(lines[0]),
                     last_line=int(lines[-1]),
                     worst_line=int(lines[0]),
@@ -302,7 +304,7 @@ def _unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list
     return found
 
 
-def _limit_findings(contour: Contour, check: Check, worst: _Worst) -> list[Finding]:
+def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding]:
     found = []
     levels: list[tuple[Severity, list[int], float]] = []
     deficit = {piece: value for piece, (_m, value) in worst.value.items()}
@@ -320,7 +322,8 @@ def _limit_findings(contour: Contour, check: Check, worst: _Worst) -> list[Findi
             what = check.axis if check.code.startswith("VP10") and check.axis else check.name
             if check.code == "VP202":
                 what = f"{check.name} ({check.axis})"
-            message = f"{what} {value:.6f} {check.unit} is {side} {bound:g} {check.unit} by {abs(value - bound):.6f} {check.unit}"
+            unit = f" {check.unit}" if check.unit else ""
+            message = f"{what} {value:.6f}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
             found.append(
                 finding(
                     check.code, message, severity=severity, line=int(contour.line[group[0]]),
@@ -331,7 +334,7 @@ def _limit_findings(contour: Contour, check: Check, worst: _Worst) -> list[Findi
     return found
 
 
-def _table_findings(contour: Contour, below: _Worst) -> list[Finding]:
+def _table_findings(contour: Contour, below: Worst) -> list[Finding]:
     found = []
     for group in _stretches(list(below.value)):
         at = min(group, key=lambda piece: below.value[piece][0])

@@ -170,7 +170,7 @@ CODES: Final[dict[str, Code]] = _table(
         "VP101",
         "slider travel",
         "error",
-        "A slider coordinate leaves its travel.",
+        "A slider, or a linear axis of a serial machine, leaves its travel.",
         "Move the part on the table (--wcs), or tilt differently.",
     ),
     (
@@ -214,7 +214,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP203",
         "near a parallel singularity",
         "warning",
-        "The scaled determinant of the parallel Jacobian comes close to zero.",
+        "The scaled determinant of the parallel Jacobian comes close to zero: the sliders no longer hold the platform. "
+        "Error below the machine file's limits.parallel_singularity, warning up to twice that.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -223,6 +224,34 @@ CODES: Final[dict[str, Code]] = _table(
         "error",
         "The tool tip or the spindle nose is below the table face, inside the table's radius.",
         "Raise the part's zero (--wcs), or use a longer tool.",
+    ),
+    (
+        "VP211",
+        "rods too close",
+        "error",
+        "Two rods come closer to each other than the machine file's clearance.minimum_mm.",
+        "Move the part towards the middle of the workspace (--wcs).",
+    ),
+    (
+        "VP212",
+        "rod too close to the spindle",
+        "error",
+        "A rod comes closer to the spindle than the machine file's clearance.minimum_mm.",
+        "Move the part towards the middle of the workspace (--wcs).",
+    ),
+    (
+        "VP213",
+        "spindle or tool too close to the table",
+        "error",
+        "The spindle or the end of the largest tool comes closer to the table than the machine file's clearance.minimum_mm.",
+        "Raise the part's zero (--wcs), or use a longer tool.",
+    ),
+    (
+        "VP214",
+        "ball joint beyond its cone",
+        "error",
+        "A rod leaves the cone that its ball joint allows (rods.slider_cone_deg, rods.platform_cone_deg of the machine file).",
+        "Move the part towards the middle of the workspace (--wcs).",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.model.protocols import FiveAxis, ParallelModule, TableCoordinates
+from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 
 Array = NDArray[np.float64]
 
@@ -14,22 +14,19 @@ Array = NDArray[np.float64]
 class Column:
     """How an actuated joint is written: ``file value = inside value * factor``.
 
-    The factor carries the unit (degrees) and the sense of the machine file (sign).
+    The factor carries the unit (degrees) and the sense of the machine file (sign); ``code`` is the
+    finding code of this joint's travel.
     """
 
     joint: str
     unit: str
     factor: float
+    code: str
 
     @property
     def header(self) -> str:
         """Name of the column in a setpoint file."""
         return f"{self.joint}_{self.unit}"
-
-    @property
-    def code(self) -> str:
-        """Finding code of this joint's travel."""
-        return {"a": "VP102", "c": "VP103"}.get(self.joint, "VP101")
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,8 @@ class Limits:
     """Limits of the actuated joints, each of shape (n_joints,), in workpiece sense.
 
     ``lower`` and ``upper`` are infinite for an unlimited joint. ``serial_singularity`` is the
-    smallest vertical drop of a rod, mm.
+    smallest vertical drop of a rod, mm, 0 for a machine without rods; ``parallel_singularity`` the smallest scaled
+    determinant of the parallel Jacobian, minus infinity where the machine file names none.
     """
 
     lower: Array
@@ -46,6 +44,7 @@ class Limits:
     acceleration: Array
     jerk: Array
     serial_singularity: float
+    parallel_singularity: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,14 @@ class Machine:
     accuracy: Accuracy
     home: Home | None
     table_radius: float
+    clearance: ClearanceModel | None
     cycle: float
     provenance: dict[str, str]
+
+    @property
+    def margins(self) -> tuple[Margin, ...]:
+        """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
+        return self.module.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, NDArray[np.bool_]]:
         """Joint values of five-axis poses.

@@ -150,6 +150,9 @@ class Moves:
         Index into ``controls``.
     arc : ndarray of int32, shape (n,)
         Index into ``arcs``, -1 for other moves.
+    vector : ndarray, shape (n, 3)
+        Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
+        A and C of ``end`` are then one of the pairs that give this axis.
     start : ndarray, shape (9,)
         Where the program starts, program coordinates of ``start_frame``.
     start_frame : Frame
@@ -164,6 +167,7 @@ class Moves:
     frame: NDArray[np.int32]
     control: NDArray[np.int32]
     arc: NDArray[np.int32]
+    vector: Array
     arcs: Arcs
     frames: tuple[Frame, ...]
     controls: tuple[PathControl, ...]

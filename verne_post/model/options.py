@@ -44,6 +44,10 @@ class Options:
         Write even where the rounding noise of the given decimals exceeds a limit.
     approach : None, "home" or tuple of float
         Where the machine stands before the program: home, or joint values in file units.
+    orientation : str
+        How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
+    allow_rewind : bool
+        The table may rewind or change sides between feed moves, with a retract.
     block_delete : bool
         Skip blocks that begin with a slash.
     optional_stop : bool
@@ -59,6 +63,8 @@ class Options:
     decimals: int | None = None
     accept_rounding: bool = False
     approach: str | tuple[float, ...] | None = None
+    orientation: str = "auto"
+    allow_rewind: bool = False
     block_delete: bool = False
     optional_stop: bool = False
     source_name: str = "program"

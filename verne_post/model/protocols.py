@@ -69,10 +69,26 @@ class ModuleSolution(Protocol):
         """None for the one in use, else why not."""
 
 
-class ParallelModule(Protocol):
-    """Kinematics of the spindle carrier. Positions in the base frame (z down), mm.
+class AssemblyMode(Protocol):
+    """One of several positions of a module for the same actuators."""
 
-    The platform may lean about x by an angle alpha that follows from its position.
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """P in the base frame, mm."""
+
+    @property
+    def alpha(self) -> float:
+        """Lean of the platform, rad."""
+
+    @property
+    def refused(self) -> str | None:
+        """None for the one in use, else why not."""
+
+
+class ParallelModule(Protocol):
+    """Kinematics of the spindle carrier, parallel or not. Positions in the base frame (z down), mm.
+
+    Rows without a solution are NaN with ok False, never an exception. The platform may lean about x by an angle alpha that follows from its position.
     """
 
     @property
@@ -103,16 +119,112 @@ class ParallelModule(Protocol):
         """
 
     def why_not(self, pivot: Array, gauge: Array) -> list[str]:
-        """Finding codes for poses (m, 3) without a solution in the working mode."""
+        """Finding codes for poses (m, 3) without a solution in the working mode.
+
+        "VP110" out of reach, "VP201" rods that cross, "VP203" beyond a parallel singularity.
+        """
 
     def inverse_all(self, position: Array) -> Sequence[ModuleSolution]:
         """All real inverse solutions of one position (3,), with the reason by geometry why each is refused."""
 
+    def forward_all(self, rho: Array) -> Sequence[AssemblyMode]:
+        """All real assembly modes of one set of actuators (3,), with the reason why each is refused."""
+
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""
 
-    def margin_names(self, serial_singularity: float) -> tuple[Margin, ...]:
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` returns, with thresholds."""
+
+    def inverse_leaning_all(self, pivot: Array, gauge: Array) -> Sequence[ModuleSolution]:
+        """All real solutions of :meth:`inverse_leaning` for one gauge point (3,)."""
+
+    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Parallel (..., 4, 4) and serial (..., 4, 3) part of the closure equations of solved poses.
+
+        ``parallel @ d(x, y, z, alpha) + serial @ d(rho) = 0``.
+        """
+
+    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
+
+
+class RodModule(Protocol):
+    """A module whose legs are rods with a ball joint at both ends."""
+
+    @property
+    def rod_legs(self) -> tuple[str, ...]:
+        """Name of the leg of each rod."""
+
+    @property
+    def parallelograms(self) -> tuple[str, ...]:
+        """Legs whose rods stay parallel."""
+
+    @property
+    def shortest_rod(self) -> float:
+        """mm."""
+
+    def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
+        """As :meth:`ParallelModule.inverse`."""
+
+    def rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Solved poses, n rows: what a clearance is computed from. Base frame except ``tip`` and ``angles`` (table)."""
+
+    position: Array
+    alpha: Array
+    rho: Array
+    tip: Array
+    angles: Array
+    tool_length: Array
+
+
+class ClearanceModel(Protocol):
+    """How near the bodies of a machine come to each other."""
+
+    @property
+    def names(self) -> tuple[Margin, ...]:
+        """What is measured, with thresholds."""
+
+    @property
+    def reach(self) -> Array:
+        """How much each margin changes at most while the points of its group move by 1 mm, (m,)."""
+
+    @property
+    def group(self) -> tuple[str, ...]:
+        """Group of points that carries each margin."""
+
+    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+        """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change."""
+
+
+@dataclass(frozen=True)
+class WholeSolution:
+    """One of several solutions of the whole machine.
+
+    Attributes
+    ----------
+    q : tuple of float
+        Joints, mm and rad; A is the table's, with the platform's lean in it.
+    alpha : float
+        Lean of the platform, rad.
+    signs : tuple of int
+        Configuration indices of the module.
+    other_table : bool
+        The table solution with the tilt on the other side and C turned by half a turn.
+    refused : str or None
+        None for one that the machine can use, else why not by the module's geometry.
+    """
+
+    q: tuple[float, ...]
+    alpha: float
+    signs: tuple[int, ...]
+    other_table: bool
+    refused: str | None
 
 
 @runtime_checkable
@@ -161,6 +273,12 @@ class FiveAxis(Protocol):
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
 
+    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""
+
+    def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> Sequence[WholeSolution]:
+        """All real solutions of one pose (3,), (3,): both table solutions, every lean, every posture."""
+
     def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
 
@@ -179,6 +297,9 @@ class Coordinates(Protocol):
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the directions of the work origin."""
+
+    def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+        """A program point (9) with rotary words that hold the tool axis ``vector`` (3,), program directions."""
 
 
 class TableCoordinates(Coordinates, Protocol):

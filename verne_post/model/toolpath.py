@@ -49,6 +49,25 @@ class ArcPieces:
 
 
 @dataclass(frozen=True)
+class GreatCircles:
+    """Tool axes that turn evenly along a great circle: ``axis(u) = cos(u angle) first + sin(u angle) side``.
+
+    The nominal angles follow from the axis: the tilt on the side of the piece's own angles, C continuous from its start.
+
+    Attributes
+    ----------
+    first, side : ndarray, shape (m, 3)
+        Orthogonal unit vectors, table frame.
+    angle : ndarray, shape (m,)
+        rad, positive.
+    """
+
+    first: Array
+    side: Array
+    angle: Array
+
+
+@dataclass(frozen=True)
 class ToolPath:
     """All motion of a program.
 
@@ -69,6 +88,10 @@ class ToolPath:
         Metric length: tip path and rotation together, mm.
     arc : ndarray of int32, shape (n,)
         Row of ``arcs``, -1 for other pieces.
+    circle : ndarray of int32, shape (n,)
+        Row of ``circles``, -1 where A and C are linear along the piece.
+    free : ndarray of bool, shape (n,)
+        Programmed with a tool axis: the table may stand on either side.
     joints : ndarray, shape (k, 2, n_joints)
         Joint values at both ends of the JOINT pieces, mm and rad.
     joint : ndarray of int32, shape (n,)
@@ -95,6 +118,9 @@ class ToolPath:
     length: Array
     arc: Ints
     arcs: ArcPieces
+    circle: Ints
+    circles: GreatCircles
+    free: NDArray[np.bool_]
     joints: Array
     joint: Ints
     move: Ints

@@ -75,10 +75,7 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
 def joints(joint_path: JointPath) -> Iterator[str]:
     """Joint values, lean and margins along every piece; units of the setpoint file."""
     machine, contour = joint_path.machine, joint_path.contour
-    names = [
-        f"{margin.name} ({margin.axis})" if margin.axis else margin.name
-        for margin in machine.module.margin_names(machine.limits.serial_singularity)
-    ]
+    names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]
     for segment, w, s in _points(contour):
         solved = joint_path.solve(segment, w)
         margins = machine.module.geometry_margins(solved.position, solved.alpha)

@@ -34,14 +34,16 @@ def explain_pose(joints: JointPath, segment: int) -> Iterator[str]:
         yield from _table_solution(machine, name, tip, pair, tool)
     if not solved.ok[0]:
         return
-    yield "every solution of the parallel module at this platform position:"
+    yield "every solution of the module at this platform position:"
     for solution in machine.module.inverse_all(solved.position[0]):
         reasons = [solution.refused] if solution.refused else []
         reasons += [f"travel of {joint}" for joint in _beyond(machine, np.array(solution.rho))]
         signs = ",".join(f"{sign:+d}" for sign in solution.signs)
-        rho = ", ".join(f"{value:.4f}" for value in solution.rho)
+        mode = f"  s ({signs})" if signs else ""
+        values = zip(machine.module.actuators, solution.rho, strict=True)
+        joints_text = ", ".join(f"{name} {value:.4f}" for name, value in values)
         verdict = "in use" if not reasons else "refused: " + "; ".join(reasons)
-        yield f"  alpha {DEG_PER_RAD * solution.alpha:10.4f} deg  s ({signs})  rho ({rho})  {verdict}"
+        yield f"  alpha {DEG_PER_RAD * solution.alpha:10.4f} deg{mode}  {joints_text}  {verdict}"
 
 
 def _table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:
@@ -59,9 +61,13 @@ def _table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool
         margin = abs(column.factor) * float(min(value - low, high - value))
         yield f"  {column.header:<20} {value * column.factor:.6f}   margin to its travel {margin:.6f} {column.unit}"
     margins = machine.module.geometry_margins(position, alpha)
-    for measure, value in zip(machine.module.margin_names(machine.limits.serial_singularity), margins, strict=True):
+    for measure, value in zip(machine.margins, margins, strict=True):
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
-        yield f"  {what:<36} {value:.6f} {measure.unit}, must be above {measure.error_below:g} ({measure.code})"
+        unit = f" {measure.unit}" if measure.unit else ""
+        bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
+        yield f"  {what:<36} {value:.6f}{unit}{bound} ({measure.code})"
+    parallel, serial = machine.module.conditioning(position, alpha, q[:-2])
+    yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
 
 
 def _beyond(machine: Machine, rho: Array) -> list[str]:

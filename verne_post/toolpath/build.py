@@ -1,16 +1,18 @@
 """Moves -> ToolPath: every motion becomes a piece, pieces that continue each other become a run."""
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
-from verne_post.base.tolerances import CONTINUATION, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_CROSSING, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
+from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, Frame, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
+from verne_post.model.toolpath import ArcPieces, GreatCircles, PieceKind, ToolPath
 from verne_post.toolpath.evaluate import arc_derivatives
 
 Array = NDArray[np.float64]
@@ -23,7 +25,13 @@ ROTARY_METRIC_MM: Final = 50.0
 _NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
-def build_path(moves: Moves, coordinates: TableCoordinates) -> ToolPath:
+#: Chooses branches for a path: angles at start and end of every piece, or None to leave them as they are.
+BranchPlanner = Callable[[ToolPath], "tuple[Array, Array] | None"]
+
+
+def build_path(
+    moves: Moves, coordinates: TableCoordinates, orientation: str = "auto", planner: BranchPlanner | None = None
+) -> ToolPath:
     """Turn moves into pieces in the table frame.
 
     Parameters
@@ -31,11 +39,21 @@ def build_path(moves: Moves, coordinates: TableCoordinates) -> ToolPath:
     moves : Moves
     coordinates : TableCoordinates
         What program coordinates mean on this machine.
+    orientation : str
+        How the tool axis goes between two poses of a feed move: "vector" along the great circle, "angles" linear in A
+        and C, "auto" along the great circle between tool axes and linear between A and C words.
+    planner : callable, optional
+        Chooses other angles for the same tool axes.
 
     Returns
     -------
     ToolPath
         Moves of no length are dropped; every other move is one piece.
+
+    Raises
+    ------
+    InputError
+        VP007 where a great circle is not defined, or does not lead to the programmed angles.
     """
     length_of = np.array([frame.tool_length for frame in moves.frames])
     frame_length = length_of[moves.frame] if len(moves) else np.empty(0)
@@ -53,35 +71,82 @@ def build_path(moves: Moves, coordinates: TableCoordinates) -> ToolPath:
     start = _starts_after_kept(first, end, frame_length, kept)
     row = np.flatnonzero(kept)
     start, end_kept = start[row], end[row]
+    free = np.isfinite(moves.vector[row, 0])
+    if free.any():
+        across_the_pole(start, end_kept, free)
     arc_rows = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
     arcs = _arcs(moves, row[arc_rows], start[arc_rows], end_kept[arc_rows], coordinates)
+    path = _assembled(moves, row, start, end_kept, arcs, first, frame_length, orientation)
+    chosen = planner(path) if planner is not None and len(row) else None
+    if chosen is None:
+        return path
+    start = np.concatenate([start[:, :3], chosen[0]], axis=1)
+    end_kept = np.concatenate([end_kept[:, :3], chosen[1]], axis=1)
+    first = np.concatenate([first[:3], start[0, 3:]])
+    return _assembled(moves, row, start, end_kept, arcs, first, frame_length, orientation)
+
+
+def across_the_pole(start: Array, end: Array, free: Mask) -> None:
+    """Angles of free pieces that touch or cross the pole: C stays, and A goes through zero. Changes both in place.
+
+    The pieces arrive with the tilt in [0, pi] and C less than half a turn away from the piece before.
+    """
+    vertical_start, vertical_end = (np.abs(np.sin(angles[:, 3])) <= POLE_SINE for angles in (start, end))
+    leaving = free & vertical_start & ~vertical_end
+    start[leaving, 4] = end[leaving, 4]
+    arriving = free & vertical_end & ~vertical_start
+    end[arriving, 4] = start[arriving, 4]
+    k0, k1 = axis_of_angles(start[:, 3], start[:, 4]), axis_of_angles(end[:, 3], end[:, 4])
+    normal = np.cross(k0, k1)
+    size = np.linalg.norm(normal, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        away = np.abs(normal[:, 2]) / size  # sine of the great circle's distance from the pole
+    opposite_sides = k0[:, 0] * k1[:, 0] + k0[:, 1] * k1[:, 1] < 0
+    crossing = free & ~vertical_start & ~vertical_end & opposite_sides & (away < POLE_CROSSING)
+    end[crossing, 3] *= -1.0
+    end[crossing, 4] += np.where(end[crossing, 4] > start[crossing, 4], -np.pi, np.pi)
+
+
+def _assembled(
+    moves: Moves, row: NDArray[np.intp], start: Array, end: Array, arcs: ArcPieces, first: Array,
+    frame_length: Array, orientation: str,
+) -> ToolPath:  # fmt: skip
+    """The tool path of pieces whose poses are known."""
+    arc_rows = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
     arc = np.full(len(row), -1, dtype=np.int32)
     arc[arc_rows] = np.arange(len(arc_rows))
-
-    delta = end_kept - start
+    free = np.isfinite(moves.vector[row, 0])
+    delta = end - start
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[arc_rows] = _arc_lengths(arcs)
     angle = np.linalg.norm(delta[:, 3:], axis=1)
     kind = np.full(len(row), PieceKind.LINE, dtype=np.int8)
     kind[arc_rows] = PieceKind.ARC
+    circle, circles = _great_circles(moves, row, start, end, free, orientation)
+    swing = angle.copy()
+    swing[circle >= 0] = circles.angle
     length = np.hypot(tip_length, ROTARY_METRIC_MM * angle)
-    feed_time = _feed_times(moves, row, tip_length, angle)
+    feed_time = _feed_times(moves, row, tip_length, swing)
 
     dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
     dwell_before = np.searchsorted(row, dwell)
-    joined = _joined(moves, row, kind, start, end_kept, arcs, arc, length, feed_time)
+    joined = _joined(moves, row, kind, start, end, arcs, arc, length, feed_time)
+    joined[1:] &= (circle[1:] < 0) & (circle[:-1] < 0)
     joined[dwell_before[(dwell_before > 0) & (dwell_before < len(row))]] = False
     run = np.cumsum(~joined).astype(np.int32) - 1
     return ToolPath(
         line=moves.line[row],
         kind=kind,
         start=start,
-        end=end_kept,
+        end=end,
         tool_length=frame_length[row],
         feed_time=feed_time,
         length=length,
         arc=arc,
         arcs=arcs,
+        circle=circle,
+        circles=circles,
+        free=free,
         joints=np.empty((0, 2, 0)),
         joint=np.full(len(row), -1, dtype=np.int32),
         move=row.astype(np.int32),
@@ -92,6 +157,42 @@ def build_path(moves: Moves, coordinates: TableCoordinates) -> ToolPath:
         first_pose=first,
         first_tool_length=float(frame_length[0]) if len(moves) else moves.start_frame.tool_length,
     )
+
+
+def _great_circles(
+    moves: Moves, row: NDArray[np.intp], start: Array, end: Array, free: Mask, orientation: str
+) -> tuple[NDArray[np.int32], GreatCircles]:
+    """Which pieces swing along a great circle that is not linear in A and C, and those circles."""
+    circle = np.full(len(row), -1, dtype=np.int32)
+    none = GreatCircles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+    fed = moves.kind[row] == MoveKind.FEED
+    wanted = {"auto": free, "vector": free | fed, "angles": np.zeros(len(row), dtype=bool)}[orientation]
+    turning = np.abs(end[:, 4] - start[:, 4]) > ZERO_ANGLE
+    upright = (np.abs(np.sin(start[:, 3])) <= POLE_SINE) | (np.abs(np.sin(end[:, 3])) <= POLE_SINE)
+    if (bad := np.flatnonzero(wanted & ~free & turning & (upright | (start[:, 3] * end[:, 3] < 0)))).size:
+        raise _no_circle(moves, row[bad[0]], "passes the pole, where C turns")
+    which = np.flatnonzero(wanted & turning & ~upright & (start[:, 3] * end[:, 3] > 0))
+    if not len(which):
+        return circle, none
+    k0, k1 = (axis_of_angles(angles[which, 3], angles[which, 4]) for angles in (start, end))
+    cosine = np.sum(k0 * k1, axis=1)
+    across = k1 - cosine[:, None] * k0
+    sine = np.linalg.norm(across, axis=1)
+    if (bad := np.flatnonzero((sine < OPPOSITE) & (cosine < 0))).size:
+        raise _no_circle(moves, row[which[bad[0]]], "is not defined between opposite tool axes")
+    if (bad := np.flatnonzero(np.abs(end[which, 4] - start[which, 4]) >= np.pi)).size:
+        raise _no_circle(
+            moves, row[which[bad[0]]], "does not lead to the programmed C, which turns by half a turn or more"
+        )
+    which, k0, across, sine, cosine = (a[sine > ZERO_ANGLE] for a in (which, k0, across, sine, cosine))
+    circle[which] = np.arange(len(which))
+    return circle, GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine))
+
+
+def _no_circle(moves: Moves, move: np.intp, why: str) -> InputError:
+    line = int(moves.line[move])
+    text = f"the great circle from tool axis to tool axis {why}; use --orientation angles, or smaller steps"
+    return InputError(finding("VP007", text, line=line, last_line=line, worst_line=line))
 
 
 def _poses(coordinates: TableCoordinates, program: Array, frame: Frame) -> Array:

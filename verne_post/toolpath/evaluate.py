@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rotations import wrapped
 from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
 
 Array = NDArray[np.float64]
@@ -32,7 +33,24 @@ def pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
     curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
     if len(curved):
         tip[curved] = arc_tip(path.arcs, path.arc[piece[curved]], u[curved])
+    swung = np.flatnonzero(path.circle[piece] >= 0)
+    if len(swung):
+        angles[swung] = circle_angles(path, piece[swung], u[swung])
     return tip, angles
+
+
+def circle_angles(path: ToolPath, piece: Ints, u: Array) -> Array:
+    """Nominal angles (n, 2) at parameter u (n,) of pieces whose tool axis follows a great circle."""
+    circles, row = path.circles, path.circle[piece]
+    turn = u * circles.angle[row]
+    axis = np.cos(turn)[:, None] * circles.first[row] + np.sin(turn)[:, None] * circles.side[row]
+    start, end = path.start[piece, 3:], path.end[piece, 3:]
+    # a great circle that avoids the pole keeps to one side of the tilt
+    side = np.where(start[:, 0] + end[:, 0] < 0, -1.0, 1.0)
+    tilt = side * np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])
+    direction = np.arctan2(side * axis[:, 0], side * axis[:, 1])
+    # its azimuth changes by less than half a turn from end to end
+    return np.stack([tilt, start[:, 1] + wrapped(direction - start[:, 1])], axis=1)
 
 
 def arc_tip(arcs: ArcPieces, row: Ints, u: Array) -> Array:

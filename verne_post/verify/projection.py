@@ -50,6 +50,9 @@ def unwrapped_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[
     if len(arc):
         u[arc] = _arc_u(path, piece[arc], Measured(measured.q[arc], measured.tip[arc], measured.angles[arc]),
                         _fresh_of(arc, fresh), u_before)  # fmt: skip
+    swung = np.flatnonzero(path.circle[piece] >= 0)
+    if len(swung):
+        u[swung] = _swung_u(path, piece[swung], measured.tip[swung], _axis(measured.angles[swung]))
     joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[piece[joint]]]
@@ -97,6 +100,47 @@ def _arc_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bo
     return u
 
 
+def _swung_u(path: ToolPath, piece: Ints, tip: Array, axis: Array) -> Array:
+    """Nearest u on straight pieces whose tool axis follows a great circle."""
+    start, way = path.start[piece, :3], path.end[piece, :3] - path.start[piece, :3]
+    k0, k1, angle = _swing(path, piece)
+    across = np.cross(np.cross(k0, k1), k0)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    turned = np.arctan2(np.sum(axis * across, axis=1), np.sum(axis * k0, axis=1)) / angle
+    # both estimates are exact on the piece; each counts by the length that it stands for
+    weight_tip, weight_axis = np.sum(way**2, axis=1), (RADIAN_MM * angle) ** 2
+    moved = np.sum((tip - start) * way, axis=1)
+    return np.asarray((moved + weight_axis * turned) / (weight_tip + weight_axis))
+
+
+def _swing(path: ToolPath, piece: Ints) -> tuple[Array, Array, Array]:
+    """Tool axes at both ends of pieces, and the angle between them."""
+    k0, k1 = _axis(path.start[piece, 3:]), _axis(path.end[piece, 3:])
+    return k0, k1, np.arctan2(np.linalg.norm(np.cross(k0, k1), axis=1), np.sum(k0 * k1, axis=1))
+
+
+def chord_lengths(path: ToolPath) -> Array:
+    """Length (n,) of each piece that its tip and its tool axis, or its A and C where they are linear, go evenly; mm."""
+    length = path.length.copy()
+    swung = np.flatnonzero(path.circle >= 0)
+    tip = np.linalg.norm(path.end[swung, :3] - path.start[swung, :3], axis=1)
+    length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
+    return length
+
+
+def _swung_angles(path: ToolPath, piece: Ints, u: Array) -> Array:
+    """Nominal angles on a great circle: spherical interpolation between the tool axes at both ends."""
+    k0, k1, angle = _swing(path, piece)
+    share0, share1 = np.sin((1 - u) * angle) / np.sin(angle), np.sin(u * angle) / np.sin(angle)
+    axis = share0[:, None] * k0 + share1[:, None] * k1
+    start, end = path.start[piece, 3:], path.end[piece, 3:]
+    negative = (start[:, 0] < 0) | (end[:, 0] < 0)
+    tilt = np.where(negative, -1.0, 1.0) * np.arccos(np.clip(axis[:, 2], -1.0, 1.0))
+    c = np.arctan2(axis[:, 0], axis[:, 1]) + np.where(negative, np.pi, 0.0)
+    middle = 0.5 * (start[:, 1] + end[:, 1])  # C stays within half a turn of it
+    return np.stack([tilt, c - 2 * np.pi * np.round((c - middle) / (2 * np.pi))], axis=1)
+
+
 def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
     """Point of an arc and its derivative by u."""
     phi = (u * arcs.sweep[row])[:, None]
@@ -118,6 +162,9 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
     arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
     if len(arc):
         tip[arc] = _arc_point(path.arcs, path.arc[piece[arc]], u[arc])[0]
+    swung = np.flatnonzero(path.circle[piece] >= 0)
+    if len(swung):
+        angles[swung] = _swung_angles(path, piece[swung], u[swung])
     tip_off = np.linalg.norm(measured.tip - tip, axis=1)
     axis_off = np.linalg.norm(_axis(measured.angles) - _axis(angles), axis=1)
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])

@@ -31,16 +31,17 @@ from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
-from verne_post.verify.projection import RADIAN_MM, Measured, deviation, unwrapped_u
+from verne_post.verify.projection import RADIAN_MM, Measured, chord_lengths, deviation, unwrapped_u
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 Forward = Callable[[Array, Array], tuple[Array, Array, NDArray[np.bool_]]]
 
 _REST_ROWS: Final = 3
-#: Rounded joints move the tip by at most this many quanta of a slider, and this many mm per radian
-#: of a table angle: slider over tip motion is at most 1.3, a radian of A or C moves sliders by 200 mm,
-#: and a tip may be 1 m from the table's axes.
+#: Rounded joints move the tip by at most this many quanta of a linear actuator, and this many mm per radian
+#: of a table angle. Half a quantum in each actuator moves the tip by at most 1.5 quanta on the VERNE, 1.6 on the
+#: linear delta and 0.9 on the serial machine (measured over the workspaces of the shipped files); a radian of A or C
+#: moves sliders by 200 mm, and a tip may be 1 m from the table's axes.
 _TIP_PER_SLIDER: Final = 3.0
 _TIP_PER_RADIAN_MM: Final = 1000.0
 #: Rows looked at together when several pieces share a source line.
@@ -102,6 +103,8 @@ class Verifier:
         """Pieces and dwells in program order, and groups of neighbours with one source line."""
         path = self.path
         n = len(path)
+        #: Shortest motion that a piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
+        self.chord_length = chord_lengths(path)
         begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
         before = begins[path.dwell_run]
         where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
@@ -219,7 +222,7 @@ class Verifier:
         tip, angles, ok = self.forward(q, self.path.tool_length[at])
         if not ok.all():
             row = int(np.argmin(ok))
-            self._note("VP411", f"row {block.first + row}: the sliders close no position of the platform",
+            self._note("VP411", f"row {block.first + row}: the joint values close no position of the platform",
                        int(block.line[row]))  # fmt: skip
             self.lost = True
             return
@@ -353,7 +356,7 @@ class Verifier:
             self._note("VP413", f"row {block.first + row} lies beyond the ends of the piece of line {block.line[row]}",
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
-        budget, way = step * path.feed_time[piece], step * path.length[piece]
+        budget, way = step * path.feed_time[piece], step * self.chord_length[piece]
         slack = np.where(dwell, 0.0, 2 * noise_u * path.feed_time[piece])
         for at in np.flatnonzero(~same).tolist():
             budget[at], way[at], slack[at] = self._change(
@@ -437,7 +440,7 @@ class Verifier:
             if item_index >= 0 and self.piece[item_index] >= 0:
                 piece = int(self.piece[item_index])
                 spent += share * float(path.feed_time[piece])
-                way += share * float(path.length[piece])
+                way += share * float(self.chord_length[piece])
         if old >= 0 and self.piece[old] >= 0:
             last = int(self.piece[old])
             slack += float(2 * self.tip_noise / path.length[last] * path.feed_time[last])

@@ -7,21 +7,18 @@ platform's (s1 = s2 = s3 = -1) and uncrossed rods of leg I (R1 cos alpha > r1).
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
+from verne_post.kinematics.mobility import Joint, rod_pairs
+from verne_post.kinematics.modules import verne_modes, verne_rods
+from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
 from verne_post.kinematics.modules.verne_loops import LENGTHS, SIGNED, loop_equations
-from verne_post.kinematics.modules.verne_modes import (
-    ForwardSolution,
-    InverseSolution,
-    forward_all,
-    inverse_all,
-    iso_alpha_ellipse,
-    orientations,
-)
+from verne_post.kinematics.modules.verne_modes import ForwardModes
 from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]
@@ -29,6 +26,8 @@ Mask = NDArray[np.bool_]
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK: Final = 8192
+#: Share of rod L1 below which leg I's drop is small enough for two leans to be near each other.
+FLAT_LEG: Final = 0.01
 #: Newton steps from alpha = 0; four reach 2e-13 almost everywhere, the rest goes to the bracket.
 INVERSE_STEPS: Final = 6
 #: Newton steps of the forward solution from the middle of the workspace (rim: 8).
@@ -129,6 +128,7 @@ class VerneModule:
             y = y0[part] + yc[part] * c + ys[part] * s
             z = z0[part] + zc[part] * c + zs[part] * s
             radicands = self._radicands(x[part], y, c)
+            self._refuse_unclosed(radicands, a, y)
             with np.errstate(invalid="ignore"):
                 drop = np.sqrt(radicands)
             rho[part, 0] = z - drop[0]
@@ -139,6 +139,18 @@ class VerneModule:
         rho[~ok] = np.nan
         alpha[~ok] = np.nan
         return rho, alpha, ok
+
+    def _refuse_unclosed(self, radicands: Array, alpha: Array, y: Array) -> None:
+        """Where leg I is all but horizontal two leans merge and Newton may stop short of them: NaN where (14) fails.
+
+        Changes ``alpha`` and leg I's radicand in place.
+        """
+        with np.errstate(invalid="ignore"):
+            flat = np.flatnonzero(radicands[0] < (FLAT_LEG * self.L1) ** 2)
+            c, s = np.cos(alpha[flat]), np.sin(alpha[flat])
+            miss = y[flat] * (self.R1 * c - self.r1) + self.R1 * s * np.sqrt(radicands[0, flat])
+            open_ = flat[~(np.abs(miss) < 0.5 * ROD_RESIDUAL_MM2 * max(self.L1 / 850.0, 1.0) ** 2)]
+        alpha[open_] = radicands[0, open_] = np.nan
 
     def _radicands(self, x: Array, y: Array, cos_alpha: Array) -> Array:
         """Radicands of (11), (12), (13), shape (3, ...): squared vertical drops of the three legs, mm2."""
@@ -268,19 +280,27 @@ class VerneModule:
 
     def inverse_all(self, position: Array) -> list[InverseSolution]:
         """All real inverse solutions of one position (3,), with the reason each is refused: at most 16 (Fig. 6)."""
-        return inverse_all(self, position)
+        return verne_modes.inverse_all(self, position)
+
+    def inverse_leaning_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+        """All real solutions of :meth:`inverse_leaning` for one gauge point (3,): six leans at most."""
+        return verne_modes.inverse_leaning_all(self, pivot, gauge)
 
     def orientations(self, position: Array) -> list[float]:
         """All leans of the platform at one position (3,), rad: equation (9), Table I."""
-        return orientations(self, position)
+        return verne_modes.orientations(self, position)
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """All real assembly modes of one set of sliders (3,), with the reason each is refused (Fig. 7, Table III)."""
-        return forward_all(self, rho)
+        return verne_modes.forward_all(self, rho)
+
+    def forward_modes(self, rho: Array) -> ForwardModes:
+        """All real assembly modes of many sets of sliders (n, 3), mm."""
+        return verne_modes.forward_modes(self, np.asarray(rho, dtype=float).reshape(-1, 3))
 
     def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
         """Points (n, 2) of the ellipse (8) on which the platform leans by +-alpha (Fig. 5)."""
-        return iso_alpha_ellipse(self, alpha, turn)
+        return verne_modes.iso_alpha_ellipse(self, alpha, turn)
 
     # --- identification ------------------------------------------------------------------
 
@@ -374,37 +394,60 @@ class VerneModule:
         lean = self.R2 * np.sin(alpha)
         above = (rho[:, 0] < z) & (rho[:, 1] < z - lean) & (rho[:, 2] < z + lean)
         scale = (self.L1 / 850.0) ** 2  # the residual is a length squared
-        closed = (np.abs(self.rod_residuals(position, alpha, rho)) < ROD_RESIDUAL_MM2 * max(scale, 1.0)).all(axis=0)
+        residuals = verne_rods.rod_residuals(self, position, alpha, rho)
+        closed = (np.abs(residuals) < ROD_RESIDUAL_MM2 * max(scale, 1.0)).all(axis=-1)
         return above & closed & (np.abs(alpha) < self.crossing_angle)
 
-    def rod_residuals(self, position: Array, alpha: Array, rho: Array) -> Array:
-        """Left-hand sides of the rod equations (3), (4), (5), (6), shape (4, ...), mm2."""
-        x, y, z = position[..., 0], position[..., 1], position[..., 2]
-        c, s = np.cos(alpha), np.sin(alpha)
-        x1, x2 = x + self.leg1_x_offset, x + self.leg23_x_offset
-        arm1, arm2 = self.R1 * c - self.r1, self.R2 * c - self.r4
-        drop1, lean1, lean2 = z - rho[..., 0], self.R1 * s, self.R2 * s
-        return np.stack(
-            [
-                x1**2 + (y + arm1) ** 2 + (drop1 + lean1) ** 2 - self.L1**2,
-                x1**2 + (y - arm1) ** 2 + (drop1 - lean1) ** 2 - self.L1**2,
-                x2**2 + (y - arm2) ** 2 + (z - lean2 - rho[..., 1]) ** 2 - self.L2**2,
-                x2**2 + (y + arm2) ** 2 + (z + lean2 - rho[..., 2]) ** 2 - self.L3**2,
-            ]
-        )
+    # --- velocities -----------------------------------------------------------------------
+
+    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Parallel (..., 4, 4) and serial (..., 4, 3) part of the rod equations: see :func:`verne_rods.rod_jacobians`."""
+        return verne_rods.rod_jacobians(self, position, alpha, rho)
+
+    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
+        return verne_rods.conditioning(self, position, alpha, rho)
+
+    @property
+    def joint_graph(self) -> tuple[Joint, ...]:
+        """Bodies and joints of Fig. 3, for the mobility (1)."""
+        return rod_pairs(self.actuators, ("I", "II", "III"))
 
     # --- margins --------------------------------------------------------------------------
 
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
-        """Vertical drops of the three legs (mm), then R1 cos(alpha) - r1 (mm); shape (..., 4)."""
+        """Vertical drops of the three legs (mm), R1 cos(alpha) - r1 (mm), scaled parallel determinant; shape (..., 5).
+
+        The determinant counts positive on the side of the middle of the workspace.
+        """
         c = np.cos(alpha)
         drops = np.sqrt(np.maximum(self._radicands(position[..., 0], position[..., 1], c), 0.0))
-        return np.stack([drops[0], drops[1], drops[2], self.R1 * c - self.r1], axis=-1)
+        determinant = self._determinant_side * verne_rods.parallel_determinant(self, position, alpha, drops)
+        return np.stack([drops[0], drops[1], drops[2], self.R1 * c - self.r1, determinant], axis=-1)
 
-    def margin_names(self, serial_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds (mm)."""
+    @cached_property
+    def _determinant_side(self) -> float:
+        """Sign of the parallel determinant in the middle of the workspace."""
+        x, _drop = self._forward_start()
+        middle, upright = np.array([x, 0.0, 0.0]), np.array(0.0)
+        drops = np.sqrt(np.maximum(self._radicands(middle[0], middle[1], np.array(1.0)), 0.0))
+        return 1.0 if verne_rods.parallel_determinant(self, middle, upright, drops) >= 0 else -1.0
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
         drops = tuple(
             Margin("vertical drop of a rod", "VP202", joint, "mm", serial_singularity, 2 * serial_singularity)
             for joint in self.actuators
         )
-        return (*drops, Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0))
+        return (
+            *drops,
+            Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0),
+            Margin(
+                "determinant of the parallel Jacobian",
+                "VP203",
+                None,
+                "",
+                parallel_singularity,
+                2 * parallel_singularity,
+            ),
+        )

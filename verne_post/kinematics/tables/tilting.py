@@ -5,12 +5,14 @@ Its gauge-line point is the bridge to the parallel module, and its coordinates a
 G30 and G10 L2 speak of (docs/conventions.md). mm and rad, workpiece sense, unless a name says deg.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.rotations import rotate_x, rotate_z
+from verne_post.base.rotations import angles_of_axis, rotate_x, rotate_z, wrapped
+from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
 
@@ -96,6 +98,19 @@ class TiltingTable:
         program[..., 3] = self.a_sign * DEG_PER_RAD * angles[..., 0] - origin[3]
         program[..., 5] = self.c_sign * (DEG_PER_RAD * angles[..., 1] + frame.part_turn) - origin[5]
         return program - np.asarray(frame.g92)
+
+    def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+        """A program point (9) with A and C words that hold a tool axis (3,) given in program directions.
+
+        The pair with tilt in [0, pi]; C by less than half a turn from the point's, and the point's own at the pole.
+        """
+        tip, angles = self.to_table(np.array(program), frame)
+        tilt, turn = (float(angle) for angle in angles_of_axis(rotate_z(np.asarray(vector), self._turn(frame))))
+        if math.sin(tilt) <= POLE_SINE:
+            tilt, turn = (0.0 if tilt < 1.0 else math.pi), float(angles[1])
+        turn = float(angles[1] + wrapped(turn - angles[1]))
+        found = self.from_table(tip, np.array([tilt, turn]), frame)
+        return [*program[:3], float(found[3]), program[4], float(found[5]), *program[6:]]
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the table frame."""

@@ -1,0 +1,141 @@
+"""Kinds of machines: the keys of [module] and [limits] follow from the kind, and mistakes are told as well as ever."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from verne_post import InputError, load_machine
+from verne_post.config import machine_files, validate_machine
+from verne_post.config.kinds import KINDS
+from verne_post.config.load import machine_from_toml
+
+SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta": "linear delta"}
+
+
+def text(name):
+    return machine_files()[name].read_text(encoding="utf-8")
+
+
+def changed(name, *pairs):
+    """A shipped file with lines replaced, as bytes."""
+    found = text(name)
+    for old, new in pairs:
+        assert found.count(old) == 1, old
+        found = found.replace(old, new)
+    return found.encode()
+
+
+def mistakes(name, *pairs):
+    with pytest.raises(InputError) as refused:
+        machine_from_toml(changed(name, *pairs), "mine.toml")
+    assert all(item.code == "VP501" and item.severity == "error" for item in refused.value.findings)
+    return [item.message for item in refused.value.findings]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_kind_is_shipped_and_sound(name):
+    machine = load_machine(name)
+    assert (machine.name, machine.kind) == (SHIPPED[name], name)
+    assert validate_machine(machine) == []
+    assert set(machine_files()) == set(KINDS) == set(SHIPPED)
+    joints = [column.joint for column in machine.columns]
+    assert joints == [*machine.module.actuators, "a", "c"]
+    assert [column.code for column in machine.columns] == ["VP101"] * 3 + ["VP102", "VP103"]
+
+
+def test_nothing_of_the_new_machines_is_said_to_be_known():
+    for name in ("serial", "linear_delta"):
+        assert set(load_machine(name).provenance.values()) == {"assumed"}
+
+
+def test_limits_of_a_serial_machine_have_the_names_of_its_axes():
+    limits = load_machine("serial").limits
+    given = tomllib.loads(text("serial"))["limits"]
+    assert np.column_stack([limits.lower, limits.upper])[:3].tolist() == given["xyz_mm"]
+    assert limits.velocity[:3].tolist() == [given["xyz_velocity"]] * 3
+    assert limits.acceleration[:3].tolist() == [given["xyz_acceleration"]] * 3
+    assert limits.jerk[:3].tolist() == [given["xyz_jerk"]] * 3
+    headers = [column.header for column in load_machine("serial").columns]
+    assert headers == ["x_mm", "y_mm", "z_mm", "a_deg", "c_deg"]
+
+
+def test_one_value_for_all_or_three():
+    one = changed("serial", ("xyz_mm = [[-400.0, 400.0], [-400.0, 400.0], [-600.0, 100.0]]", "xyz_mm = [-700, 700]"))
+    assert machine_from_toml(one, "mine.toml").limits.lower[:3].tolist() == [-700.0] * 3
+    three = changed("serial", ("xyz_velocity = 500.0", "xyz_velocity = [400.0, 500.0, 300.0]"))
+    assert machine_from_toml(three, "mine.toml").limits.velocity[:3].tolist() == [400.0, 500.0, 300.0]
+
+
+def test_keys_of_another_kind_are_refused_with_the_kind():
+    told = mistakes("serial", ("xyz_velocity =", "rho_velocity ="))
+    assert any(message.startswith("mine.toml: limits.xyz_velocity is missing") for message in told)
+    (unknown,) = [message for message in told if "rho_velocity" in message]
+    assert "limits.rho_velocity is not a key of a machine file of kind 'serial'; did you mean xyz_velocity?" in unknown
+    (only,) = mistakes("serial", ("c_jerk = 20000.0", "c_jerk = 20000.0\nserial_singularity_mm = 100.0"))
+    assert "limits.serial_singularity_mm is not a key of a machine file of kind 'serial'" in only
+    (only,) = mistakes(
+        "serial", ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0, 1050.0]\nbase_zero = [0.0, 0.0, 0.0]")
+    )
+    assert "module.base_zero is not a key" in only
+
+
+def test_a_machine_with_rods_says_how_flat_they_may_be():
+    (only,) = mistakes("linear_delta", ("serial_singularity_mm = 100.0", ""))
+    assert only == "mine.toml: limits.serial_singularity_mm is missing"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("xyz_mm = [[-400.0, 400.0],", "xyz_mm = [[400.0, -400.0],", ["limits.xyz_mm", "lower end 400", "below"]),
+        ("xyz_mm = [[-400.0, 400.0],", "xyz_mm = [", ["limits.xyz_mm", "3"]),
+        ("xyz_jerk = 80000.0", "xyz_jerk = -1.0", ["limits.xyz_jerk = -1.0", "greater than 0"]),
+        ("xyz_jerk = 80000.0", "xyz_jerk = [1.0, 2.0]", ["limits.xyz_jerk = [1.0, 2.0]", "3"]),
+        ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0]", ["module.zero", "3"]),
+        ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0, nan]", ["module.zero.2", "finite"]),
+        ("zero = [0.0, 0.0, 1050.0]", "", ["module.zero is missing"]),
+    ],
+)
+def test_wrong_values_of_a_serial_machine(old, new, says):
+    told = mistakes("serial", (old, new))
+    assert any(all(part in message for part in says) for message in told), told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (
+            "platform_radius = 150.0",
+            "platform_radius = 500.0",
+            ["platform_radius = 500", "base_radius = 500", "smaller"],
+        ),
+        ("rod_length = 900.0", "rod_length = 350.0", ["rod_length = 350", "longer", "= 350"]),
+        ("[0.0, 120.0, 240.0]", "[0.0, 120.0, 359.5]", ["legs 1 and 3", "359.5", "1 degree or more apart"]),
+        ("[0.0, 120.0, 240.0]", "[0.0, 480.0, 120.0]", ["legs 2 and 3"]),
+        ("[0.0, 120.0, 240.0]", "[0.0, 120.0]", ["module.leg_angles_deg", "3"]),
+        ("rod_length = 900.0", "rod_length = 0.0", ["module.rod_length = 0.0", "greater than 0"]),
+    ],
+)
+def test_wrong_values_of_a_linear_delta(old, new, says):
+    told = mistakes("linear_delta", (old, new))
+    assert any(all(part in message for part in says) for message in told), told
+
+
+def test_mistakes_of_every_group_are_told_at_once():
+    told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_jerk = 100000.0", ""), ("radius = 250.0", ""))
+    for place in ("module.rod_length", "limits.rho_jerk", "table.radius"):
+        assert sum(f"{place} is missing" in message for message in told) == 1, told
+    told = mistakes("serial", ('kind = "serial"', 'kind = "tripod"'), ("radius = 250.0", ""))
+    assert any("kind = 'tripod': unknown; expected one of verne, serial, linear_delta" in message for message in told)
+    assert any("table.radius is missing" in message for message in told)
+
+
+def test_a_home_beyond_the_travel_names_the_axis():
+    high = changed("serial", ("g28 = [0.0, 0.0, 0.0, 0.0, 0.0]", "g28 = [0.0, 0.0, 150.0, 0.0, 0.0]"))
+    (item,) = validate_machine(machine_from_toml(high, "mine.toml"))
+    assert (item.axis, item.value, item.limit) == ("z", pytest.approx(150.0), pytest.approx(100.0))
+    far = changed("linear_delta", ("g30 = [0.0, 0.0, 0.0, 0.0, 0.0]", "g30 = [900.0, 0.0, 0.0, 0.0, 0.0]"))
+    (item,) = validate_machine(machine_from_toml(far, "mine.toml"))
+    assert "home.g30" in item.message
+    assert "out of reach" in item.message

@@ -1,0 +1,80 @@
+"""Clearances along whole segments: no touch between two samples goes unseen.
+
+A distance is no polynomial, but it cannot change faster than the points move that carry it. Their speed over a span
+is bounded by enclosures; a span whose smallest sampled distance is larger than what they can travel to the next
+sample is certain, every other one is halved.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base import spans
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.kinematics.judge import CHUNK_PIECES, WORST_DEPTH, Check, Worst, first_cover, limit_findings
+from verne_post.model.findings import Finding
+from verne_post.model.protocols import ClearanceModel, Pose
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: A span is halved at most this often: then its points move by a nanometre or less, and what is seen is what is.
+MAX_DEPTH: Final = 24
+#: Half the largest distance between neighbouring samples, ends included, as a share of the span.
+HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
+
+
+def judge_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
+    """VP211 to VP214 of every segment, one for each stretch of consecutive violating pieces."""
+    contour, n_joints = joints.contour, len(joints.machine.columns)
+    checks = [
+        Check(m.code, m.name, m.axis, n_joints + k, 1.0, m.error_below, m.warn_below, LIMIT_SLACK_MM, m.unit, 1.0)
+        for k, m in enumerate(clearance.names)
+    ]
+    worst = [Worst() for _ in checks]
+    for first in range(0, len(contour), CHUNK_PIECES):
+        chunk = np.arange(first, min(first + CHUNK_PIECES, len(contour)))
+        for piece, low, high, depth in first_cover(contour, chunk):
+            _judge_spans(joints, clearance, piece, low, high, depth, worst)
+    return [item for check, found in zip(checks, worst, strict=True) for item in limit_findings(contour, check, found)]
+
+
+def _judge_spans(
+    joints: JointPath, clearance: ClearanceModel, piece: Ints, low: Array, high: Array, depth: Ints, worst: list[Worst]
+) -> None:
+    limits = np.array([margin.error_below for margin in clearance.names])
+    while len(piece):
+        u = low[:, None] + spans.WITH_ENDS * (high - low)[:, None]
+        each = u.shape[1]
+        owner = np.repeat(piece, each)
+        solved = joints.solve(owner, u.ravel())
+        rho = solved.q[:, : len(joints.machine.module.actuators)]
+        pose = Pose(solved.position, solved.alpha, rho, solved.tip, solved.angles, joints.contour.tool_length[owner])
+        margins, points = clearance.evaluate(pose)
+        margins = margins.reshape(len(piece), each, -1)
+        moved = {group: _travel(part.reshape(len(piece), each, -1)) for group, part in points.items()}
+        seen = margins.min(axis=1) - limits
+        certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
+        solvable = np.isfinite(margins).all(axis=(1, 2))  # the others are findings of their own
+        halve = np.zeros(len(piece), dtype=bool)
+        for k, found in enumerate(worst):
+            open_ = np.flatnonzero(solvable & (certain[:, k] < -LIMIT_SLACK_MM))
+            broken = open_[seen[open_, k] < -LIMIT_SLACK_MM]
+            found.note(piece[broken], seen[broken, k], seen[broken, k] + limits[k])
+            allowed = np.where(seen[open_, k] < -LIMIT_SLACK_MM, WORST_DEPTH, MAX_DEPTH)
+            more = (seen[open_, k] - certain[open_, k] > LIMIT_SLACK_MM) & (depth[open_] < allowed)
+            halve[open_[more]] = True
+        index = np.flatnonzero(halve)
+        middle = 0.5 * (low[index] + high[index])
+        piece = np.concatenate([piece[index], piece[index]])
+        low, high = np.concatenate([low[index], middle]), np.concatenate([middle, high[index]])
+        depth = np.concatenate([depth[index], depth[index]]) + 1
+
+
+def _travel(points: Array) -> Array:
+    """How far a point of spans (n, samples, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
+    low, high = spans.enclosure(points[:, : spans.NODES], 1)
+    speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(points), -1, 3)
+    return np.asarray(HALF_GAP * np.linalg.norm(speed, axis=-1).max(axis=1))

@@ -1,0 +1,278 @@
+"""Which side of the table each piece uses: a shortest path over the whole program.
+
+The tool axis of (A, C) is also that of (-A, C + 180 degrees), and C may be a whole turn elsewhere. A *branch* is one
+of these ways; along a piece it is kept. Programs with tool axes (I J K) leave it open; programs with A and C words name
+it, and another one is taken only where the named one breaks a limit.
+
+Pieces that must share a branch unless the table rewinds form a *section*; sections end where the tool is vertical
+(C is free there), where it crosses the pole, and, when no section-wide branch is legal, where the legality changes.
+The path through the sections is the least of, in this order: pieces beyond a hard limit, rewinds while the tool
+feeds, other rewinds, pieces off the programmed branch, rotary travel.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.model.toolpath import ToolPath
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Turns of C that a free section may be away from where it would go on, where C is unlimited.
+TURNS: Final = 2
+#: Points of a piece at which a branch is tried before the whole piece is judged.
+TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+#: Sections end at changes of legality only up to this many pieces: beyond it a program is hopeless, not long.
+MAX_SECTIONS: Final = 20_000
+
+#: Are poses possible? (piece (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
+Legal = Callable[[NDArray[np.integer], Array, Array], Mask]
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A way to hold a tool axis: ``flip`` is 1 for (-A, C + pi); ``turns`` whole turns of C are added."""
+
+    flip: int
+    turns: int
+
+    def of(self, angles: Array) -> Array:
+        """The pair (..., 2) on this branch for the pair on the provisional one."""
+        sign = -1.0 if self.flip else 1.0
+        return np.asarray(angles * [sign, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns])
+
+
+@dataclass(frozen=True)
+class Change:
+    """A junction at which the table must go to another branch: before ``piece``, from one pair of angles to another."""
+
+    piece: int
+    before: tuple[float, float]
+    after: tuple[float, float]
+    feeding: bool
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPlan:
+    """What was chosen.
+
+    Attributes
+    ----------
+    start, end : ndarray, shape (n, 2)
+        Nominal angles at both ends of every piece.
+    changes : tuple of Change
+        Where the table must rewind or flip.
+    departs : ndarray of bool, shape (n,)
+        The piece has A and C words and is not on the branch that they name.
+    legal : bool
+        Every piece keeps the hard limits that were tried.
+    """
+
+    start: Array
+    end: Array
+    changes: tuple[Change, ...]
+    departs: Mask
+    legal: bool
+
+
+def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> BranchPlan | None:
+    """Choose the branch of every piece; None where the programmed one is legal throughout, or nothing is better.
+
+    Parameters
+    ----------
+    path : ToolPath
+        Provisional: free pieces have the tilt in [0, pi] (through zero where they cross the pole).
+    legal : callable
+    c_range : tuple of float
+        Travel of C, rad; infinite where it is unlimited.
+    """
+    free, n = path.free, len(path)
+    possible = {flip: _possible(path, legal, Branch(flip, 0)) for flip in (0,)}
+    low, high = c_range
+    inside = (np.minimum(path.start[:, 4], path.end[:, 4]) >= low) & (
+        np.maximum(path.start[:, 4], path.end[:, 4]) <= high
+    )
+    if not free.any() and (possible[0] & inside).all():
+        return None
+    possible[1] = _possible(path, legal, Branch(1, 0))
+    vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
+    states = _states(path, c_range)
+    breaks = _breaks(path, vertical)
+    plan = _through(path, _sections(breaks, vertical, n), vertical, states, possible, c_range)
+    if not plan.legal:
+        finer = _finer_breaks(path, breaks, states, possible, c_range)
+        if len(finer) <= MAX_SECTIONS:
+            plan = _through(path, _sections(finer, vertical, n), vertical, states, possible, c_range)
+    if not plan.legal and not free.any():
+        return None
+    return plan
+
+
+def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
+    """Whether each piece can be driven on a branch, C's travel aside."""
+    n, k = len(path), len(TRIED)
+    piece = np.repeat(np.arange(n), k)
+    u = np.tile(TRIED, n)
+    angles = path.start[piece, 3:] + u[:, None] * (path.end[piece, 3:] - path.start[piece, 3:])
+    return np.asarray(legal(piece, u, branch.of(angles)).reshape(n, k).all(axis=1))
+
+
+def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
+    """Branches that can matter: all whose C overlaps its travel, or a few turns where it is unlimited."""
+    low, high = c_range
+    c = np.concatenate([path.start[:, 4], path.end[:, 4]])
+    found = []
+    for flip in (0, 1):
+        if np.isfinite(low) or np.isfinite(high):
+            shifted_low, shifted_high = c.min() + flip * np.pi, c.max() + flip * np.pi
+            first = (
+                int(np.ceil((max(low, -1e6) - shifted_high) / (2 * np.pi) - ZERO_ANGLE)) if np.isfinite(low) else -TURNS
+            )
+            last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else TURNS
+            turns: Iterable[int] = range(min(first, 0), max(last, 0) + 1)
+        else:
+            turns = range(-TURNS, TURNS + 1) if path.free.any() else (0,)
+        found += [Branch(flip, turn) for turn in turns]
+    return sorted(found, key=lambda branch: (branch.flip, abs(branch.turns), branch.turns))
+
+
+def _breaks(path: ToolPath, vertical: Mask) -> set[int]:
+    """Pieces before which a section begins: at vertical tools, at the pole, between tool axes and words."""
+    apart = np.abs(path.start[1:, 3:] - path.end[:-1, 3:]).max(axis=1, initial=0.0) > ZERO_ANGLE
+    kind = path.free[1:] != path.free[:-1]
+    upright = path.free[1:] & path.free[:-1] & (np.abs(np.sin(path.start[1:, 3])) <= POLE_SINE)
+    at = np.flatnonzero(apart | kind | upright | (vertical[1:] != vertical[:-1])) + 1
+    return {0, *at.tolist()}
+
+
+def _finer_breaks(
+    path: ToolPath, breaks: set[int], states: list[Branch], possible: dict[int, Mask], c_range: tuple[float, float]
+) -> set[int]:
+    """Also where the legality of a branch changes, and on both sides of rapids."""
+    found = set(breaks)
+    for branch in states:
+        good = _good(path, branch, possible, c_range)
+        found.update((np.flatnonzero(good[1:] != good[:-1]) + 1).tolist())
+    rapid = path.feed_time == 0
+    found.update((np.flatnonzero(rapid[1:] | rapid[:-1]) + 1).tolist())
+    return found
+
+
+def _sections(breaks: set[int], vertical: Mask, n: int) -> list[tuple[int, int]]:
+    """(first, last) of the sections, vertical stretches left out: what joins sections, not one of them."""
+    begins = [*sorted(breaks), n]
+    pairs = [(a, b) for a, b in pairwise(begins) if a < b]
+    sections = [(a, b) for a, b in pairs if not vertical[a]]
+    return sections or [(0, n)]
+
+
+def _good(path: ToolPath, branch: Branch, possible: dict[int, Mask], c_range: tuple[float, float]) -> Mask:
+    c0, c1 = (branch.of(angles)[:, 1] for angles in (path.start[:, 3:], path.end[:, 3:]))
+    low, high = c_range[0] - ZERO_ANGLE, c_range[1] + ZERO_ANGLE
+    return possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
+
+
+def _through(
+    path: ToolPath, sections: list[tuple[int, int]], vertical: Mask, states: list[Branch],
+    possible: dict[int, Mask], c_range: tuple[float, float],
+) -> BranchPlan:  # fmt: skip
+    """The best branch of every section (dynamic programming), and the angles that follow."""
+    firsts = np.array([first for first, _last in sections])
+    lasts = np.array([last for _first, last in sections])
+    words = np.append(0, np.cumsum(~path.free))
+    illegal, departures = [], []
+    for branch in states:
+        bad = np.append(0, np.cumsum(~_good(path, branch, possible, c_range)))
+        illegal.append(bad[lasts] - bad[firsts])
+        departures.append(0 * firsts if branch == Branch(0, 0) else words[lasts] - words[firsts])
+    begin = np.stack([branch.of(path.start[firsts, 3:]) for branch in states], axis=1)
+    finish = np.stack([branch.of(path.end[lasts - 1, 3:]) for branch in states], axis=1)
+    feeding = path.feed_time > 0
+    own = [
+        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0.0) for s in range(len(states))] for k in range(len(firsts))
+    ]
+    best = own[0]
+    came: list[list[int]] = []
+    for k in range(1, len(firsts)):
+        bridged = bool(lasts[k - 1] < firsts[k])  # vertical pieces in between
+        fed = bool(feeding[lasts[k - 1] - 1] and feeding[firsts[k]])
+        here, back = [], []
+        for s in range(len(states)):
+            step = [
+                _added(best[t], _passage(finish[k - 1, t], begin[k, s], bridged=bridged, fed=fed))
+                for t in range(len(states))
+            ]
+            t = min(range(len(states)), key=lambda t: step[t])
+            here.append(_added(step[t], own[k][s]))
+            back.append(t)
+        best = here
+        came.append(back)
+    chosen = [min(range(len(states)), key=lambda s: best[s])]
+    total = best[chosen[0]]
+    for back in reversed(came):
+        chosen.append(back[chosen[-1]])
+    chosen.reverse()
+    return _laid_out(path, sections, vertical, [states[s] for s in chosen], legal=total[0] == 0)
+
+
+_Cost = tuple[int, int, int, int, float]
+
+
+def _added(a: _Cost, b: _Cost) -> _Cost:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4])
+
+
+def _passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
+    """Cost of going from one pair of angles to another between sections."""
+    tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
+    if tilt + turn <= 2 * ZERO_ANGLE:
+        return (0, 0, 0, 0, 0.0)
+    if bridged:
+        return (0, 0, 0, 0, turn)
+    return (0, int(fed), 1, 0, tilt + turn)
+
+
+def _laid_out(
+    path: ToolPath, sections: list[tuple[int, int]], vertical: Mask, chosen: list[Branch], *, legal: bool
+) -> BranchPlan:
+    """Angles of every piece on the chosen branches, vertical stretches turned in between."""
+    n = len(path)
+    start, end = path.start[:, 3:].copy(), path.end[:, 3:].copy()
+    departs = np.zeros(n, dtype=bool)
+    for (first, last), branch in zip(sections, chosen, strict=True):
+        start[first:last], end[first:last] = branch.of(start[first:last]), branch.of(end[first:last])
+        departs[first:last] = ~path.free[first:last] & (branch != Branch(0, 0))
+    changes = []
+    if sections[0][0] > 0:  # a vertical beginning already stands as it will leave
+        start[: sections[0][0], 1] = end[: sections[0][0], 1] = start[sections[0][0], 1]
+    for (_first, last), (following, _end) in pairwise(sections):
+        before, after = end[last - 1], start[following]
+        if last < following:
+            _turn_between(path, start, end, last, following, float(before[1]), float(after[1]))
+        elif np.abs(after - before).max() > ZERO_ANGLE:
+            fed = bool(path.feed_time[last - 1] > 0 and path.feed_time[following] > 0)
+            pairs = tuple((float(pair[0]), float(pair[1])) for pair in (before, after))
+            changes.append(Change(following, pairs[0], pairs[1], fed))
+        else:
+            start[following] = before  # to the last bit, so that no gap opens
+    tail = sections[-1][1]
+    if tail < n:
+        start[tail:, 1] = end[tail:, 1] = end[tail - 1, 1]
+    return BranchPlan(start, end, tuple(changes), departs, legal)
+
+
+def _turn_between(path: ToolPath, start: Array, end: Array, first: int, last: int, begin: float, finish: float) -> None:
+    """Turn C under a vertical tool: over the rapids of the stretch, or over all of it where there is none."""
+    rows = np.arange(first, last)
+    rapid = path.feed_time[rows] == 0
+    weight = path.length[rows] * (rapid if rapid.any() else 1.0)
+    share = np.append(0.0, np.cumsum(weight)) / weight.sum()
+    c = begin + share * (finish - begin)
+    c[-1] = finish
+    start[rows, 1], end[rows, 1] = c[:-1], c[1:]
