@@ -608,7 +608,7 @@ HELP = {
     "check": ["--output-format", "--output-file", "--fail-level", "--exit-zero", *PROGRAM_OPTIONS],
     "verify": ["--against", "--from", *PROGRAM_OPTIONS],
     "dump": ["moves", "poses", "joints", *PROGRAM_OPTIONS],
-    "machine": ["list", "show", "validate"],
+    "machine": ["list", "show", "validate", "identify"],
     "explain": ["CODE"],
 }
 

@@ -29,6 +29,24 @@ ROD_RESIDUAL_MM2: Final = 2e-6
 #: sin(tilt of the tool axis) below which the axis counts as vertical, so that C means nothing.
 POLE_SINE: Final = 1e-9
 
+# --- identification of lengths from measured poses -----------------------------------------
+
+#: Corrections of readings have settled below this step (mm, rad): far below any instrument, above rounding.
+ADJUST_STEP: Final = 1e-11
+#: Singular value over the largest one that counts as none: a few roundings of derivatives that differ by 1e3.
+RANK_SHARE: Final = 1e-9
+#: A combination of lengths is not determined when its standard uncertainty exceeds this share of the longest one:
+#: linearised uncertainties mean nothing there, and no machine file could use the value.
+WEAK_SHARE: Final = 0.01
+#: ... or when its leverage is less than this many times what errors of the readings alone would give.
+NOISE_LEVERAGE: Final = 3.0
+#: Coefficients below this are left out where an undetermined combination is named.
+SMALL_COEFFICIENT: Final = 0.03
+#: No coordinate of a machine is larger, mm; a larger number is a slip of the hand, and would drown the fit.
+LARGEST_READING_MM: Final = 1e6
+#: Two fits that end closer than this in every length ended in one place.
+SAME_LENGTHS_MM: Final = 0.01
+
 # --- limits ------------------------------------------------------------------------------
 
 #: A value counts as beyond a limit when it exceeds it by more than this. One nanometre: above the

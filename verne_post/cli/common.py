@@ -158,20 +158,20 @@ def check_writable(path: Path | None, option: str) -> None:
     Path(probe).unlink()
 
 
-def write_whole(path: Path, parts: Iterable[str]) -> None:
+def write_whole(path: Path, parts: Iterable[str] | Iterable[bytes]) -> None:
     """Write a file so that it is whole or untouched: a temporary name in the same folder, then a rename.
 
-    A symbolic link keeps pointing where it does; devices and pipes are written through.
+    Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps pointing where it does; devices and pipes are written through.
     """
     if path.exists() and not path.is_file():
-        with path.open("w", encoding="utf-8", newline="\n") as device:
-            device.writelines(parts)
+        with path.open("wb") as device:
+            device.writelines(_encoded(parts))
         return
     target = path.resolve()
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent, text=True)
+    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.writelines(parts)
+        with os.fdopen(handle, "wb") as file:
+            file.writelines(_encoded(parts))
         umask = os.umask(0)
         os.umask(umask)
         Path(temporary).chmod(0o666 & ~umask)
@@ -179,6 +179,11 @@ def write_whole(path: Path, parts: Iterable[str]) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def _encoded(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
+    for part in parts:
+        yield part.encode("utf-8") if isinstance(part, str) else part
 
 
 def shown_name(name: str) -> str:

@@ -1,13 +1,20 @@
-"""`verne-post machine`: list, show and validate machine files."""
+"""`verne-post machine`: list, show, draw and validate machine files, identify lengths from measured poses."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import load, refuse
+from verne_post.cli.common import check_writable, load, read_bytes, refuse, shown_name, write_whole
+
+if TYPE_CHECKING:
+    from verne_post.model.machine import Machine
 
 
 @click.group("machine")
 def command() -> None:
-    """List, show and validate machine files."""
+    """List, show, draw and validate machine files, and identify lengths from measured poses."""
 
 
 @command.command("list")
@@ -22,19 +29,88 @@ def list_() -> int:
 
 @command.command("show")
 @click.argument("name", default="verne", metavar="NAME|FILE")
-def show(name: str) -> int:
-    """Print a machine file, with where its values come from."""
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    metavar="OUT.png|OUT.svg",
+    help="Draw a slice of the workspace in place of printing the file.",
+)
+@click.option("--tool-length", type=float, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
+@click.option("--tilt", type=float, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
+@click.option("--rotary", type=float, metavar="DEG", help="Of the slice: C as a program would say it; default 0.")
+@click.option(
+    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the table frame; default xy."
+)
+@click.option("--at", type=float, metavar="MM", help="Where the slice cuts the third axis; default 0.")
+@click.option("--iso-alpha", is_flag=True, help="Draw curves of equal lean of the platform in place of a slice.")
+def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
+    """Print a machine file, with where its values come from; or draw what the machine reaches."""
     from verne_post.config import machine_files
     from verne_post.model.findings import InputError
 
+    given = [f"--{key.replace('_', '-')}" for key, value in of_slice.items() if value is not None]
+    if plot is None and (given or iso_alpha):
+        raise click.UsageError(f"{(given or ['--iso-alpha'])[0]} is about a picture: name its file with --plot")
+    if iso_alpha and given:
+        raise click.UsageError(f"{given[0]}: --iso-alpha draws places of the platform, not a slice; leave it out")
+    for key, value in of_slice.items():
+        if isinstance(value, float) and (not math.isfinite(value) or (key == "tool_length" and not 0 <= value <= 1e4)):
+            right = "a tool length lies between 0 and 10000 mm" if key == "tool_length" else "expected a number"
+            raise click.UsageError(f"--{key.replace('_', '-')} {value:g}: {right}")
     try:
-        load(name)
+        machine = load(name)
     except InputError as error:
         return refuse(name, error)
+    if plot is not None:
+        _draw(name, machine, plot, iso_alpha, of_slice)
+        return 0
     path = machine_files().get(name, name)
     with click.open_file(str(path), encoding="utf-8") as file:
         click.echo(file.read(), nl=False)
     return 0
+
+
+def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: dict[str, float | str | None]) -> None:
+    """Write a picture of a machine."""
+    import numpy as np
+
+    from verne_post.model.protocols import IsoAlpha
+    from verne_post.output import plots
+
+    suffix = plots.suffix_of(plot)
+    if suffix is None:
+        raise click.UsageError(f"--plot {plot}: expected a name that ends in {' or '.join(plots.SUFFIXES)}")
+    if iso_alpha and not isinstance(machine.module, IsoAlpha):
+        raise click.UsageError(
+            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal lean; leave the option out for a slice"
+        )
+    check_writable(plot, "--plot")
+    try:
+        import matplotlib as _needed  # noqa: F401
+    except ImportError:
+        raise click.UsageError(
+            "--plot needs matplotlib, which is not installed; install it with: pip install 'verne-post[plot]'"
+        ) from None
+    if isinstance(machine.module, IsoAlpha) and iso_alpha:
+        write_whole(plot, [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
+        return
+    factors = {column.joint: column.factor for column in machine.columns}
+    if not {"a", "c"} <= set(factors):
+        raise click.UsageError(
+            f"--plot: a slice is drawn at a nominal A and C, and a machine of kind {machine.kind!r} has no such pair of axes"
+        )
+    angles = np.array([float(of_slice[key] or 0.0) / factors[joint] for key, joint in (("tilt", "a"), ("rotary", "c"))])
+    plane, at, length = (
+        str(of_slice["plane"] or "xy"),
+        float(of_slice["at"] or 0.0),
+        float(of_slice["tool_length"] or 0.0),
+    )
+    try:
+        figure, drawn = plots.workspace_figure(machine, plane, at, angles, length)
+    except plots.NothingReached as error:
+        raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
+    write_whole(plot, [plots.picture(figure, suffix)])
+    click.echo(f"{plot}: {plots.said_of_slice(plane, *drawn)}")
 
 
 @command.command("validate")
@@ -57,3 +133,146 @@ def validate(name: str) -> int:
     for group, source in machine.provenance.items():
         click.echo(f"  {group}: {source}")
     return 0
+
+
+@command.command("identify")
+@click.argument("measured", metavar="MEASURED.csv")
+@click.option(
+    "--machine", "machine_name", default="verne", metavar="NAME|FILE", help="Whose lengths; the fit starts there."
+)
+@click.option("--free", metavar="R1,r1,...", help="Lengths to estimate; without it all but those of --fix.")
+@click.option("--fix", "held", metavar="R1,r1,...", help="Lengths that keep the machine file's values.")
+@click.option("--tie", "tied", multiple=True, metavar="L2=L3", help="Lengths that are equal; repeatable.")
+@click.option(
+    "--sigma-rho",
+    type=float,
+    default=0.01,
+    show_default=True,
+    metavar="MM",
+    help="Standard uncertainty of slider readings; 0: exact.",
+)
+@click.option(
+    "--sigma-xyz",
+    type=float,
+    default=0.02,
+    show_default=True,
+    metavar="MM",
+    help="Standard uncertainty of each coordinate of P.",
+)
+@click.option(
+    "--sigma-alpha-deg",
+    type=float,
+    default=0.01,
+    show_default=True,
+    metavar="DEG",
+    help="Standard uncertainty of measured leans; inf: a lean only tells which solution a row is.",
+)
+@click.option(
+    "--sigma-rod",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="MM",
+    help="How far each rod may miss: play and bending that no length explains.",
+)
+@click.option(
+    "--starts",
+    type=click.IntRange(min=0),
+    default=0,
+    metavar="N",
+    help="Also fit from N random sets of lengths, and report where they land.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
+def identify_(
+    measured: str,
+    machine_name: str,
+    free: str | None,
+    held: str | None,
+    tied: tuple[str, ...],
+    sigma_rho: float,
+    sigma_xyz: float,
+    sigma_alpha_deg: float,
+    sigma_rod: float,
+    starts: int,
+    as_json: bool,
+) -> int:
+    """Estimate the lengths of the module from measured sliders and platform poses.
+
+    MEASURED.csv has the columns rho1_mm,rho2_mm,rho3_mm,x_mm,y_mm,z_mm (P in the base frame, z down), and as you like
+    alpha_deg or alpha_rad (blank: not measured) and setting (rows with the same text share one slider reading).
+
+    Exit status: 0 a table to paste, 1 the readings contradict their stated uncertainties, 2 unusable input,
+    3 the readings do not determine the lengths.
+    """
+    import numpy as np
+
+    from verne_post.base.units import RAD_PER_DEG
+    from verne_post.cli.main import EXIT_CLEAN, EXIT_NO_VERDICT, EXIT_VIOLATION
+    from verne_post.config.measured import read_measured, refused_lengths
+    from verne_post.kinematics.identify import Uncertainty, identify
+    from verne_post.model.findings import InputError
+    from verne_post.model.protocols import Identifiable
+    from verne_post.output.identification import IdentificationReport, identification_json, identification_text
+
+    name = shown_name(measured)
+    for option, value in (("rho", sigma_rho), ("xyz", sigma_xyz), ("alpha-deg", sigma_alpha_deg), ("rod", sigma_rod)):
+        if not value >= 0 or (math.isinf(value) and option != "alpha-deg"):
+            raise click.UsageError(f"--sigma-{option} {value:g}: an uncertainty is a number from 0 on")
+    if sigma_xyz == 0 and sigma_rod == 0:
+        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
+    try:
+        machine = load(machine_name)
+    except InputError as error:
+        return refuse(machine_name, error)
+    module = machine.module
+    if not isinstance(module, Identifiable):
+        raise click.UsageError(
+            f"--machine {machine_name}: the lengths of a machine of kind {machine.kind!r} cannot be identified from "
+            "sliders and poses; its module gives no loop equations"
+        )
+    present = {key: float(getattr(module, key)) for key in module.length_names}
+    groups = [_lengths(text, "--tie", "=", present) for text in tied]
+    if any(len(group) < 2 for group in groups) or len(sum(groups, ())) != len(set(sum(groups, ()))):
+        raise click.UsageError(f"--tie {' '.join(tied)}: expected different lengths, such as L2=L3, each named once")
+    fixed = _lengths(held, "--fix", ",", present)
+    if free is not None:
+        if held is not None:
+            raise click.UsageError("--free and --fix exclude each other: give one of them")
+        chosen = _lengths(free, "--free", ",", present)
+        fixed = tuple(key for key in present if key not in chosen)
+    for group in groups:
+        if set(group) & set(fixed):
+            raise click.UsageError(
+                f"--tie {'='.join(group)}: {(set(group) & set(fixed)).pop()} is held, so it cannot move"
+            )
+    if len(fixed) == len(present):
+        raise click.UsageError("no length is left to estimate")
+    try:
+        data = read_measured(read_bytes(measured), module.actuators)
+        sigma = Uncertainty(sigma_rho, sigma_xyz, RAD_PER_DEG * sigma_alpha_deg, sigma_rod)
+        result = identify(module, data, sigma, fixed, groups, starts)
+    except InputError as error:
+        return refuse(name, error)
+    except np.linalg.LinAlgError:
+        raise click.UsageError(
+            f"{name}: readings that are taken as exact contradict each other, whatever the lengths; "
+            "give them an uncertainty (--sigma-rho, --sigma-alpha-deg), or the rods (--sigma-rod)"
+        ) from None
+    report = IdentificationReport(
+        name, machine, data, sigma, present, result, refused_lengths(machine.kind, result.lengths)
+    )
+    click.echo((identification_json if as_json else identification_text)(report), nl=False)
+    if not report.usable:
+        return EXIT_NO_VERDICT
+    return EXIT_VIOLATION if report.contradicted else EXIT_CLEAN
+
+
+def _lengths(text: str | None, option: str, between: str, known: dict[str, float]) -> tuple[str, ...]:
+    """Names of lengths in an option."""
+    names = tuple(part.strip() for part in text.split(between)) if text else ()
+    for name in names:
+        if name not in known:
+            raise click.UsageError(
+                f"{option} {text}: {name!r} is no length of this machine; they are {', '.join(known)}"
+            )
+    return names

@@ -333,6 +333,13 @@ CODES: Final[dict[str, Code]] = _table(
         "The machine file is missing, is not TOML, or a key of it is unknown, missing or out of bounds.",
         "Mend the key that the message names; `verne-post machine show` prints a good file.",
     ),
+    (
+        "VP502",
+        "measured poses",
+        "error",
+        "The file of measured sliders and poses has a missing column, a value that is no number, or too little data.",
+        "Mend the line and column that the message names; docs/calibration.md shows a good file.",
+    ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (
         "VP901",

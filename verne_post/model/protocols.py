@@ -5,7 +5,7 @@ Coordinates are given to gcode and toolpath, the kinematics to pipeline and veri
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -225,6 +225,37 @@ class WholeSolution:
     signs: tuple[int, ...]
     other_table: bool
     refused: str | None
+
+
+@runtime_checkable
+class Identifiable(Protocol):
+    """A module whose lengths can be identified: its loop equations may be asked with any lengths."""
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Names of the actuated joints, m of them."""
+
+    @property
+    def length_names(self) -> tuple[str, ...]:
+        """Names of the p lengths: keys of [module], and attributes of the module (mm)."""
+
+    @property
+    def signed_lengths(self) -> frozenset[str]:
+        """Those that may be negative."""
+
+    def loop_equations(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+        """Misfits of the loops (n, e), mm; their derivatives by lengths (n, e, p), actuators (n, e, m), pose (n, e, 4).
+
+        Lengths (p,), actuators (n, m), pose (n, 4): x, y, z in the base frame (mm) and the lean alpha (rad).
+        """
+
+
+@runtime_checkable
+class IsoAlpha(Protocol):
+    """A module whose places of equal lean are closed curves in x and y."""
+
+    def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
+        """Points (n, 2) of P at which the platform may lean by alpha or -alpha, by the parameter turn (n,)."""
 
 
 class FiveAxis(Protocol):

@@ -17,6 +17,7 @@ from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMA
 from verne_post.kinematics.mobility import Joint, rod_pairs
 from verne_post.kinematics.modules import verne_modes, verne_rods
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
+from verne_post.kinematics.modules.verne_loops import LENGTHS, SIGNED, loop_equations
 from verne_post.kinematics.modules.verne_modes import ForwardModes
 from verne_post.model.protocols import Margin
 
@@ -51,6 +52,8 @@ class VerneModule:
     L3: float
 
     actuators: ClassVar[tuple[str, ...]] = ("rho1", "rho2", "rho3")
+    length_names: ClassVar[tuple[str, ...]] = LENGTHS
+    signed_lengths: ClassVar[frozenset[str]] = SIGNED
 
     @property
     def crossing_angle(self) -> float:
@@ -294,6 +297,16 @@ class VerneModule:
     def forward_modes(self, rho: Array) -> ForwardModes:
         """All real assembly modes of many sets of sliders (n, 3), mm."""
         return verne_modes.forward_modes(self, np.asarray(rho, dtype=float).reshape(-1, 3))
+
+    def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
+        """Points (n, 2) of the ellipse (8) on which the platform leans by +-alpha (Fig. 5)."""
+        return verne_modes.iso_alpha_ellipse(self, alpha, turn)
+
+    # --- identification ------------------------------------------------------------------
+
+    def loop_equations(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+        """The rod equations (3) to (6) for any lengths, with derivatives; see :mod:`.verne_loops`."""
+        return loop_equations(lengths, rho, pose)
 
     # --- forward -------------------------------------------------------------------------
 

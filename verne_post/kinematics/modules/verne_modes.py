@@ -133,6 +133,34 @@ def orientations(module: "VerneModule", position: Array) -> list[float]:
     return sorted({alpha for alpha, _s1 in _leans(module, x, (y, 0.0, 0.0))})
 
 
+def iso_alpha_ellipse(module: "VerneModule", alpha: float, turn: Array) -> Array:
+    """Where P may stand so that the platform leans by alpha: the ellipse of equation (8), Fig. 5.
+
+    With ``arm2 = R1^2 + r1^2 - 2 R1 r1 cos(alpha)`` (7) reads
+    ``(R1 sin)^2 (x + D1 - d1)^2 + arm2 y^2 = (R1 sin)^2 (L1^2 - arm2)``, hence the semi-axes
+    ``a = sqrt(L1^2 - arm2)`` and ``b = a R1 |sin(alpha)| / sqrt(arm2)``. By (14) the working mode (rho1 above z_P,
+    uncrossed rods) leans by +alpha on the half y < 0 and by -alpha on the half y > 0.
+    For alpha = 0 or pi the ellipse is the segment y = 0.
+
+    Parameters
+    ----------
+    alpha : float
+        rad; +alpha and -alpha have the same ellipse.
+    turn : ndarray, shape (n,)
+        Where on the ellipse: 0 is its end at largest x, pi / 2 the end of the y axis, rad.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        x and y of P, base frame, mm. Independent of z. NaN where leg I is too short to lean so far anywhere.
+    """
+    arm2 = module.R1**2 + module.r1**2 - 2 * module.R1 * module.r1 * np.cos(alpha)
+    radicand = module.L1**2 - arm2
+    a = np.sqrt(radicand) if radicand >= 0 else np.nan
+    b = a * abs(module.R1 * np.sin(alpha)) / np.sqrt(arm2)
+    return np.stack([a * np.cos(turn) - module.leg1_x_offset, b * np.sin(turn)], axis=-1)
+
+
 def _leans(module: "VerneModule", x: float, y_of: tuple[float, float, float]) -> list[tuple[float, int]]:
     """Lean angles with the side s1 of leg I (Tables I and II)."""
     x1 = x + module.leg1_x_offset

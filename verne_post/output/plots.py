@@ -1,0 +1,217 @@
+"""Pictures of a machine: slices of its workspace, and curves of equal lean. Needs matplotlib (extra ``plot``)."""
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.kinematics.workspace import Reach, classify
+from verne_post.model.machine import Machine
+from verne_post.model.protocols import IsoAlpha
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+#: Formats of pictures, by the suffix of the file.
+SUFFIXES: Final = (".png", ".svg")
+#: Axes of a slice: across, up, and the one held.
+PLANES: Final = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
+#: A slice is first looked for this far from the rotary centre, in steps of SEARCH_STEP; mm.
+SEARCH: Final = 1500.0
+SEARCH_STEP: Final = 50.0
+#: Points along each side of the drawn slice.
+RESOLUTION: Final = 241
+#: Room around what is reached, as a share of it: there the limits that end it are seen.
+ROOM: Final = 0.12
+#: Leans drawn, as in Fig. 5: steps of pi / 90.
+LEANS: Final = np.pi * np.arange(91) / 90
+
+_COLOURS: Final = (
+    "#d9d9d9", "#f4a582", "#92c5de", "#f7d38c", "#c2a5cf", "#a6dba0", "#e78ac3", "#b3b3b3", "#d6a77a", "#80cdc1",
+    "#fddbc7", "#cbd5e8", "#e6f598", "#fbb4ae",
+)  # fmt: skip
+
+
+class NothingReached(ValueError):
+    """No tip of the slice is reached."""
+
+
+def picture(figure: "Figure", suffix: str) -> bytes:
+    """The bytes of a picture; the same figure gives the same bytes."""
+    import matplotlib as mpl
+
+    buffer = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "verne-post"}):
+        figure.savefig(
+            buffer, format=suffix.removeprefix("."), dpi=110, metadata={"Date": None} if suffix == ".svg" else {}
+        )
+    return buffer.getvalue()
+
+
+def suffix_of(path: Path) -> str | None:
+    """The format that a file's name asks for, None when it is none of :data:`SUFFIXES`."""
+    return path.suffix.lower() if path.suffix.lower() in SUFFIXES else None
+
+
+def slice_grid(plane: str, at: float, across: Array, up: Array) -> Array:
+    """Tips (len(up) * len(across), 3) of a slice of the table frame, row by row."""
+    i, j, k = PLANES[plane]
+    tip = np.empty((len(up), len(across), 3))
+    tip[..., i], tip[..., j], tip[..., k] = across[None, :], up[:, None], at
+    return tip.reshape(-1, 3)
+
+
+def reach_of_slice(
+    machine: Machine, plane: str, at: float, angles: Array, tool_length: float
+) -> tuple[Array, Array, Reach]:
+    """Where the machine reaches in a plane of the table frame, on a grid that just contains it.
+
+    Parameters
+    ----------
+    plane : {"xy", "xz", "yz"}
+    at : float
+        Coordinate along the third axis, mm.
+    angles : ndarray, shape (2,)
+        Nominal A and C, workpiece sense, rad.
+    tool_length : float
+        mm.
+
+    Returns
+    -------
+    across, up : ndarray, shape (RESOLUTION,)
+        Coordinates of the grid, mm.
+    Reach
+        Of :func:`slice_grid`.
+
+    Raises
+    ------
+    NothingReached
+    """
+    steps = np.arange(-SEARCH, SEARCH + SEARCH_STEP / 2, SEARCH_STEP)
+    rough = classify(machine, slice_grid(plane, at, steps, steps), angles, tool_length)
+    rows, columns = np.nonzero(rough.reached.reshape(len(steps), len(steps)))
+    if not len(rows):
+        raise NothingReached(f"no tip with |{plane[0]}|, |{plane[1]}| up to {SEARCH:g} mm is reached in this plane")
+    sides = []
+    for index in (columns, rows):
+        low, high = steps[index.min()] - SEARCH_STEP, steps[index.max()] + SEARCH_STEP
+        room = ROOM * (high - low)
+        sides.append(np.linspace(low - room, high + room, RESOLUTION))
+    across, up = sides
+    return across, up, classify(machine, slice_grid(plane, at, across, up), angles, tool_length)
+
+
+def workspace_figure(
+    machine: Machine, plane: str, at: float, angles: Array, tool_length: float
+) -> tuple["Figure", tuple[Array, Array, Reach]]:
+    """Draw a slice of the workspace; see :func:`reach_of_slice`, whose answer comes with it."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    across, up, reach = reach_of_slice(machine, plane, at, angles, tool_length)
+    shape = (len(up), len(across))
+    broken = reach.broken.reshape(shape)
+    margin = np.ma.masked_where(broken >= 0, reach.margin.reshape(shape))
+    step = ((across[1] - across[0]) / 2, (up[1] - up[0]) / 2)
+    extent = (across[0] - step[0], across[-1] + step[0], up[0] - step[1], up[-1] + step[1])
+    figure = Figure(figsize=(min(1.9 + 5.0 * np.ptp(across) / np.ptp(up), 14.0), 6.6), layout="constrained")
+    axes = figure.add_subplot()
+    present = [int(limit) for limit in np.unique(broken) if limit >= 0]
+    colours = [_COLOURS[index % len(_COLOURS)] for index in range(len(reach.limits))]
+    if present:
+        axes.imshow(
+            np.ma.masked_less(broken, 0), origin="lower", extent=extent, interpolation="nearest",
+            cmap=ListedColormap(colours), norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
+        )  # fmt: skip
+    image = axes.imshow(margin, origin="lower", extent=extent, interpolation="nearest", cmap="viridis", vmin=0.0)
+    figure.colorbar(image, ax=axes, label="reached: smallest margin of travel or rod drop, mm")
+    axes.contour(across, up, broken < 0, levels=[0.5], colors="black", linewidths=0.9)
+    _draw_table(axes, machine, plane, at)
+    i, j, k = PLANES[plane]
+    axes.set(xlabel=f"{'xyz'[i]} on the table, mm", ylabel=f"{'xyz'[j]} on the table, mm", aspect="equal")
+    axes.set_xlim(extent[0], extent[1])
+    axes.set_ylim(extent[2], extent[3])
+    a, c = (_shown(machine, joint, angle) for joint, angle in zip("ac", angles, strict=True))
+    axes.set_title(
+        f"{machine.name}: tips reached, tool {tool_length:g} mm, A{a:g} C{c:g}, {'xyz'[k]} = {at:g} mm", fontsize=11
+    )
+    handles = [Patch(facecolor=colours[limit], label=reach.limits[limit]) for limit in present]
+    if handles:
+        figure.legend(
+            handles=handles, loc="outside lower center", ncols=3 if np.ptp(across) > np.ptp(up) else 2, fontsize=8, frameon=False,
+            title="outside, by the limit that is broken most", title_fontsize=8,
+        )  # fmt: skip
+    return figure, (across, up, reach)
+
+
+def _shown(machine: Machine, joint: str, angle: float) -> float:
+    """An angle in the words of a program."""
+    factor = next(column.factor for column in machine.columns if column.joint == joint)
+    return round(float(angle * factor), 9) + 0.0
+
+
+def _draw_table(axes: Any, machine: Machine, plane: str, at: float) -> None:
+    """Outline of the table face where the slice meets it or looks at it from above."""
+    from matplotlib.patches import Circle
+
+    radius = machine.table_radius
+    if plane == "xy":
+        axes.add_patch(Circle((0, 0), radius, fill=False, color="white", linestyle="--", linewidth=1.2))
+    elif abs(at) < radius:
+        half = float(np.sqrt(radius**2 - at**2))
+        axes.plot([-half, half], [0, 0], color="white", linestyle="--", linewidth=1.5)
+
+
+def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
+    """Curves on which the platform leans alike: the ellipses (8), Fig. 5 of the paper.
+
+    Every point lies on two of them. They grow with the lean up to the one that is drawn in both panels, a circle on the
+    VERNE, where R1 cos(alpha) = r1, and shrink beyond.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+    turn = np.linspace(0.0, 2 * np.pi, 181)
+    curves = [module.iso_alpha_ellipse(float(alpha), turn) for alpha in LEANS]
+    highest = int(np.nanargmax([np.ptp(curve[:, 1]) for curve in curves]))
+    figure = Figure(figsize=(9.6, 5.2), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    norm = Normalize(0.0, 180.0)
+    for axes, family in ((left, slice(0, highest + 1)), (right, slice(highest, None))):
+        for alpha, curve in zip(LEANS[family], curves[family], strict=True):
+            axes.plot(*curve.T, color=colormaps["turbo"](norm(DEG_PER_RAD * alpha)), linewidth=0.6)
+        first, last = (DEG_PER_RAD * LEANS[family][index] for index in (0, -1))
+        axes.set_title(f"|alpha| {first:.0f} to {last:.0f} degrees", fontsize=10)
+        axes.set(xlabel="x of P, mm (base frame)", aspect="equal")
+    left.set_ylabel("y of P, mm")
+    figure.suptitle(f"{machine.name}: where the platform may lean by alpha, every 2 degrees", fontsize=11)
+    figure.colorbar(
+        ScalarMappable(norm, "turbo"), ax=right, label="|alpha|, degrees", ticks=np.arange(0, 181, 30), shrink=0.8
+    )
+    return figure
+
+
+def said_of_slice(plane: str, across: Array, up: Array, reach: Reach) -> str:
+    """One sentence about a slice: how far it reaches, and what ends it."""
+    inside = reach.reached.reshape(len(up), len(across))
+    rows, columns = np.nonzero(inside)
+    # limits that stand next to a tip that is reached
+    beside = np.zeros_like(inside)
+    beside[1:] |= inside[:-1]
+    beside[:-1] |= inside[1:]
+    beside[:, 1:] |= inside[:, :-1]
+    beside[:, :-1] |= inside[:, 1:]
+    ends = np.unique(reach.broken.reshape(inside.shape)[beside & ~inside])
+    names = ", ".join(reach.limits[index] for index in ends)
+    return (
+        f"reached: {plane[0]} from {across[columns.min()]:.0f} to {across[columns.max()]:.0f} mm, "
+        f"{plane[1]} from {up[rows.min()]:.0f} to {up[rows.max()]:.0f} mm; ended by: {names}"
+    )
