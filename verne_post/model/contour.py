@@ -1,8 +1,8 @@
 """The contour that the tool really follows, as segments of the programmed pieces.
 
-Made by toolpath, read by kinematics and timing. A *segment* has a parameter w from 0 to 1; today it is one
-programmed piece. A *run* is a sequence of segments between two standstills; along a run the pose is three times
-continuously differentiable by the path parameter s.
+Made by toolpath, read by kinematics and timing. A *segment* has a parameter w from 0 to 1 and lies on one programmed
+piece, or on the half of a corner that belongs to it. A *run* is a sequence of segments between two standstills; along a
+run the pose is three times continuously differentiable by the path parameter s.
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,25 @@ Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
+class Corners:
+    """Rounded corners between straight pieces: bumps on the polyline, see :mod:`verne_post.toolpath.corners`.
+
+    Attributes
+    ----------
+    s : ndarray, shape (n + 1,)
+        Where the corners of the n pieces are, by metric length along the whole path, mm; the ends of the path included.
+    reach : ndarray, shape (n + 1,)
+        Half width of the bump, mm; 0 where a corner is not rounded.
+    bend : ndarray, shape (n + 1, 5)
+        Change of the derivatives of tip and nominal angles by s.
+    """
+
+    s: Array
+    reach: Array
+    bend: Array
+
+
+@dataclass(frozen=True)
 class Contour:
     """All motion of a program as it will be made.
 
@@ -24,22 +43,42 @@ class Contour:
     ----------
     path : ToolPath
         The programmed pieces.
+    shape : ToolPath
+        The pieces that are followed: as programmed, or with vertices moved within their tolerance.
     piece : ndarray of int32, shape (n,)
         The piece that a segment belongs to: its source line, feed and tool length.
+    curve : ndarray of int32, shape (n,)
+        Row of ``controls``, -1 for a part of a piece.
+    low, high : ndarray, shape (n,)
+        Where on its piece (u from 0 to 1), or on its curve, a segment begins and ends.
     length : ndarray, shape (n,)
         Length by s, mm (metric length; see docs/architecture.md).
     turn : ndarray, shape (n,)
         Rotation of table and arc together over the segment, rad.
     run : ndarray of int32, shape (n,)
+    corners : Corners or None
+        Rounded corners; None where there are none.
+    controls : ndarray, shape (m, 8, 5)
+        Control points of curves of degree 7: tip in the table frame and nominal angles.
+    tip_tolerance, axis_tolerance : ndarray, shape (n_pieces,)
+        How far the contour may be from each programmed piece, mm and rad; 0 where it follows it exactly.
     dwell_run : ndarray of int32, shape (d,)
         A dwell stands before this run (the number of runs: after the last).
     """
 
     path: ToolPath
+    shape: ToolPath
     piece: Ints
+    curve: Ints
+    low: Array
+    high: Array
     length: Array
     turn: Array
     run: Ints
+    corners: Corners | None
+    controls: Array
+    tip_tolerance: Array
+    axis_tolerance: Array
     dwell_run: Ints
 
     def __len__(self) -> int:
@@ -64,3 +103,9 @@ class Contour:
     def n_runs(self) -> int:
         """Number of runs."""
         return int(self.run[-1]) + 1 if len(self.run) else 0
+
+    @property
+    def n_rounded(self) -> int:
+        """Corners that are not stops."""
+        bumps = 0 if self.corners is None else int((self.corners.reach > 0).sum())
+        return bumps + len(self.controls)

@@ -1,26 +1,216 @@
-"""ToolPath -> Contour: what the tool follows, and the poses along it."""
+"""ToolPath -> Contour: where the tool flows, where it stops, and the poses along it."""
+
+from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.model.contour import Contour
+from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.model.contour import Contour, Corners
+from verne_post.model.moves import Moves, PathControl, PathMode
 from verne_post.model.toolpath import PieceKind, ToolPath
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath import corners as rounding
+from verne_post.toolpath.blend import STRETCH, blend_distances, tangent
+from verne_post.toolpath.build import ROTARY_METRIC_MM
+from verne_post.toolpath.evaluate import bernstein, bernstein_slope, pose
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+#: A segment shorter than this share of its piece is given to its neighbour: the contour is smooth across both.
+MIN_SHARE: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """What may be done to corners.
+
+    Attributes
+    ----------
+    overlap : bool
+        Corners of finely divided curves may reach over each other.
+    tip, axis : float
+        Tolerances of a G64 without P, mm and rad.
+    """
+
+    overlap: bool
+    tip: float
+    axis: float
 
 
 def exact_contour(path: ToolPath) -> Contour:
     """The pieces as they are, with a stop at every corner: one segment a piece."""
+    n = len(path)
     return Contour(
         path=path,
-        piece=np.arange(len(path), dtype=np.int32),
+        shape=path,
+        piece=np.arange(n, dtype=np.int32),
+        curve=np.full(n, -1, dtype=np.int32),
+        low=np.zeros(n),
+        high=np.ones(n),
         length=path.length,
         turn=_turn(path),
         run=path.run,
+        corners=None,
+        controls=np.empty((0, 8, 5)),
+        tip_tolerance=np.zeros(n),
+        axis_tolerance=np.zeros(n),
         dwell_run=path.dwell_run,
     )
+
+
+def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contour:
+    """Round every corner that may be rounded; the others stay stops.
+
+    Parameters
+    ----------
+    path : ToolPath
+    moves : Moves
+        For the G61 and G64 in force.
+    smoothing : Smoothing
+    """
+    n = len(path)
+    if n < 2:
+        return exact_contour(path)
+    allowed, tip_tolerance, axis_tolerance = _may_be_rounded(path, moves, smoothing)
+    joined = np.zeros(n + 1, dtype=bool)
+    joined[1:-1] = path.run[1:] == path.run[:-1]
+    straight = (path.kind == PieceKind.LINE) & (path.circle < 0)
+    lines = np.zeros(n + 1, dtype=bool)
+    lines[1:-1] = straight[1:] & straight[:-1]
+
+    s = np.append(0.0, np.cumsum(path.length))
+    slope = rounding.polyline_slopes(path.start, path.end, path.length)
+    bend = rounding.bends(slope)
+    bend[~lines] = 0.0
+    bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
+    curved = allowed & ~lines & ~joined
+    curved[1:-1] &= (
+        np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
+    )
+    wanted = np.where(bumps, rounding.room(bend, tip_tolerance, axis_tolerance), 0.0)
+    wanted = np.where(curved, np.inf, wanted)
+    reach = rounding.shared(wanted, path.length)
+    most = reach[curved]
+    if smoothing.overlap:
+        walls = ~(bumps | (joined & lines))
+        over = rounding.overlapping(np.where(bumps, wanted, 0.0), s, walls, curved)
+        over = rounding.narrowed(over, bend, s, tip_tolerance, axis_tolerance)
+        reach = np.where(bumps, np.maximum(over, 0.0), reach)
+    reach = np.where(bumps, reach, 0.0)
+
+    corner = np.flatnonzero(curved) - 1
+    d, controls = blend_distances(path, corner, most, tip_tolerance[corner + 1], axis_tolerance[corner + 1])
+    made = d > 0
+    corner, d, controls = corner[made], d[made], controls[made]
+    flows = joined | (reach > 0)
+    flows[corner + 1] = True
+    run = np.append(0, np.cumsum(~flows[1:-1])).astype(np.int32)
+    used = flows & ~joined
+    tip_of_piece, axis_of_piece = (
+        _of_pieces(np.where(used, bound, 0.0), reach, s) for bound in (tip_tolerance, axis_tolerance)
+    )
+    parts = _segments(path, s, reach, corner, d)
+    piece = parts["piece"]
+    share = np.where(parts["curve"] >= 0, 0.5, parts["high"] - parts["low"])
+    return Contour(
+        path=path, shape=path, turn=_turn(path)[piece] * share, run=run[piece],
+        corners=Corners(s, reach, bend) if (reach > 0).any() else None, controls=controls,
+        tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=_dwell_runs(path, run), **parts,
+    )  # fmt: skip
+
+
+def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Mask, Array, Array]:
+    """Corners (n + 1,) between programmed pieces under G64, and their tolerances."""
+    n = len(path)
+    tip, axis = corner_tolerance(moves.controls, smoothing)
+    control = np.where(path.move >= 0, moves.control[path.move], 0)
+    own = (path.move >= 0) & (path.kind != PieceKind.JOINT)
+    allowed = np.zeros(n + 1, dtype=bool)
+    tip_tolerance, axis_tolerance = np.zeros(n + 1), np.zeros(n + 1)
+    tip_tolerance[1:-1] = np.minimum(tip[control[:-1]], tip[control[1:]])
+    axis_tolerance[1:-1] = np.minimum(axis[control[:-1]], axis[control[1:]])
+    contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0
+    # two motions of one source line (G28 with a via point) stay apart: their rows could not be told from one another
+    other_line = path.line[1:] != path.line[:-1]
+    same_tool = path.tool_length[1:] == path.tool_length[:-1]
+    allowed[1:-1] = own[:-1] & own[1:] & (tip_tolerance[1:-1] > 0) & contact & other_line & same_tool
+    begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
+    allowed[begins[path.dwell_run]] = False
+    return allowed, tip_tolerance, axis_tolerance
+
+
+def corner_tolerance(controls: tuple[PathControl, ...], smoothing: Smoothing) -> tuple[Array, Array]:
+    """Tip (mm) and axis (rad) tolerance of each path control; 0 where corners are not rounded.
+
+    A P of 0 asks for an exact path. The axis tolerance goes with the default.
+    """
+    rounded = np.array([control.mode == PathMode.BLEND for control in controls])
+    tip = np.array([smoothing.tip if control.tolerance is None else control.tolerance for control in controls])
+    tip = np.where(rounded, tip, 0.0)
+    return tip, np.where(tip > 0, smoothing.axis, 0.0)
+
+
+def _of_pieces(bound: Array, reach: Array, s: Array) -> Array:
+    """Largest bound (n,) among the corners that touch each piece, those of bumps that reach it included."""
+    n = len(s) - 1
+    found = np.maximum(bound[:-1], bound[1:])
+    for shift in range(2, rounding.PIECES + 1):
+        for side in (-1, 1):
+            corner = np.arange(n) + (1 - shift if side < 0 else shift)
+            inside = (corner >= 0) & (corner <= n)
+            near = np.clip(corner, 0, n)
+            away = (s[:-1] - s[near]) if side < 0 else (s[near] - s[1:])
+            found = np.where(inside & (away < reach[near]), np.maximum(found, bound[near]), found)
+    return found
+
+
+def _segments(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) -> dict[str, Any]:
+    """Segments of all pieces in order: parts between breakpoints of bumps, and halves of the curves at their ends."""
+    n = len(path)
+    at_start, at_end = np.zeros(n), np.zeros(n)
+    at_end[corner] = d / path.length[corner]
+    at_start[corner + 1] = d / path.length[corner + 1]
+    row_at_end, row_at_start = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
+    row_at_end[corner] = row_at_start[corner + 1] = np.arange(len(corner))
+    index = np.arange(n, dtype=np.int32)
+    inner, at = rounding.breakpoints(reach, s)
+    u = (at - s[inner]) / path.length[inner]
+    inside = (u > at_start[inner] + MIN_SHARE) & (u < 1.0 - at_end[inner] - MIN_SHARE)
+    inner, u = inner[inside], u[inside]
+    # begin of every part: the piece's own start, then its breakpoints; a part too short joins the one before
+    piece = np.concatenate([index, inner])
+    low = np.concatenate([at_start, u])
+    order = np.lexsort((low, piece))
+    piece, low = piece[order], low[order]
+    near = np.append(False, (piece[1:] == piece[:-1]) & (np.diff(low) < MIN_SHARE))
+    piece, low = piece[~near], low[~near]
+    last = np.append(piece[1:] != piece[:-1], True)
+    high = np.where(last, 1.0 - at_end[piece], np.append(low[1:], 1.0))
+    kept = high - low > 1e-9  # a piece that its curves use up has no part of its own left, up to rounding
+    piece, low, high = piece[kept].astype(np.int32), low[kept], high[kept]
+    before, after = np.flatnonzero(row_at_start >= 0).astype(np.int32), np.flatnonzero(row_at_end >= 0).astype(np.int32)
+    half = 0.5 * STRETCH * d
+    every = {
+        "piece": np.concatenate([piece, before, after]),
+        "curve": np.concatenate([np.full(len(piece), -1, dtype=np.int32), row_at_start[before], row_at_end[after]]),
+        "low": np.concatenate([low, np.full(len(before), 0.5), np.zeros(len(after))]),
+        "high": np.concatenate([high, np.ones(len(before)), np.full(len(after), 0.5)]),
+        "length": np.concatenate(
+            [(high - low) * path.length[piece], half[row_at_start[before]], half[row_at_end[after]]]
+        ),
+    }
+    place = np.concatenate([low, np.full(len(before), -1.0), np.full(len(after), 2.0)])
+    order = np.lexsort((place, every["piece"]))
+    return {name: column[order] for name, column in every.items()}
+
+
+def _dwell_runs(path: ToolPath, run: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Dwells stand before the same pieces, whose runs have new numbers."""
+    begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), len(path))
+    return np.append(run, run[-1] + 1)[begins[path.dwell_run]].astype(np.int32)
 
 
 def _turn(path: ToolPath) -> Array:
@@ -37,4 +227,56 @@ def _turn(path: ToolPath) -> Array:
 
 def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
-    return pose(contour.path, contour.piece[segment], w)
+    at = contour.low[segment] + w * (contour.high[segment] - contour.low[segment])
+    piece = contour.piece[segment]
+    tip, angles = pose(contour.shape, piece, at)
+    if contour.corners is not None:
+        corners = contour.corners
+        s = corners.s[piece] + at * contour.shape.length[piece]
+        off = rounding.displacement(corners.reach, corners.bend, corners.s, piece, s)
+        tip, angles = tip + off[:, :3], angles + off[:, 3:]
+    curve = contour.curve[segment]
+    curved = np.flatnonzero(curve >= 0)
+    if len(curved):
+        point = bernstein(contour.controls[curve[curved]], at[curved])
+        tip[curved], angles[curved] = point[:, :3], point[:, 3:]
+    return tip, angles
+
+
+def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
+    """Largest ds/dt (n,) at which the tool keeps to the programmed feed, mm/s; infinite for rapids.
+
+    On a piece the tip moves evenly with s. In a corner it moves slower than s, by how much follows from the derivative of
+    the curve; for pieces whose tip stands still the table angles count.
+    """
+    path, shape = contour.path, contour.shape
+    piece = contour.piece[segment]
+    with np.errstate(divide="ignore"):
+        cap = np.where(path.feed_time[piece] > 0, path.length[piece] / path.feed_time[piece], np.inf)
+    at = contour.low[segment] + w * (contour.high[segment] - contour.low[segment])
+    fed = np.flatnonzero((path.feed_time[piece] > 0) & (shape.kind[piece] == PieceKind.LINE) & (shape.circle[piece] < 0)
+                         | (path.feed_time[piece] > 0) & (contour.curve[segment] >= 0))  # fmt: skip
+    if not len(fed) or contour.n_rounded == 0:
+        return cap
+    row, own, u = segment[fed], piece[fed], at[fed]
+    slope = (shape.end[own] - shape.start[own]) / shape.length[own, None]
+    if contour.corners is not None:
+        corners = contour.corners
+        s = corners.s[own] + u * shape.length[own]
+        slope = slope + rounding.displacement_slope(corners.reach, corners.bend, corners.s, own, s)
+    curved = np.flatnonzero(contour.curve[row] >= 0)
+    if len(curved):
+        some = row[curved]
+        slope[curved] = bernstein_slope(contour.controls[contour.curve[some]], u[curved])
+        slope[curved] *= ((contour.high[some] - contour.low[some]) / contour.length[some])[:, None]
+    delta = path.end[own] - path.start[own]
+    turn = np.linalg.norm(delta[:, 3:], axis=1)
+    tip = np.linalg.norm(delta[:, :3], axis=1)
+    arc = path.arc[own] >= 0
+    tip[arc] = np.sqrt(np.maximum(path.length[own[arc]] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
+    by_tip = tip > ZERO_LENGTH_MM
+    wanted = np.where(by_tip, tip, turn) / path.feed_time[own]
+    rate = np.where(by_tip, np.linalg.norm(slope[:, :3], axis=1), np.linalg.norm(slope[:, 3:], axis=1))
+    with np.errstate(divide="ignore"):
+        cap[fed] = wanted / rate
+    return cap

@@ -1,4 +1,6 @@
-"""Poses along pieces: the programmed geometry, evaluated exactly."""
+"""Poses along pieces and curves: the programmed geometry, evaluated exactly."""
+
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +67,32 @@ def arc_tip(arcs: ArcPieces, row: Ints, u: Array) -> Array:
     )
 
 
+#: Step of the differences on great circles, of u: the error of the sixth-order formula is then below 1e-10.
+_STEP: Final = 1e-2
+_OFFSETS: Final = np.arange(-4, 5) * _STEP
+#: Values at the offsets -> first three derivatives, exact for polynomials of degree 8.
+_STENCIL: Final = (
+    np.linalg.inv(np.vander(_OFFSETS, increasing=True)) * np.array([1, 1, 2, 6, 1, 1, 1, 1, 1])[:, None]
+)[1:4]
+
+
+def pose_derivatives(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array, Array]:
+    """First three derivatives by u of tip and nominal angles, each shape (n, 5)."""
+    first = path.end[piece] - path.start[piece]
+    second, third = np.zeros_like(first), np.zeros_like(first)
+    curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    if len(curved):
+        row = path.arc[piece[curved]]
+        first[curved, :3], second[curved, :3], third[curved, :3] = arc_derivatives(path.arcs, row, u[curved])
+    swung = np.flatnonzero(path.circle[piece] >= 0)
+    if len(swung):
+        around = u[swung, None] + _OFFSETS
+        values = circle_angles(path, np.repeat(piece[swung], len(_OFFSETS)), around.ravel())
+        found = np.einsum("dk,nkj->dnj", _STENCIL, values.reshape(len(swung), len(_OFFSETS), 2))
+        first[swung, 3:], second[swung, 3:], third[swung, 3:] = found
+    return first, second, third
+
+
 def arc_derivatives(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives of the tip by u, each shape (n, 3)."""
     w = arcs.sweep[row][:, None]
@@ -78,3 +106,22 @@ def arc_derivatives(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array,
         -radius * w**2 * radial + 2 * grow * w * tangent,
         -radius * w**3 * tangent - 3 * grow * w**2 * radial,
     )
+
+
+_BINOMIAL: Final = np.array([1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0])
+
+
+def bernstein(controls: Array, v: Array) -> Array:
+    """Points (n, k) at parameters v (n,) of curves with control points (n, 8, k)."""
+    powers = np.arange(8)
+    weights = _BINOMIAL * v[:, None] ** powers * (1.0 - v[:, None]) ** (7 - powers)
+    return np.einsum("nc,nck->nk", weights, controls)
+
+
+def bernstein_slope(controls: Array, v: Array) -> Array:
+    """Derivatives by v of :func:`bernstein`, (n, k)."""
+    powers = np.arange(7)
+    weights = (
+        np.array([1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0]) * v[:, None] ** powers * (1.0 - v[:, None]) ** (6 - powers)
+    )
+    return np.einsum("nc,nck->nk", 7 * weights, np.diff(controls, axis=1))

@@ -1,0 +1,124 @@
+"""Corners beside arcs and swinging tool axes: curves of degree 7 that join two pieces with continuous third derivative.
+
+A blend leaves piece i a distance d before the corner and reaches piece i + 1 a distance d behind it, measured in
+metric length (tip path and rotation together), and takes tip and table angles along in one five-dimensional curve.
+At both ends its derivatives by s match those of the pieces up to the third. For two straight pieces its control points
+are P - d t1, P - 2d/3 t1, P - d/3 t1, P and their mirror images, ``APEX d |t2 - t1|`` from the corner; for others the
+deviation is measured, and d shortened until it fits. Corners between straight pieces are rounded in ``corners``.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.build import ROTARY_METRIC_MM
+from verne_post.toolpath.evaluate import bernstein, pose, pose_derivatives
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Distance of the middle of a blend from the corner, over d |t2 - t1|: (1 + 7 2/3 + 21/3) / 128.
+APEX: Final = (1.0 + 14.0 / 3.0 + 7.0) / 128.0
+#: Length of a blend by s over d: with it the end derivatives of the control polygon above are unit tangents.
+STRETCH: Final = 7.0 / 3.0
+#: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
+USED_SHARE: Final = 0.97
+#: A blend is checked at so many points of each half, and shortened by a factor so often until it fits.
+CHECKS: Final = 9
+SHORTENING: Final = 0.7
+SHORTENINGS: Final = 24
+#: Gauss-Newton steps to the nearest point of a piece.
+NEAREST: Final = 4
+
+
+def blend_distances(
+    path: ToolPath, corner: Ints, most: Array, tip_tolerance: Array, axis_tolerance: Array
+) -> tuple[Array, Array]:
+    """Largest distance d for blends at the ends of pieces ``corner``, and their control points.
+
+    Parameters
+    ----------
+    path : ToolPath
+    corner : ndarray of int, shape (m,)
+        The corner lies between this piece and the next.
+    most : ndarray, shape (m,)
+        What the pieces have to give, mm.
+    tip_tolerance, axis_tolerance : ndarray, shape (m,)
+        mm and rad.
+
+    Returns
+    -------
+    d : ndarray, shape (m,)
+        mm of metric length; 0 where the corner must be a stop.
+    controls : ndarray, shape (m, 8, 5)
+    """
+    bend = tangent(path, corner + 1, 0.0) - tangent(path, corner, 1.0)
+    tip_bend = np.linalg.norm(bend[:, :3], axis=1)
+    angle_bend = np.linalg.norm(bend[:, 3:], axis=1) / ROTARY_METRIC_MM
+    with np.errstate(divide="ignore"):
+        room = np.minimum(
+            USED_SHARE * tip_tolerance / (APEX * tip_bend), USED_SHARE * axis_tolerance / (APEX * angle_bend)
+        )
+    d = np.minimum(room, most)
+    controls = blend_controls(path, corner, d)
+    doubtful = np.flatnonzero(d > 0)
+    for _ in range(SHORTENINGS):
+        if not len(doubtful):
+            break
+        controls[doubtful] = blend_controls(path, corner[doubtful], d[doubtful])
+        tip_off, axis_off = _deviation(path, corner[doubtful], d[doubtful], controls[doubtful])
+        bad = (tip_off > USED_SHARE * tip_tolerance[doubtful]) | (axis_off > USED_SHARE * axis_tolerance[doubtful])
+        doubtful = doubtful[bad]
+        d[doubtful] *= SHORTENING
+    d[doubtful] = 0.0
+    return d, controls
+
+
+def tangent(path: ToolPath, piece: Ints, u: float) -> Array:
+    """Unit metric tangents (m, 5) at parameter u of pieces."""
+    slope = pose_derivatives(path, piece, np.full(len(piece), u))[0] / path.length[piece, None]
+    slope[:, 3:] *= ROTARY_METRIC_MM
+    return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+
+
+def blend_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
+    """Control points (m, 8, 5) of the Hermite curves that match position and three derivatives at both ends."""
+    controls = np.empty((len(corner), 8, 5))
+    reach = STRETCH * d
+    for side, piece, sign in ((0, corner, 1.0), (7, corner + 1, -1.0)):
+        length = path.length[piece]
+        u = 1.0 - d / length if side == 0 else d / length
+        tip, angles = pose(path, piece, u)
+        start = np.concatenate([tip, angles], axis=1)
+        first, second, third = (
+            derivative * ((reach / length) ** order)[:, None]
+            for order, derivative in enumerate(pose_derivatives(path, piece, u), start=1)
+        )
+        step = int(sign)
+        controls[:, side] = start
+        controls[:, side + step] = start + sign * first / 7
+        controls[:, side + 2 * step] = start + sign * 2 * first / 7 + second / 42
+        controls[:, side + 3 * step] = start + sign * 3 * first / 7 + second / 14 + sign * third / 210
+    return controls
+
+
+def _deviation(path: ToolPath, corner: Ints, d: Array, controls: Array) -> tuple[Array, Array]:
+    """Largest distance of each blend from its two pieces, tip (mm) and angles (rad)."""
+    tip_off, angle_off = np.zeros(len(corner)), np.zeros(len(corner))
+    for piece, half in ((corner, np.linspace(0.0, 0.5, CHECKS)), (corner + 1, np.linspace(0.5, 1.0, CHECKS))):
+        for v in half:
+            point = bernstein(controls, np.full(len(corner), v))
+            u = (1.0 - d / path.length[piece]) if piece is corner else np.zeros(len(corner))
+            for _ in range(NEAREST):  # Gauss-Newton
+                tip, angles = pose(path, piece, u)
+                slope = pose_derivatives(path, piece, u)[0]
+                rest = point - np.concatenate([tip, angles], axis=1)
+                rest[:, 3:] *= ROTARY_METRIC_MM
+                slope[:, 3:] *= ROTARY_METRIC_MM
+                u = np.clip(u + np.sum(rest * slope, axis=1) / np.sum(slope**2, axis=1), 0.0, 1.0)
+            tip, angles = pose(path, piece, u)
+            tip_off = np.maximum(tip_off, np.linalg.norm(point[:, :3] - tip, axis=1))
+            angle_off = np.maximum(angle_off, np.linalg.norm(point[:, 3:] - angles, axis=1))
+    return tip_off, angle_off
