@@ -31,6 +31,8 @@ START_SMOOTH: Final = 10
 SLOWEST: Final = 1e-12
 #: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
 START_EXCESS: Final = 4.0
+#: It is slowed down by this factor: knots are even in its time, and the slow spots of the law need many.
+START_SLOWER: Final = 1.5
 #: A virtual joint with Q' = 1 keeps X from jumping where the real joints rest: its acceleration and jerk
 #: limits, times the unit and its square. X changes by its own size in no less than some 20 units.
 VIRTUAL_ACCELERATION: Final = 0.3
@@ -40,7 +42,7 @@ PLANNED: Final = (0.9998, 0.9998, 0.999)
 #: The first knots of a window may exceed the limits by this share, falling to none over so many knots.
 ROOM: Final = 0.01
 TAPER: Final = 30
-#: Where passes start that refine a law.
+#: Where every pass starts.
 NEAR_ONE: Final = 0.98
 #: They slow down over so many units at the end of a window.
 RAMP: Final = 100
@@ -62,8 +64,6 @@ class Pass:
         So many of the tightest acceleration and jerk rows count on each side of each point; 0: all.
     fastest : float
         Largest X.
-    afresh : bool
-        The law before may be far from legal: start from a cautious X, else from one near 1.
     centre, gap : float
         Complementarity to start from and to end at, over the time.
     iterations : int
@@ -75,7 +75,6 @@ class Pass:
     per_knot: int
     rows: tuple[int, int]
     fastest: float
-    afresh: bool
     centre: float
     gap: float
     iterations: int
@@ -93,21 +92,20 @@ class Effort:
 
 NORMAL: Final = Effort(
     passes=(
-        Pass(8, 2, (0, 0), 8.0, True, 30.0, 1e-1, 12, 400, 75),
-        Pass(2, 2, (2, 0), 4.0, False, 10.0, 3e-1, 12, 1000, 300),
-        Pass(2, 2, (2, 0), 4.0, False, 10.0, 3e-1, 12, 1000, 300),
-        Pass(2, 4, (2, 2), 2.0, False, 3.0, 1e-2, 16, 1000, 300),
+        Pass(2, 2, (2, 0), 8.0, 30.0, 3e-1, 12, 1000, 300),
+        Pass(2, 2, (2, 0), 4.0, 10.0, 3e-1, 12, 1000, 300),
+        Pass(2, 4, (2, 3), 2.0, 3.0, 1e-2, 16, 1000, 300),
     ),
     shares=PLANNED,
 )
-#: No margin, more passes and a small gap: practically the optimum, to compare with.
+#: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
 QUALITY: Final = Effort(
     passes=(
-        Pass(8, 2, (0, 0), 8.0, True, 30.0, 1e-2, 40, 750, 75),
-        Pass(2, 2, (0, 0), 4.0, True, 10.0, 1e-2, 40, 1500, 300),
-        Pass(2, 4, (0, 0), 4.0, False, 10.0, 3e-3, 40, 1500, 300),
-        Pass(2, 4, (0, 0), 2.0, False, 1.0, 1e-3, 40, 1500, 300),
-        Pass(1, 2, (0, 0), 2.0, False, 1.0, 5e-4, 40, 3000, 600),
+        Pass(2, 2, (0, 0), 8.0, 30.0, 1e-1, 25, 1500, 300),
+        Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300),
+        Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300),
+        Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300),
+        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600),
     ),
     shares=(1.0, 1.0, 1.0),
 )
@@ -150,7 +148,7 @@ def timed(run: Run, limits: Limits, cycle: float, effort: Effort) -> tuple[Law, 
     """The law before its last re-timing, that re-timing, and the time scale (s)."""
     unit = max(UNIT_S, cycle)
     grid = grid_along(run)
-    x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits))
+    x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
     law = first_law(grid, x, START_STEP * unit)
     for index, step in enumerate(effort.passes):
         times = retimed(run, law, limits, cycle, unit, step, effort.shares)
@@ -196,7 +194,7 @@ def retimed(
             end = n
         fixed = coefficients[begin : begin + 3].copy() if begin else np.empty(0)
         problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, end < n)
-        start = _start(problem) if step.afresh else np.full(end - begin + 3, NEAR_ONE)
+        start = np.full(end - begin + 3, NEAR_ONE)
         if begin:  # what the window before has seen already
             known = max(step.ahead // 2, 3)
             start[:known] = coefficients[begin : begin + known]
@@ -287,19 +285,6 @@ def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
 def _by_phase(a: Array, k: int) -> Array:
     """Points in order of time (m, n k) -> by phase, then by interval."""
     return np.ascontiguousarray(a.reshape(len(a), -1, k).transpose(0, 2, 1)).reshape(len(a), -1)
-
-
-def _start(problem: Problem) -> Array:
-    """Coefficients of a law that is slow enough nearly everywhere: limits at constant X, with running minima."""
-    k = len(problem.phases)
-    a0 = problem.acceleration[0].max(axis=0)
-    j0 = problem.jerk[0].max(axis=0)
-    with np.errstate(divide="ignore"):
-        x = np.minimum(np.minimum(0.9 * problem.cap, 0.8 / a0), np.cbrt((0.8 / j0) ** 2))
-    x = np.clip(x, 4 * X_MIN, 1.0).reshape(k, -1).min(axis=0)
-    padded = np.concatenate([np.full(3, x[0]), x, np.full(6, x[-1])])
-    low = np.lib.stride_tricks.sliding_window_view(padded, 7).min(axis=1)
-    return low[: len(x) + 3].copy()
 
 
 def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) -> Array:
