@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 #: The finest time scale of the law; a longer control cycle takes its place.
 UNIT_S: Final = 1e-3
 #: Differences of shorter cycles are taken over this many units: they see the same law.
-SHORTEST_DIFFERENCE: Final = 0.5
+SHORTEST_DIFFERENCE: Final = 0.125
 #: Spacing of the first law's samples, in units, and how many of them are averaged.
 START_STEP: Final = 4
 START_SMOOTH: Final = 10

@@ -244,6 +244,8 @@ class _Model:
         self.by_feed = by_feed
         self.feed = np.diff(z) * by_feed
         self.strain = np.maximum(np.abs(self.gains[2]).max(axis=1), SMALLEST_STRAIN * np.abs(self.gains[2]).max())
+        self.weight = np.where(owner[1:] == owner[:-1], np.minimum(self.strain[1:], self.strain[:-1]), 0.0)
+        self.forward = np.diff(z) * self.weight
         edge = np.ones(self.n, dtype=bool)
         edge[HELD:-HELD] = owner[2 * HELD :] != owner[: -2 * HELD]
         self.edge = edge
@@ -260,12 +262,12 @@ class _Model:
         """Shifts (n,) that bring everything inside in the linear model, damped by stretch."""
         n = self.n
         fixed = np.zeros((4, n))
-        weight = damping[self.owner[: n - 3]] * self.strain[: n - 3] ** 2
-        weight[self.owner[3:] != self.owner[:-3]] = 0.0
+        damped = damping[self.owner[: n - 3]] * self.strain[: n - 3] ** 2
+        damped[self.owner[3:] != self.owner[:-3]] = 0.0
         third = _DIFFERENCES[2]
         for i in range(4):
             for k in range(i, 4):
-                fixed[k - i, i : n - 3 + i] += third[i] * third[k] * weight
+                fixed[k - i, i : n - 3 + i] += third[i] * third[k] * damped
         fixed[0] += damping[self.owner] * self.strain**2 * SMALLEST_STRAIN
         fixed[0, self.edge] = FIXED
         change = np.zeros(n)
@@ -283,6 +285,10 @@ class _Model:
                 _add(band, rhs, rows, slopes, excess_now)
             rows = np.flatnonzero(self.feed + self.by_feed * np.diff(change) > AIMED[0])
             _add(band, rhs, rows, [-self.by_feed[rows], self.by_feed[rows]], self.feed[rows] - AIMED[0])
+            # rows never run backwards
+            rows = np.flatnonzero(self.forward + self.weight * np.diff(change) < 0)
+            weight = self.weight[rows]
+            _add(band, rhs, rows, [weight, -weight], -self.forward[rows])
             rhs[self.edge] = 0.0
             factor, info = _PBTRF(band, lower=1, overwrite_ab=1)
             if info != 0:
