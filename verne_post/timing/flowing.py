@@ -22,6 +22,11 @@ Array = NDArray[np.float64]
 
 #: The finest time scale of the law; a longer control cycle takes its place.
 UNIT_S: Final = 1e-3
+#: Short runs have a finer scale. A run of so many units, more than it takes without jerk limits by so many, counts as
+#: long; the scale is no finer than this share.
+LONG_RUN: Final = 200
+SHORT_RUN: Final = 20
+FINEST: Final = 0.25
 #: Differences of shorter cycles are taken over this many units: they see the same law.
 SHORTEST_DIFFERENCE: Final = 0.125
 #: Spacing of the first law's samples, in units, and how many of them are averaged.
@@ -50,6 +55,12 @@ RAMP: Final = 100
 RESERVE: Final = 1.0
 #: A law that moves less than this share of its length has not begun to move.
 AT_REST: Final = 1e-13
+
+
+#: Rows are left out at the ends while they stay so near, over the motion that the jerk makes in one cycle from rest,
+#: and at most so many.
+CREEPING: Final = 0.1
+CREEPING_ROWS: Final = 200
 
 
 @dataclass(frozen=True)
@@ -139,16 +150,17 @@ def flowing_law(run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL)
     law, times, unit = timed(run, limits, cycle, effort)
 
     def rows(slower: float) -> Array:
-        return _rows(law, times, run.length, cycle, slower)
+        return _without_creeping(run, _rows(law, times, run.length, cycle, slower), limits, cycle)
 
     return legal_rows(run, rows, limits, cycle, unit)
 
 
 def timed(run: Run, limits: Limits, cycle: float, effort: Effort) -> tuple[Law, Times, float]:
     """The law before its last re-timing, that re-timing, and the time scale (s)."""
-    unit = max(UNIT_S, cycle)
     grid = grid_along(run)
     x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
+    unit = max(UNIT_S, cycle)
+    unit *= min(max((scan.duration(grid.s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
     law = first_law(grid, x, START_STEP * unit)
     for index, step in enumerate(effort.passes):
         times = retimed(run, law, limits, cycle, unit, step, effort.shares)
@@ -297,3 +309,16 @@ def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) ->
     s = s[max(first, 0) : last + 1]
     s[0], s[-1] = 0.0, length
     return s
+
+
+def _without_creeping(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
+    """Leave out rows at both ends over which a joint hardly moves; the law creeps there, and need not."""
+    n = len(s)
+    count = min(CREEPING_ROWS, n // 4)
+    if count < 2:
+        return s
+    reach = limits.jerk * cycle**3
+    ends = joints_at(run, np.concatenate([s[:count], s[n - count :]]))
+    first = np.count_nonzero((np.abs(ends[1:count] - ends[0]) / reach).max(axis=1) < CREEPING)
+    last = np.count_nonzero((np.abs(ends[count:-1] - ends[-1]) / reach).max(axis=1) < CREEPING)
+    return np.concatenate([s[:1], s[first + 1 : n - last - 1], s[-1:]])

@@ -41,7 +41,11 @@ DAMPING: Final = 1e-4
 FAR: Final = 1.15
 #: Slower runs that are mended when the run itself cannot be, then runs that are only slowed.
 STRETCHES: Final = (1.0, 1.004, 1.02, 1.1)
-SLOWDOWNS: Final = 60
+SLOWDOWNS: Final = 40
+SLOWER_BY: Final = (1.3, 3.0)
+#: Slowing down lowers the worst ratio at least by the factor of the speed; where it stays above this share of what it
+#: was, the joints jump.
+STUBBORN: Final = 0.9
 #: Rows whose joints are evaluated at a time.
 CHUNK_ROWS: Final = 1 << 15
 #: The rows that are beyond their aims are found anew so often in one step.
@@ -79,14 +83,17 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
         s = mended(run, rows(slower), limits, cycle, unit)
         if s is not None:
             return s
-    slower = STRETCHES[-1]
+    slower, before = STRETCHES[-1], np.inf
     for _ in range(SLOWDOWNS):
         s = rows(slower)
-        factor = _slowdown(run, s, limits, cycle)
-        if factor <= 1.0:
+        worst = excess(run, _at_rest(s), limits, cycle)
+        top = float(worst.max())
+        if top <= 1.0:
             return s
-        slower *= float(np.clip(factor, 1.05, 4.0))
-    worst = excess(run, _at_rest(s), limits, cycle)
+        if top > STUBBORN * before:
+            break
+        before = top
+        slower *= float(np.clip(np.cbrt(top), SLOWER_BY[0], SLOWER_BY[1]))
     at = _at_rest(s)[int(np.argmax(worst))]
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the run: the joints jump there")
 
@@ -157,12 +164,6 @@ def _feed_cap(run: Run, s: Array) -> Array:
     ends = np.asarray(run.speed(s), dtype=float)
     middle = np.asarray(run.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
     return np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
-
-
-def _slowdown(run: Run, s: Array, limits: Limits, cycle: float) -> float:
-    """How much slower the rows must pass, were they a smooth law."""
-    worst = float(excess(run, _at_rest(s), limits, cycle).max())
-    return 1.0 if worst <= 1.0 else 1.01 * max(worst, 1.0) ** (1.0 / 3.0)
 
 
 def _with_more_rows(part: Array, more: int) -> Array:
