@@ -48,7 +48,11 @@ def wavy(length: float, waves: float, feed: float = np.inf) -> Curve:
     k = 2 * np.pi * waves / length
     return Curve(
         length,
-        lambda s: [s + 0.6 / k * np.sin(k * s), 0.7 * s - 0.5 / k * np.cos(1.3 * k * s), 0.4 * s + 0.2 / k * np.sin(k * s)],
+        lambda s: [
+            s + 0.6 / k * np.sin(k * s),
+            0.7 * s - 0.5 / k * np.cos(1.3 * k * s),
+            0.4 * s + 0.2 / k * np.sin(k * s),
+        ],
         feed,
         max(int(8 * waves), 1),
     )

@@ -13,9 +13,7 @@ from verne_post.timing.scan import solve as second_order
 from .curves import Curve, assert_legal, cornered, limits, straight, wavy
 
 
-@pytest.mark.parametrize(
-    ("length", "feed"), [(0.01, np.inf), (1.0, 50.0), (30.0, 50.0), (300.0, np.inf), (2.0, 0.5)]
-)
+@pytest.mark.parametrize(("length", "feed"), [(0.01, np.inf), (1.0, 50.0), (30.0, 50.0), (300.0, np.inf), (2.0, 0.5)])
 def test_straight_lines_take_the_time_of_the_seven_phases(length: float, feed: float) -> None:
     run, top = straight(length, feed), limits(3)
     s = flowing_law(run, top, 1e-3)

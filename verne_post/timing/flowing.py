@@ -57,8 +57,8 @@ RESERVE: Final = 1.0
 AT_REST: Final = 1e-13
 
 
-#: Rows are left out at the ends while they stay so near, over the motion that the jerk makes in one cycle from rest,
-#: and at most so many.
+#: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from
+#: rest, and at most so many.
 CREEPING: Final = 0.1
 CREEPING_ROWS: Final = 200
 
@@ -232,7 +232,7 @@ def _problem(
     apart = round(delta / spacing)
     if apart >= 1 and abs(apart * spacing - delta) < 1e-9 * delta:  # points share their samples
         first = begin * knot + 0.5 * spacing - 1.5 * delta
-        at = first + spacing * np.arange(points + 3 * apart)
+        at = first + spacing * np.arange(points + 3.0 * apart)
         s = law.s(at)
         q = np.ascontiguousarray(joints_at(run, s).T)
         speed = np.asarray(run.speed(s), dtype=float)
@@ -257,10 +257,10 @@ def _problem(
     cap = np.minimum(np.where(np.isnan(by_feed), np.inf, by_feed), by_speed)
     cap = np.clip(cap, 2 * X_MIN, step.fastest)
     # a window that goes on where another has used every limit up needs some room to do so
-    room = np.ones((k, n))
+    by_interval = np.ones(n)
     if len(fixed):
-        room[:, :TAPER] -= np.linspace(ROOM, 0.0, TAPER)[:n]
-    room = room.reshape(-1)
+        by_interval[:TAPER] -= np.linspace(ROOM, 0.0, TAPER)[:n]
+    room = np.tile(by_interval, k)
     cap /= room
     acceleration = shares[1] * limits.acceleration[:, None] / room
     jerk = shares[2] * limits.jerk[:, None] / room
@@ -272,7 +272,9 @@ def _problem(
     q3j = np.concatenate([q3 / jerk, virtual])
 
     both: list[tuple[Array, ...]] = [(q2a, q1a), (q3j, q2j, q1j)]
-    acceleration_rows, jerk_rows = (_signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True))
+    acceleration_rows, jerk_rows = (
+        _signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True)
+    )
     return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, crawls)
 
 
@@ -302,7 +304,7 @@ def _by_phase(a: Array, k: int) -> Array:
 def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) -> Array:
     """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
-    s = law.s(times.sigma(np.arange(cycles + 1) * (times.total / cycles)))
+    s = law.s(times.sigma(np.arange(cycles + 1.0) * (times.total / cycles)))
     s = np.maximum.accumulate(np.clip(s, 0.0, length))
     moving = np.flatnonzero((s > AT_REST * length) & (s < (1 - AT_REST) * length))
     first, last = (int(moving[0]) - 1, int(moving[-1]) + 1) if len(moving) else (0, cycles)
@@ -317,8 +319,15 @@ def _without_creeping(run: Run, s: Array, limits: Limits, cycle: float) -> Array
     count = min(CREEPING_ROWS, n // 4)
     if count < 2:
         return s
-    reach = limits.jerk * cycle**3
-    ends = joints_at(run, np.concatenate([s[:count], s[n - count :]]))
-    first = np.count_nonzero((np.abs(ends[1:count] - ends[0]) / reach).max(axis=1) < CREEPING)
-    last = np.count_nonzero((np.abs(ends[count:-1] - ends[-1]) / reach).max(axis=1) < CREEPING)
+    reach = np.minimum(limits.jerk * cycle**3, np.minimum(limits.acceleration * cycle**2, limits.velocity * cycle))
+    tail = np.concatenate([s[:count], s[n - count :]])
+    moved = joints_at(run, tail)
+    by_feed = cycle * np.asarray(run.speed(tail), dtype=float)
+
+    def creeping(rows: slice, end: int) -> int:
+        strain = (np.abs(moved[rows] - moved[end]) / reach).max(axis=1)
+        strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
+        return int(np.count_nonzero(strain < CREEPING))
+
+    first, last = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
     return np.concatenate([s[:1], s[first + 1 : n - last - 1], s[-1:]])

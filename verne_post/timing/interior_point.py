@@ -73,8 +73,8 @@ class Problem:
     knot: float
     phases: Array
     cap: Array
-    acceleration: tuple[Array, Array]
-    jerk: tuple[Array, Array, Array]
+    acceleration: tuple[Array, ...]
+    jerk: tuple[Array, ...]
     fixed: Array
     crawls: bool
 
@@ -344,19 +344,18 @@ def _step(relative: Array) -> float:
 def _band_weights(table: Array) -> Array:
     """Local symmetric matrices (6 entries, k points) -> entries of the band: shape (10, 6 k)."""
     value, slope, bend = table  # each (k, 4)
-    rows = []
-    for i in range(4):
-        for k in range(i, 4):
-            rows.append(
-                np.concatenate(
-                    [
-                        value[:, i] * value[:, k],
-                        value[:, i] * slope[:, k] + slope[:, i] * value[:, k],
-                        value[:, i] * bend[:, k] + bend[:, i] * value[:, k],
-                        slope[:, i] * slope[:, k],
-                        slope[:, i] * bend[:, k] + bend[:, i] * slope[:, k],
-                        bend[:, i] * bend[:, k],
-                    ]
-                )
-            )
+    rows = [
+        np.concatenate(
+            [
+                value[:, i] * value[:, k],
+                value[:, i] * slope[:, k] + slope[:, i] * value[:, k],
+                value[:, i] * bend[:, k] + bend[:, i] * value[:, k],
+                slope[:, i] * slope[:, k],
+                slope[:, i] * bend[:, k] + bend[:, i] * slope[:, k],
+                bend[:, i] * bend[:, k],
+            ]
+        )
+        for i in range(4)
+        for k in range(i, 4)
+    ]
     return np.ascontiguousarray(np.stack(rows))

@@ -80,9 +80,9 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
         However slow, the rows are beyond a limit: the joints jump along the run.
     """
     for slower in STRETCHES:
-        s = mended(run, rows(slower), limits, cycle, unit)
-        if s is not None:
-            return s
+        found = mended(run, rows(slower), limits, cycle, unit)
+        if found is not None:
+            return found
     slower, before = STRETCHES[-1], np.inf
     for _ in range(SLOWDOWNS):
         s = rows(slower)
@@ -253,10 +253,11 @@ class _Model:
 
     def merit(self, count: int) -> Array:
         """Sum of squares beyond the aims, for each stretch (count,)."""
-        total = np.bincount(self.owner[:-1], np.maximum(self.feed - AIMED[0], 0.0) ** 2, minlength=count)
+        by_feed: Array = np.maximum(self.feed - AIMED[0], 0.0) ** 2
+        total = np.bincount(self.owner[:-1], by_feed, minlength=count).astype(float)
         for order, values in enumerate(self.values, start=1):
-            beyond = (np.maximum(np.abs(values) - AIMED[order - 1], 0.0) ** 2).sum(axis=1)
-            total += np.bincount(self.owner[:-order], beyond, minlength=count)
+            beyond: Array = (np.maximum(np.abs(values) - AIMED[order - 1], 0.0) ** 2).sum(axis=1)
+            total = total + np.bincount(self.owner[:-order], beyond, minlength=count)
         return total
 
     def shifts(self, damping: Array) -> Array:

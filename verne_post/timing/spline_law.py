@@ -133,4 +133,4 @@ class Times:
         c4 = -15 * e0 + 7 * e1 - e2
         c5 = 6 * e0 - 3 * e1 + 0.5 * e2
         passed = f * (v0 + f * (0.5 * a0 + f * (c3 + f * (c4 + f * c5))))
-        return (i + np.clip(passed, 0.0, 1.0)) * self.knot
+        return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)

@@ -15,7 +15,7 @@ from verne_post.timing.run_path import Grid
 Array = NDArray[np.float64]
 
 #: The path parameter is scaled so that the largest speed along it is this; toppra is sound from 0.7 to 7.
-LARGEST_SPEED: Final = 3.0
+LARGEST_SPEED: Final = 7.0
 #: Speeds squared beyond this (scaled) are not asked of toppra: its programs need bounds.
 LARGEST_X: Final = 1e4
 
