@@ -1,0 +1,121 @@
+"""Laws of flowing runs, judged on the differences of their rows by a judge of its own."""
+
+import numpy as np
+import pytest
+
+from verne_post.timing import mending
+from verne_post.timing.exact_stop import duration
+from verne_post.timing.flowing import QUALITY, flowing_law
+from verne_post.timing.run_path import grid_along
+from verne_post.timing.scan import duration as law_duration
+from verne_post.timing.scan import solve as second_order
+
+from .curves import Curve, assert_legal, cornered, limits, straight, wavy
+
+
+@pytest.mark.parametrize(("length", "feed"), [(0.01, np.inf), (1.0, 50.0), (30.0, 50.0), (300.0, np.inf), (2.0, 0.5)])
+def test_straight_lines_take_the_time_of_the_seven_phases(length: float, feed: float) -> None:
+    run, top = straight(length, feed), limits(3)
+    s = flowing_law(run, top, 1e-3)
+    assert_legal(run, s, top, 1e-3)
+    best = duration(*(np.array([v]) for v in (length, min(feed, 833.0), 5000.0, 1e5)))[0]
+    # 1 % of loss, and two cycles for the ends and the whole number of cycles
+    assert (len(s) - 1) * 1e-3 <= best * 1.01 + 2e-3
+
+
+@pytest.mark.parametrize("cycle", [125e-6, 5e-4, 1e-3, 2e-3, 1e-2])
+def test_every_cycle(cycle: float) -> None:
+    run, top = cornered(1.0, 6, 0.2, 50.0), limits(3)
+    assert_legal(run, flowing_law(run, top, cycle), top, cycle)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("share", [0.1, 10.0])
+def test_every_scale(scale: float, share: float) -> None:
+    run = wavy(1.5 * scale, 4.0)
+    top = limits(3, acceleration=5000 * share, jerk=1e5 * share * share)
+    s = flowing_law(run, top, 1e-3)
+    assert_legal(run, s, top, 1e-3)
+    grid = grid_along(run)
+    assert (len(s) - 1) * 1e-3 >= 0.98 * law_duration(grid.s, second_order(grid, top))
+
+
+def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
+    run, top = cornered(1.0, 12, 0.25, 50.0), limits(3)
+    s, fine = flowing_law(run, top, 1e-3), flowing_law(run, top, 1e-3, QUALITY)
+    assert_legal(run, s, top, 1e-3)
+    assert_legal(run, fine, top, 1e-3)
+    assert len(s) <= 1.02 * len(fine)
+
+
+def test_a_feed_that_changes_is_kept_on_both_sides() -> None:
+    run, top = straight(30.0, lambda s: np.where((s > 10) & (s < 20), 8.0, 100.0)), limits(3)  # type: ignore[arg-type]
+    s = flowing_law(run, top, 1e-3)
+    assert_legal(run, s, top, 1e-3)
+    speed = np.diff(s) / 1e-3
+    middle = 0.5 * (s[1:] + s[:-1])
+    assert speed[(middle > 11) & (middle < 19)].min() > 7.9
+    assert speed[middle < 9].max() > 90.0
+
+
+def test_a_run_over_several_windows() -> None:
+    run, top = wavy(120.0, 60.0, 12.0), limits(3)
+    s = flowing_law(run, top, 1e-3)
+    assert len(s) > 9000
+    assert_legal(run, s, top, 1e-3)
+
+
+def test_random_runs() -> None:
+    rng = np.random.default_rng(11)
+    for _ in range(12):
+        scale, waves = 10.0 ** rng.uniform(-2, 2), rng.uniform(0.5, 10)
+        k = 2 * np.pi * waves / scale
+        a, p = rng.normal(size=(3, 2)) / k, rng.uniform(0, 6, (3, 2))
+
+        def joints(s: np.ndarray, k: float = k, a: np.ndarray = a, p: np.ndarray = p) -> list[np.ndarray]:
+            return [a[i, 0] * np.sin(k * s + p[i, 0]) + a[i, 1] * np.sin(2 * k * s + p[i, 1]) for i in range(3)]
+
+        run = Curve(scale, joints, scale * 10.0 ** rng.uniform(-0.3, 2), int(10 * waves) + 1)
+        top = limits(3, *(b * 10.0 ** rng.uniform(-1, 1) for b in (833.0, 5000.0, 1e5)))
+        cycle = float(rng.choice([5e-4, 1e-3, 4e-3]))
+        assert_legal(run, flowing_law(run, top, cycle), top, cycle)
+
+
+def test_rows_that_are_beyond_the_limits_are_mended_in_place() -> None:
+    run, top = straight(30.0), limits(3)
+    s = flowing_law(run, top, 1e-3)
+    spoilt = s.copy()
+    spoilt[len(s) // 2] += 5e-5  # 0.15 to 1.5 times the jerk limit in the four differences around
+    assert_legal(run, mending.legal_rows(run, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
+
+
+def test_a_law_beyond_mending_is_slowed_down() -> None:
+    run, top = straight(30.0), limits(3)
+    asked = []
+
+    def rows(slower: float) -> np.ndarray:
+        asked.append(slower)
+        w = np.linspace(0, 1, int(30 * slower) + 2)  # 30 ms for what takes 200
+        return 30.0 * w**4 * (35 - 84 * w + 70 * w**2 - 20 * w**3)
+
+    s = mending.legal_rows(run, rows, top, 1e-3, 1e-3)
+    assert_legal(run, s, top, 1e-3)
+    assert len(asked) < 100
+
+
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [
+        (Curve(5.0, lambda s: [np.where(s > 2, np.nan, s)]), "not finite"),
+        (Curve(5.0, lambda s: [np.where(s > 2, 100.0, 0.0) + s]), "joints jump"),
+    ],
+)
+def test_runs_without_a_law_are_refused(run: Curve, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        flowing_law(run, limits(1), 1e-3)
+
+
+@pytest.mark.parametrize("cycle", [0.0, -1e-3, np.nan])
+def test_cycles_that_are_none_are_refused(cycle: float) -> None:
+    with pytest.raises(ValueError, match="must be finite and above 0"):
+        flowing_law(straight(1.0), limits(3), cycle)

@@ -1,0 +1,80 @@
+"""The second-order scan: closed form, legality and optimality on the grid, and windows that join exactly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from verne_post.timing import scan
+from verne_post.timing.run_path import grid_along
+
+from .curves import Curve, limits, straight, wavy
+
+
+def ratios(grid, limits, x):  # type: ignore[no-untyped-def]
+    """Acceleration over its limit at the beginning of every step, (n - 1, joints)."""
+    u = np.diff(x) / (2 * np.diff(grid.s))
+    return np.abs(grid.d1[:-1] * u[:, None] + grid.d2[:-1] * x[:-1, None]) / limits.acceleration
+
+
+def test_straight_line_takes_the_time_of_the_trapezoid() -> None:
+    run, top = straight(40.0, feed=50.0), limits(3)
+    grid = grid_along(replace(run, segments=2000))
+    # v / a + s / v; a grid of 5 um shortens the ramps by less than a step each
+    assert scan.duration(grid.s, scan.solve(grid, top)) == pytest.approx(50 / 5000 + 40 / 50, rel=2e-4)
+
+
+@pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
+@pytest.mark.parametrize("feed", [np.inf, 30.0])
+def test_law_is_legal_and_somewhere_at_a_limit_at_every_step(waves: float, feed: float) -> None:
+    grid, top = grid_along(wavy(50.0, waves, feed)), limits(3)
+    x = scan.solve(grid, top)
+    ratio = ratios(grid, top, x).max(axis=1)
+    assert x[0] == x[-1] == 0.0
+    assert (x <= scan.speed_caps(grid, top) * (1 + 1e-12)).all()
+    assert ratio.max() <= 1 + 1e-9
+    # nothing is left over: the acceleration is at its limit, or the speed at its cap at one end of the step,
+    # but for the single steps on which it turns from speeding up to slowing down
+    at_cap = x >= scan.speed_caps(grid, top) * (1 - 1e-9)
+    loose = ~((ratio > 1 - 1e-6) | at_cap[:-1] | at_cap[1:])
+    assert not (loose[1:] & loose[:-1]).any()
+
+
+@pytest.mark.parametrize("window", [3, 17, 64])
+def test_windows_join_to_the_full_solution(window: int) -> None:
+    grid = grid_along(wavy(80.0, 12.0, 60.0))
+    top = limits(3)
+    full = scan.solve(grid, top, window=len(grid.s))
+    assert np.array_equal(scan.solve(grid, top, window=window), full)
+
+
+def test_cap_is_kept_and_a_resting_run_of_joints_is_only_bound_by_it() -> None:
+    grid = grid_along(Curve(10.0, lambda s: [np.ones_like(s), np.zeros_like(s)], feed=20.0))
+    x = scan.solve(grid, limits(2), np.full(len(grid.s), 25.0))
+    assert (x[1:-1] == 25.0).all()
+
+
+def test_tiny_segments_do_not_look_curved() -> None:
+    # breaks 1e-7 mm apart: rounding of the joints over their square would be an acceleration of the path
+    run = straight(40.0, feed=50.0)
+    near = np.sort(np.concatenate([run.breaks, run.breaks[1:-1] + 1e-7]))
+
+    class Broken:
+        length, breaks, q, speed = run.length, near, staticmethod(run.q), staticmethod(run.speed)
+
+    grid = grid_along(Broken())
+    assert np.abs(grid.d2).max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [
+        (Curve(5.0, lambda s: [np.where(s > 2, np.nan, s)]), "not finite at s = 2"),
+        (Curve(5.0, lambda s: [s], feed=0.0), "allows no speed"),
+        (Curve(np.nan, lambda s: [s]), "finite length"),
+        (Curve(0.0, lambda s: [s]), "finite length"),
+    ],
+)
+def test_impossible_runs_are_refused(run: Curve, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        grid_along(run)

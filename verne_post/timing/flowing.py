@@ -1,0 +1,333 @@
+"""Time laws of runs that flow: near the time optimum, inside every limit on the differences of the rows.
+
+A first law comes from the second-order scan, smoothed. It need not be legal: the interior point method
+re-times it in a few passes, coarse to fine, each on the law of the pass before. Only s(t) changes, so the tool
+stays on the path whatever happens here. Rows that are still beyond a limit are mended one stretch at a time.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.machine import Limits
+from verne_post.timing import scan
+from verne_post.timing.interior_point import X_CRAWL, X_MIN, Problem, solve
+from verne_post.timing.mending import legal_rows
+from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
+from verne_post.timing.spline_law import Law, Times
+
+Array = NDArray[np.float64]
+
+#: The finest time scale of the law; a longer control cycle takes its place.
+UNIT_S: Final = 1e-3
+#: Short runs have a finer scale. A run of so many units, more than it takes without jerk limits by so many, counts as
+#: long; the scale is no finer than this share.
+LONG_RUN: Final = 200
+SHORT_RUN: Final = 20
+FINEST: Final = 0.25
+#: Differences of shorter cycles are taken over this many units: they see the same law.
+SHORTEST_DIFFERENCE: Final = 0.125
+#: Spacing of the first law's samples, in units, and how many of them are averaged.
+START_STEP: Final = 4
+START_SMOOTH: Final = 10
+#: Speeds below this (mm/s) are crossed at it where the first law is sampled.
+SLOWEST: Final = 1e-12
+#: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
+START_EXCESS: Final = 4.0
+#: It is slowed down by this factor: knots are even in its time, and the slow spots of the law need many.
+START_SLOWER: Final = 1.5
+#: A virtual joint with Q' = 1 keeps X from jumping where the real joints rest: its acceleration and jerk
+#: limits, times the unit and its square. X changes by its own size in no less than some 20 units.
+VIRTUAL_ACCELERATION: Final = 0.3
+VIRTUAL_JERK: Final = 0.2
+#: Shares of the limits that are planned with; rows may reach 1.0003, 1.002 and 1.01.
+PLANNED: Final = (0.9998, 0.9998, 0.999)
+#: The first knots of a window may exceed the limits by this share, falling to none over so many knots.
+ROOM: Final = 0.01
+TAPER: Final = 30
+#: Where every pass starts.
+NEAR_ONE: Final = 0.98
+#: They slow down over so many units at the end of a window.
+RAMP: Final = 100
+#: A row counts as tighter by this when the rate's highest derivative takes it from zero to its limit first.
+RESERVE: Final = 1.0
+#: A law that moves less than this share of its length has not begun to move.
+AT_REST: Final = 1e-13
+
+
+#: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from
+#: rest, and at most so many.
+CREEPING: Final = 0.1
+CREEPING_ROWS: Final = 200
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One pass of the interior point method; lengths in units.
+
+    Attributes
+    ----------
+    knot, per_knot : int
+        Knot spacing, and points per knot.
+    rows : tuple of int
+        So many of the tightest acceleration and jerk rows count on each side of each point; 0: all.
+    fastest : float
+        Largest X.
+    centre, gap : float
+        Complementarity to start from and to end at, over the time.
+    iterations : int
+    window, ahead : int
+        Knots that are kept of each solution, and those that look ahead.
+    """
+
+    knot: int
+    per_knot: int
+    rows: tuple[int, int]
+    fastest: float
+    centre: float
+    gap: float
+    iterations: int
+    window: int
+    ahead: int
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How finely a law is planned."""
+
+    passes: tuple[Pass, ...]
+    shares: tuple[float, float, float]
+
+
+NORMAL: Final = Effort(
+    passes=(
+        Pass(2, 2, (2, 0), 8.0, 30.0, 3e-1, 12, 1000, 300),
+        Pass(2, 2, (2, 0), 4.0, 10.0, 3e-1, 12, 1000, 300),
+        Pass(2, 4, (2, 3), 2.0, 3.0, 1e-2, 16, 1000, 300),
+    ),
+    shares=PLANNED,
+)
+#: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
+QUALITY: Final = Effort(
+    passes=(
+        Pass(2, 2, (0, 0), 8.0, 30.0, 1e-1, 25, 1500, 300),
+        Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300),
+        Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300),
+        Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300),
+        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600),
+    ),
+    shares=(1.0, 1.0, 1.0),
+)
+
+
+def flowing_law(run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL) -> Array:
+    """Path parameter s of every row of a run, from rest to rest.
+
+    Parameters
+    ----------
+    run : Run
+    limits : Limits
+    cycle : float
+        Control cycle, s.
+    effort : Effort
+        How finely to plan.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        s at t = 0, cycle, 2 cycle, ...; the first is 0, the last the run's length.
+
+    Raises
+    ------
+    ValueError
+        The run, a limit or the cycle is not a finite positive number, or the joints jump along the run.
+    """
+    positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
+    if not (np.isfinite(positive).all() and (positive > 0).all()):
+        raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
+    law, times, unit = timed(run, limits, cycle, effort)
+
+    def rows(slower: float) -> Array:
+        return _without_creeping(run, _rows(law, times, run.length, cycle, slower), limits, cycle)
+
+    return legal_rows(run, rows, limits, cycle, unit)
+
+
+def timed(run: Run, limits: Limits, cycle: float, effort: Effort) -> tuple[Law, Times, float]:
+    """The law before its last re-timing, that re-timing, and the time scale (s)."""
+    grid = grid_along(run)
+    x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
+    unit = max(UNIT_S, cycle)
+    unit *= min(max((scan.duration(grid.s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
+    law = first_law(grid, x, START_STEP * unit)
+    for index, step in enumerate(effort.passes):
+        times = retimed(run, law, limits, cycle, unit, step, effort.shares)
+        if index + 1 < len(effort.passes):
+            at = np.arange(0.0, times.total + unit, unit)
+            law = Law.through_samples(law.s(times.sigma(np.minimum(at, times.total))), unit)
+    return law, times, unit
+
+
+def first_law(grid: Grid, x: Array, step: float) -> Law:
+    """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly."""
+    speed = np.sqrt(x)
+    ds = np.diff(grid.s)
+    dt = 2 * ds / np.maximum(speed[:-1] + speed[1:], SLOWEST)
+    t = np.append(0.0, np.cumsum(dt))
+    at = np.arange(0.0, t[-1] + step, step)
+    interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(dt) - 1)
+    tau = np.minimum(at - t[interval], dt[interval])
+    acceleration = (speed[interval + 1] - speed[interval]) / np.maximum(dt[interval], np.finfo(float).tiny)
+    s = grid.s[interval] + speed[interval] * tau + 0.5 * acceleration * tau**2
+    s[-1] = grid.s[-1]
+    rest = START_SMOOTH
+    padded = np.concatenate([np.zeros(rest), np.clip(s, 0.0, grid.s[-1]), np.full(rest, grid.s[-1])])
+    smooth = np.convolve(padded, np.full(rest, 1.0 / rest), mode="valid")
+    smooth[0], smooth[-1] = 0.0, grid.s[-1]
+    return Law.of_samples(np.maximum.accumulate(smooth), step)
+
+
+# --- one pass ------------------------------------------------------------------------------------
+
+
+def retimed(
+    run: Run, law: Law, limits: Limits, cycle: float, unit: float, step: Pass, shares: tuple[float, float, float]
+) -> Times:
+    """One pass of the interior point method over the whole run, window by window."""
+    knot = step.knot * unit
+    n = int(np.ceil(law.duration / knot * (1 - 1e-12)))
+    coefficients = np.ones(n + 3)
+    begin = 0
+    while begin < n:
+        end = min(begin + step.window + step.ahead, n)
+        if n - end < step.ahead:
+            end = n
+        fixed = coefficients[begin : begin + 3].copy() if begin else np.empty(0)
+        problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, end < n)
+        start = np.full(end - begin + 3, NEAR_ONE)
+        if begin:  # what the window before has seen already
+            known = max(step.ahead // 2, 3)
+            start[:known] = coefficients[begin : begin + known]
+        if problem.crawls:  # as the solution will, slow down over the end of the window
+            ramp = np.geomspace(1.0, X_CRAWL, min(round(RAMP / step.knot), step.ahead // 2))
+            start[-len(ramp) :] *= ramp
+        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
+        coefficients[begin : end + 3] = found.coefficients
+        begin = end if end == n else begin + step.window
+    return Times.of_coefficients(coefficients, knot)
+
+
+def _problem(
+    run: Run, law: Law, limits: Limits, cycle: float, unit: float, step: Pass,
+    shares: tuple[float, float, float], begin: int, end: int, fixed: Array, crawls: bool,
+) -> Problem:  # fmt: skip
+    """Limits at the points of a window, from differences of rows a cycle apart: the acceptance metric itself."""
+    delta = max(cycle, SHORTEST_DIFFERENCE * unit)
+    n, k = end - begin, step.per_knot
+    knot = step.knot * unit
+    spacing = knot / k
+    points = n * k
+    apart = round(delta / spacing)
+    if apart >= 1 and abs(apart * spacing - delta) < 1e-9 * delta:  # points share their samples
+        first = begin * knot + 0.5 * spacing - 1.5 * delta
+        at = first + spacing * np.arange(points + 3.0 * apart)
+        s = law.s(at)
+        q = np.ascontiguousarray(joints_at(run, s).T)
+        speed = np.asarray(run.speed(s), dtype=float)
+        samples = [q[:, m * apart : m * apart + points] for m in range(4)]
+        low, high = slice(apart, apart + points), slice(2 * apart, 2 * apart + points)
+        slope, speed = s[high] - s[low], np.minimum(speed[low], speed[high])
+    else:
+        at = (begin + (np.arange(points) + 0.5) / k) * knot
+        s = law.s(at + delta * np.array([[-1.5], [-0.5], [0.5], [1.5]])).reshape(-1)
+        q = np.ascontiguousarray(joints_at(run, s).T)
+        speed = np.asarray(run.speed(s[points : 3 * points]), dtype=float)
+        samples = [q[:, m * points : (m + 1) * points] for m in range(4)]
+        slope = s[2 * points : 3 * points] - s[points : 2 * points]
+        speed = np.minimum(speed[:points], speed[points:])
+    a, b, c, d = samples
+    q1 = _by_phase((c - b) / delta, k)
+    q2 = _by_phase((d - c - b + a) / (2 * delta**2), k)
+    q3 = _by_phase((d - 3 * (c - b) - a) / delta**3, k)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_feed = _by_phase((shares[0] * delta * speed / slope)[None], k)[0] ** 2
+        by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
+    cap = np.minimum(np.where(np.isnan(by_feed), np.inf, by_feed), by_speed)
+    cap = np.clip(cap, 2 * X_MIN, step.fastest)
+    # a window that goes on where another has used every limit up needs some room to do so
+    by_interval = np.ones(n)
+    if len(fixed):
+        by_interval[:TAPER] -= np.linspace(ROOM, 0.0, TAPER)[:n]
+    room = np.tile(by_interval, k)
+    cap /= room
+    acceleration = shares[1] * limits.acceleration[:, None] / room
+    jerk = shares[2] * limits.jerk[:, None] / room
+    virtual = np.zeros((1, points))
+    q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / VIRTUAL_ACCELERATION])
+    q2a = np.concatenate([q2 / acceleration, virtual])
+    q1j = np.concatenate([0.5 * q1 / jerk, virtual + 0.5 * unit**2 / VIRTUAL_JERK])
+    q2j = np.concatenate([1.5 * q2 / jerk, virtual])
+    q3j = np.concatenate([q3 / jerk, virtual])
+
+    both: list[tuple[Array, ...]] = [(q2a, q1a), (q3j, q2j, q1j)]
+    acceleration_rows, jerk_rows = (
+        _signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True)
+    )
+    return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, crawls)
+
+
+def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
+    """Both signs of rows (m, points); of each side the ``count`` that can become tight first.
+
+    A side are the rows that bound the highest derivative from above, or from below. Tight first are those near
+    their limit now, or soon when that derivative changes.
+    """
+    above = np.where(rows[-1] < 0, -1.0, 1.0)
+    upper = tuple(row * above for row in rows)
+    if count >= len(above):
+        return tuple(np.concatenate([row, -row]) for row in upper)
+    reach = RESERVE * (upper[-1] / upper[-1].max(axis=0))
+    sides = []
+    for sign in (1.0, -1.0):
+        chosen = np.argpartition(-(sign * upper[0] + reach), count - 1, axis=0)[:count]
+        sides.append([sign * np.take_along_axis(row, chosen, axis=0) for row in upper])
+    return tuple(np.concatenate(pair) for pair in zip(*sides, strict=True))
+
+
+def _by_phase(a: Array, k: int) -> Array:
+    """Points in order of time (m, n k) -> by phase, then by interval."""
+    return np.ascontiguousarray(a.reshape(len(a), -1, k).transpose(0, 2, 1)).reshape(len(a), -1)
+
+
+def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) -> Array:
+    """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
+    cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
+    s = law.s(times.sigma(np.arange(cycles + 1.0) * (times.total / cycles)))
+    s = np.maximum.accumulate(np.clip(s, 0.0, length))
+    moving = np.flatnonzero((s > AT_REST * length) & (s < (1 - AT_REST) * length))
+    first, last = (int(moving[0]) - 1, int(moving[-1]) + 1) if len(moving) else (0, cycles)
+    s = s[max(first, 0) : last + 1]
+    s[0], s[-1] = 0.0, length
+    return s
+
+
+def _without_creeping(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
+    """Leave out rows at both ends over which a joint hardly moves; the law creeps there, and need not."""
+    n = len(s)
+    count = min(CREEPING_ROWS, n // 4)
+    if count < 2:
+        return s
+    reach = np.minimum(limits.jerk * cycle**3, np.minimum(limits.acceleration * cycle**2, limits.velocity * cycle))
+    tail = np.concatenate([s[:count], s[n - count :]])
+    moved = joints_at(run, tail)
+    by_feed = cycle * np.asarray(run.speed(tail), dtype=float)
+
+    def creeping(rows: slice, end: int) -> int:
+        strain = (np.abs(moved[rows] - moved[end]) / reach).max(axis=1)
+        strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
+        return int(np.count_nonzero(strain < CREEPING))
+
+    first, last = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
+    return np.concatenate([s[:1], s[first + 1 : n - last - 1], s[-1:]])

@@ -1,0 +1,310 @@
+"""Rows that are legal, from rows that nearly are: small shifts along the path around those beyond a limit.
+
+Limits are those on the differences of the rows themselves, so what is found here is what will be judged. Around
+each row that is beyond a limit the rows of a stretch are shifted along the path: least squares on the excess, damped
+by the jerk that the shifts make, one banded solution a step. Where that is not enough, the stretch is given more
+rows, and in the end the whole run is slowed down, which always helps: every ratio falls with the speed.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.linalg import get_lapack_funcs
+
+from verne_post.model.machine import Limits
+from verne_post.timing.run_path import Run, joints_at
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+#: Ratios that rows may reach: velocity and feed, acceleration, jerk.
+ACCEPTED: Final = (1.0003, 1.002, 1.010)
+#: Ratios that shifts aim at; least squares approaches them from outside.
+AIMED: Final = (1.0001, 1.0007, 1.0065)
+#: Resting rows at both ends, which the differences count as well.
+REST: Final = 3
+#: Rows that stay at the ends of a stretch: what differences across the end are taken from, and the run's own ends.
+HELD: Final = REST + 1
+#: Rows are shifted over so many units on each side of one that is beyond a limit.
+REACH: Final = 40
+#: A round finds the stretches and mends them; from the second on, they get more rows first.
+ROUNDS: Final = 6
+#: Steps of the least squares in one round.
+STEPS: Final = 8
+#: Weight of the jerk of the shifts against the excess.
+DAMPING: Final = 1e-4
+#: A row so far beyond a limit is not mended by shifts alone.
+FAR: Final = 1.15
+#: Slower runs that are mended when the run itself cannot be, then runs that are only slowed.
+STRETCHES: Final = (1.0, 1.004, 1.02, 1.1)
+SLOWDOWNS: Final = 40
+SLOWER_BY: Final = (1.3, 3.0)
+#: Slowing down lowers the worst ratio at least by the factor of the speed; where it stays above this share of what it
+#: was, the joints jump.
+STUBBORN: Final = 0.9
+#: Rows whose joints are evaluated at a time.
+CHUNK_ROWS: Final = 1 << 15
+#: The rows that are beyond their aims are found anew so often in one step.
+ACTIVE_SETS: Final = 4
+#: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
+SMALLEST_STRAIN: Final = 1e-6
+#: Diagonal entry that keeps a row where it is.
+FIXED: Final = 1e30
+#: The derivative by s is taken over this share of a row's step, and at least this much of the run's length.
+SHARE_OF_STEP: Final = 1e-2
+SHARE_OF_LENGTH: Final = 1e-9
+
+_PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+_DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
+
+
+def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: float, unit: float) -> Array:
+    """Path parameters of rows, from rest to rest, inside every limit.
+
+    Parameters
+    ----------
+    run : Run
+    rows : callable
+        Rows s (n,) of a law stretched by a factor from 1 on; the first 0, the last the run's length.
+    limits : Limits
+    cycle, unit : float
+        Control cycle, and the time scale of the law, s.
+
+    Raises
+    ------
+    ValueError
+        However slow, the rows are beyond a limit: the joints jump along the run.
+    """
+    for slower in STRETCHES:
+        found = mended(run, rows(slower), limits, cycle, unit)
+        if found is not None:
+            return found
+    slower, before = STRETCHES[-1], np.inf
+    for _ in range(SLOWDOWNS):
+        s = rows(slower)
+        worst = excess(run, _at_rest(s), limits, cycle)
+        top = float(worst.max())
+        if top <= 1.0:
+            return s
+        if top > STUBBORN * before:
+            break
+        before = top
+        slower *= float(np.clip(np.cbrt(top), SLOWER_BY[0], SLOWER_BY[1]))
+    at = _at_rest(s)[int(np.argmax(worst))]
+    raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the run: the joints jump there")
+
+
+def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
+    """Largest ratio over the accepted one of the differences that begin at each row, shape (n - 3,).
+
+    The rows s (n,) rest at both ends.
+    """
+    n = len(s)
+    worst = np.zeros(n - REST)
+    for first in range(0, n - REST, CHUNK_ROWS):
+        part = s[first : first + CHUNK_ROWS + REST]
+        difference = joints_at(run, part)
+        found = _feed_ratio(run, part, cycle)[: len(part) - REST] / ACCEPTED[0]
+        for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
+            difference = np.diff(difference, axis=0)
+            ratio = (np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * ACCEPTED[order]))).max(axis=1)
+            found = np.maximum(found, ratio[: len(found)])
+        worst[first : first + len(found)] = found
+    return worst
+
+
+def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Array | None:
+    """Rows inside every limit, made from rows s (n,) that nearly are; None where that takes too many rounds."""
+    z = _at_rest(s)
+    reach = max(round(REACH * unit / cycle), 8)
+    for attempt in range(ROUNDS + 1):
+        worst = excess(run, z, limits, cycle)
+        bad = np.flatnonzero(worst > 1.0)
+        if not len(bad):
+            return z[REST:-REST]
+        if attempt == ROUNDS:
+            break
+        width = reach * (2 + attempt) // 2
+        gaps = np.flatnonzero(np.diff(bad) > 2 * width)
+        low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0)
+        high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z))
+        pieces, done = [], 0
+        shifted: list[int] = []
+        for a, b in zip(low.tolist(), high.tolist(), strict=True):
+            pieces.append(z[done:a])
+            part = z[a:b]
+            more = 0 if attempt == 0 else 2 ** (attempt - 1)
+            if float(worst[a : b - REST].max()) > FAR:
+                more = max(more, -(-(b - a) // 50))
+            shifted.append(len(pieces))
+            pieces.append(_with_more_rows(part, more))
+            done = b
+        pieces.append(z[done:])
+        parts = _shifted([pieces[i] for i in shifted], run, limits, cycle)
+        for i, part in zip(shifted, parts, strict=True):
+            pieces[i] = part
+        z = np.concatenate(pieces)
+    return None
+
+
+def _at_rest(s: Array) -> Array:
+    return np.concatenate([np.full(REST, s[0]), s, np.full(REST, s[-1])])
+
+
+def _feed_ratio(run: Run, s: Array, cycle: float) -> Array:
+    """Speed of each step over the feed's: the slowest of the caps at both ends and in the middle counts."""
+    return np.diff(s) / (cycle * _feed_cap(run, s))
+
+
+def _feed_cap(run: Run, s: Array) -> Array:
+    ends = np.asarray(run.speed(s), dtype=float)
+    middle = np.asarray(run.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
+    return np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
+
+
+def _with_more_rows(part: Array, more: int) -> Array:
+    """The same stretch in more rows: slower in its middle, unchanged at its ends."""
+    n = len(part)
+    if more == 0 or n < 12:
+        return part
+    k = np.arange(n + more, dtype=float)
+    f = np.clip((k - HELD) / (n + more - 1 - 2 * HELD), 0.0, 1.0)
+    step = f**4 * (35 + f * (-84 + f * (70 - 20 * f)))
+    at = make_interp_spline(np.arange(n, dtype=float), part, k=5)(k - more * step)
+    at[:HELD], at[-HELD:] = part[:HELD], part[-HELD:]
+    return np.maximum.accumulate(np.clip(at, part[0], part[-1]))
+
+
+def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list[Array]:
+    """Shift the rows of stretches until their differences are inside the limits, or the steps are used up.
+
+    The first and last rows of each stretch stay where they are. A step that makes a stretch worse is taken
+    back, and the next one is damped more.
+    """
+    best = list(parts)
+    merit = np.full(len(parts), np.inf)
+    damping = np.full(len(parts), DAMPING)
+    trial = list(parts)
+    left = np.arange(len(parts))
+    for attempt in range(STEPS + 1):
+        z = np.concatenate([trial[i] for i in left])
+        lengths = np.array([len(trial[i]) for i in left])
+        ends = np.cumsum(lengths)
+        owner = np.repeat(np.arange(len(left)), lengths)
+        model = _Model(z, owner, run, limits, cycle)
+        now = model.merit(len(left))
+        better = now < merit[left]
+        for g in np.flatnonzero(better).tolist():
+            best[left[g]] = trial[left[g]]
+        damping[left] = np.where(better, np.maximum(0.1 * damping[left], DAMPING), 100.0 * damping[left])
+        merit[left] = np.where(better, now, merit[left])
+        going = merit[left] > 0
+        if not going.any() or attempt == STEPS:
+            break
+        # where the step was taken back, the next one starts from the best so far
+        back = np.flatnonzero(~better & going)
+        if len(back):
+            for g in back.tolist():
+                z[ends[g] - lengths[g] : ends[g]] = best[left[g]]
+            model = _Model(z, owner, run, limits, cycle)
+        change = model.shifts(damping[left])
+        for g in np.flatnonzero(going).tolist():
+            low, high = int(ends[g] - lengths[g]), int(ends[g])
+            moved = z[low:high] + change[low:high]
+            trial[left[g]] = np.maximum.accumulate(np.clip(moved, z[low], z[high - 1]))
+        left = left[going]
+    return best
+
+
+class _Model:
+    """The differences of rows along stretches laid end to end, over their limits, linear in shifts of the rows.
+
+    ``values[o]`` has shape (n - o, m), ``gains[o]`` (n, m) or, for the feed, by difference.
+    """
+
+    def __init__(self, z: Array, owner: Ints, run: Run, limits: Limits, cycle: float) -> None:
+        self.owner, self.n = owner, len(z)
+        q = joints_at(run, z)
+        step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(z)), SHARE_OF_LENGTH * run.length)
+        step = np.where(z + step > run.length, -step, step)
+        slope = (joints_at(run, z + step) - q) / step[:, None]
+        self.values: list[Array] = []
+        self.gains: list[Array] = []
+        difference = q
+        for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1):
+            difference = np.diff(difference, axis=0)
+            scale = 1.0 / (limit * cycle**order)
+            whole = (owner[order:] == owner[:-order])[:, None]
+            self.values.append(np.where(whole, difference * scale, 0.0))
+            self.gains.append(slope * scale)
+        by_feed = np.where(owner[1:] == owner[:-1], 1.0 / (cycle * _feed_cap(run, z)), 0.0)
+        self.by_feed = by_feed
+        self.feed = np.diff(z) * by_feed
+        self.strain = np.maximum(np.abs(self.gains[2]).max(axis=1), SMALLEST_STRAIN * np.abs(self.gains[2]).max())
+        self.weight = np.where(owner[1:] == owner[:-1], np.minimum(self.strain[1:], self.strain[:-1]), 0.0)
+        self.forward = np.diff(z) * self.weight
+        edge = np.ones(self.n, dtype=bool)
+        edge[HELD:-HELD] = owner[2 * HELD :] != owner[: -2 * HELD]
+        self.edge = edge
+
+    def merit(self, count: int) -> Array:
+        """Sum of squares beyond the aims, for each stretch (count,)."""
+        by_feed: Array = np.maximum(self.feed - AIMED[0], 0.0) ** 2
+        total = np.bincount(self.owner[:-1], by_feed, minlength=count).astype(float)
+        for order, values in enumerate(self.values, start=1):
+            beyond: Array = (np.maximum(np.abs(values) - AIMED[order - 1], 0.0) ** 2).sum(axis=1)
+            total = total + np.bincount(self.owner[:-order], beyond, minlength=count)
+        return total
+
+    def shifts(self, damping: Array) -> Array:
+        """Shifts (n,) that bring everything inside in the linear model, damped by stretch."""
+        n = self.n
+        fixed = np.zeros((4, n))
+        damped = damping[self.owner[: n - 3]] * self.strain[: n - 3] ** 2
+        damped[self.owner[3:] != self.owner[:-3]] = 0.0
+        third = _DIFFERENCES[2]
+        for i in range(4):
+            for k in range(i, 4):
+                fixed[k - i, i : n - 3 + i] += third[i] * third[k] * damped
+        fixed[0] += damping[self.owner] * self.strain**2 * SMALLEST_STRAIN
+        fixed[0, self.edge] = FIXED
+        change = np.zeros(n)
+        for _ in range(ACTIVE_SETS):
+            band, rhs = fixed.copy(order="F"), np.zeros(n)
+            for order, (values, gains) in enumerate(zip(self.values, self.gains, strict=True), start=1):
+                predicted = values.copy()
+                moved = gains * change[:, None]
+                for i, c in enumerate(_DIFFERENCES[order - 1]):
+                    predicted += c * moved[i : n - order + i]
+                rows, joints = np.nonzero(np.abs(predicted) > AIMED[order - 1])
+                sign = np.sign(predicted[rows, joints])
+                excess_now = sign * values[rows, joints] - AIMED[order - 1]
+                slopes = [c * sign * gains[rows + i, joints] for i, c in enumerate(_DIFFERENCES[order - 1])]
+                _add(band, rhs, rows, slopes, excess_now)
+            rows = np.flatnonzero(self.feed + self.by_feed * np.diff(change) > AIMED[0])
+            _add(band, rhs, rows, [-self.by_feed[rows], self.by_feed[rows]], self.feed[rows] - AIMED[0])
+            # rows never run backwards
+            rows = np.flatnonzero(self.forward + self.weight * np.diff(change) < 0)
+            weight = self.weight[rows]
+            _add(band, rhs, rows, [weight, -weight], -self.forward[rows])
+            rhs[self.edge] = 0.0
+            factor, info = _PBTRF(band, lower=1, overwrite_ab=1)
+            if info != 0:
+                break
+            solution, _info = _PBTRS(factor, rhs, lower=1)
+            change = solution.reshape(-1)
+            change[self.edge] = 0.0
+        return change if np.isfinite(change).all() else np.zeros(n)
+
+
+def _add(band: Array, rhs: Array, rows: Ints, slopes: list[Array], beyond: Array) -> None:
+    """Add differences that begin at ``rows`` and are ``beyond`` their aims to the normal equations."""
+    n = len(rhs)
+    for i, slope in enumerate(slopes):
+        rhs -= np.bincount(rows + i, slope * beyond, minlength=n)
+        for k in range(i, len(slopes)):
+            band[k - i] += np.bincount(rows + i, slope * slopes[k], minlength=n)

@@ -1,0 +1,155 @@
+"""A run between two standstills as a function of its path parameter s, and a grid with derivatives along it."""
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base import spans
+
+Array = NDArray[np.float64]
+
+#: A span of the grid is at most this much path.
+SPAN_MM: Final = 20.0
+#: A span is halved while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
+TAIL_SHARE: Final = 1e-4
+#: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
+TAIL_NOISE: Final = 1e-9
+#: Joints are known to this share of their largest value.
+ROUNDING: Final = 3e-14
+#: Spans are halved at most so often.
+HALVINGS: Final = 6
+
+
+class Run(Protocol):
+    """Motion between two standstills.
+
+    The joints are functions of s with continuous q' and q''; q''' may jump at ``breaks``. Bad input is
+    found by what is computed from it: joints that are not finite, or lengths and breaks out of order.
+    """
+
+    @property
+    def length(self) -> float:
+        """Length by s, mm."""
+
+    @property
+    def breaks(self) -> Array:
+        """Ends of the segments, from 0 to length, in order; both included."""
+
+    def q(self, s: Array) -> Array:
+        """Joints (n, n_joints) at s (n,)."""
+
+    def speed(self, s: Array) -> Array:
+        """Largest ds/dt (n,) by the feed at s (n,), mm/s; infinite for rapids."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Points along a run, in order, with derivatives of the joints by s.
+
+    Attributes
+    ----------
+    s : ndarray, shape (n,)
+        mm, from 0 to the run's length, both included.
+    d1, d2, d3 : ndarray, shape (n, n_joints)
+    speed : ndarray, shape (n,)
+        Largest ds/dt by the feed, mm/s.
+    """
+
+    s: Array
+    d1: Array
+    d2: Array
+    d3: Array
+    speed: Array
+
+
+def grid_along(run: Run) -> Grid:
+    """Chebyshev points of spans over the whole run, with spectral derivatives.
+
+    Raises
+    ------
+    ValueError
+        The run has no length, its breaks are out of order, or a joint or speed is not a number.
+    """
+    breaks = np.asarray(run.breaks, dtype=float)
+    if not (np.isfinite(run.length) and run.length > 0):
+        raise ValueError(f"a run needs a finite length above 0, got {run.length}")
+    if len(breaks) < 2 or breaks[0] != 0.0 or breaks[-1] != run.length or not (np.diff(breaks) >= 0).all():
+        raise ValueError(f"the breaks of a run rise from 0 to its length {run.length:g}")
+    width = np.diff(breaks)
+    parts = np.ceil(width / SPAN_MM).astype(int)  # none of a segment without length
+    owner = np.repeat(np.arange(len(parts)), parts)
+    index = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    width = width[owner] / parts[owner]
+    low = breaks[owner] + index * width
+    q = _samples(run, low, width)
+    done: list[tuple[Array, Array, Array]] = []
+    for halving in range(HALVINGS + 1):
+        motion = q.max(axis=1) - q.min(axis=1)
+        rough = (spans.tail(q) > TAIL_SHARE * motion + TAIL_NOISE).any(axis=1)
+        if halving == HALVINGS:
+            rough[:] = False
+        done.append((low[~rough], width[~rough], q[~rough]))
+        if not rough.any():
+            break
+        half = 0.5 * width[rough]
+        low, width = np.concatenate([low[rough], low[rough] + half]), np.concatenate([half, half])
+        q = _samples(run, low, width)
+    low, width, q = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.argsort(low, kind="stable")
+    low, width, q = low[order], width[order], q[order]
+    per_mm = (1.0 / width)[:, None, None]
+    noise = ROUNDING * np.abs(q).max()
+    d1, d2, d3 = (
+        (_beyond(_DERIVE[k - 1] @ q, noise * _NOISE_GAIN[k - 1]) * per_mm**k).reshape(-1, q.shape[2]) for k in (1, 2, 3)
+    )
+    s = (low[:, None] + spans.SAMPLES * width[:, None]).ravel()
+    speed = np.asarray(run.speed(s), dtype=float)
+    if not (speed > 0).all():
+        raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the run")
+
+    def framed(a: Array) -> Array:
+        return np.concatenate([a[:1], a, a[-1:]])
+
+    return Grid(np.concatenate([[0.0], s, [run.length]]), framed(d1), framed(d2), framed(d3), framed(speed))
+
+
+def joints_at(run: Run, s: Array) -> Array:
+    """``run.q(s)``, which must be finite.
+
+    Raises
+    ------
+    ValueError
+        Naming the first s without joints.
+    """
+    q = np.asarray(run.q(s), dtype=float)
+    if not np.isfinite(q).all():
+        bad = s[np.argmin(np.isfinite(q).all(axis=1))]
+        raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the run")
+    return q
+
+
+def _beyond(values: Array, noise: float) -> Array:
+    """What values have beyond the noise: tiny spans would otherwise seem to bend."""
+    return np.sign(values) * np.maximum(np.abs(values) - noise, 0.0)
+
+
+def _samples(run: Run, low: Array, width: Array) -> Array:
+    """Joints (m, nodes, n_joints) at the Chebyshev points of spans."""
+    s = (low[:, None] + spans.SAMPLES * width[:, None]).ravel()
+    return joints_at(run, s).reshape(len(low), spans.NODES, -1)
+
+
+def _derivatives() -> list[Array]:
+    """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
+    monomials = np.linalg.inv(np.vander(spans.SAMPLES, spans.NODES, increasing=True))
+    found = []
+    for order in (1, 2, 3):
+        derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T])
+        found.append(np.vander(spans.SAMPLES, spans.NODES - order, increasing=True) @ derived.T)
+    return found
+
+
+_DERIVE: Final = _derivatives()
+_NOISE_GAIN: Final = [float(np.abs(matrix).sum(axis=1).max()) for matrix in _DERIVE]

@@ -1,0 +1,136 @@
+"""Laws s(sigma) from rest to rest as uniform quintic B-splines, and the change from one pseudo-time to the next."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
+
+from verne_post.timing.interior_point import X_FLOOR, basis
+
+Array = NDArray[np.float64]
+
+#: Resting samples at both ends, so that the spline begins and ends with all derivatives zero.
+REST: Final = 6
+_PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+_GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+def _quintic_pieces() -> Array:
+    """Monomial coefficients (6 powers, 6 splines) of the uniform quintic B-splines on one interval."""
+    piece = {0: np.array([1.0])}  # spline k of the degree on the interval 0..1, by k from left to right
+    for degree in range(1, 6):
+        grown = {}
+        for k in range(degree + 1):
+            total = np.zeros(degree + 1)
+            if k in piece:  # falling part
+                total[:degree] += (1.0 + k) / degree * piece[k]
+                total[1 : degree + 1] -= piece[k] / degree
+            if k - 1 in piece:  # rising part
+                total[:degree] += (degree - k) / degree * piece[k - 1]
+                total[1 : degree + 1] += piece[k - 1] / degree
+            grown[k] = total
+        piece = grown
+    return np.stack([piece[k] for k in range(6)], axis=1)
+
+
+_PIECES: Final = _quintic_pieces()
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """s(sigma) over [0, duration], at rest outside.
+
+    ``coefficients`` are those of a uniform quintic B-spline with knots ``step`` apart.
+    """
+
+    coefficients: Array
+    step: float
+
+    @classmethod
+    def of_samples(cls, samples: Array, step: float) -> "Law":
+        """Use samples from rest to rest as coefficients: monotone samples give a monotone law."""
+        return cls(_padded(samples, REST), step)
+
+    @classmethod
+    def through_samples(cls, samples: Array, step: float) -> "Law":
+        """Interpolate samples from rest to rest."""
+        values = _padded(samples, REST)
+        # B-spline values at the knots: 1, 26, 66, 26, 1 over 120; beyond the ends the law rests
+        band = np.empty((3, len(values)), order="F")
+        band[0], band[1], band[2] = 66.0 / 120, 26.0 / 120, 1.0 / 120
+        rhs = values.copy()
+        for end, inner in ((0, 1), (-1, -2)):
+            rhs[end] -= 27.0 / 120 * values[end]
+            rhs[inner] -= 1.0 / 120 * values[end]
+        factor, _info = _PBTRF(band, lower=1, overwrite_ab=1)
+        coefficients, _info = _PBTRS(factor, rhs, lower=1)
+        return cls(_padded(coefficients.reshape(-1), 2), step)
+
+    @property
+    def duration(self) -> float:
+        """End of the law."""
+        return self.step * (len(self.coefficients) - 5)
+
+    def s(self, sigma: Array) -> Array:
+        """Path parameter at pseudo-times."""
+        at = np.clip(sigma * (1.0 / self.step), 0.0, len(self.coefficients) - 5)
+        i = np.minimum(at.astype(np.intp), len(self.coefficients) - 6)
+        at -= i
+        total = np.zeros_like(at)
+        for k in range(6):
+            p = _PIECES[:, k]
+            weight = p[5] * at + p[4]
+            for power in (3, 2, 1, 0):
+                weight *= at
+                weight += p[power]
+            weight *= self.coefficients.take(i + k)
+            total += weight
+        return total
+
+
+def _padded(values: Array, count: int) -> Array:
+    return np.concatenate([np.full(count, values[0]), values, np.full(count, values[-1])])
+
+
+@dataclass(frozen=True, eq=False)
+class Times:
+    """The map between pseudo-time and time that a pass found: at every knot time, dsigma/dt and d2sigma/dt2."""
+
+    knot: float
+    t: Array
+    rate: Array
+    change: Array
+
+    @classmethod
+    def of_coefficients(cls, coefficients: Array, knot: float) -> "Times":
+        """From the cubic B-spline coefficients (n + 3,) of X = (dsigma/dt)^2."""
+        n = len(coefficients) - 3
+        shifted = np.stack([coefficients[k : k + n] for k in range(4)])
+        x = np.maximum(basis(knot, 0.5 * (_GAUSS + 1))[0] @ shifted, X_FLOOR)
+        seconds = 0.5 * knot * (_GAUSS_WEIGHTS @ x**-0.5)
+        c = coefficients
+        at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, X_FLOOR)
+        slope = (c[2:] - c[:-2]) / (2 * knot)
+        return cls(knot, np.append(0.0, np.cumsum(seconds)), np.sqrt(at_knots), 0.5 * slope)
+
+    @property
+    def total(self) -> float:
+        """Duration of the law, s."""
+        return float(self.t[-1])
+
+    def sigma(self, t: Array) -> Array:
+        """Pseudo-time at times t (n,) by quintic Hermite interpolation between knots; rises with t."""
+        i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
+        h = (self.t[1:] - self.t[:-1])[i]
+        f = (t - self.t[i]) / h
+        v0, v1 = self.rate[i] * h / self.knot, self.rate[i + 1] * h / self.knot
+        a0, a1 = self.change[i] * h * h / self.knot, self.change[i + 1] * h * h / self.knot
+        # q(f) = v0 f + a0 f^2/2 + c3 f^3 + c4 f^4 + c5 f^5 with q(1) = 1, q'(1) = v1, q''(1) = a1
+        e0, e1, e2 = 1.0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+        c3 = 10 * e0 - 4 * e1 + 0.5 * e2
+        c4 = -15 * e0 + 7 * e1 - e2
+        c5 = 6 * e0 - 3 * e1 + 0.5 * e2
+        passed = f * (v0 + f * (0.5 * a0 + f * (c3 + f * (c4 + f * c5))))
+        return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)
