@@ -28,12 +28,12 @@ from verne_post.model.summary import Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
-from verne_post.timing.exact_stop import RunLaws, plan_runs
+from verne_post.timing.plan import RunPlan, plan_contour
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
-from verne_post.toolpath.contour import contour_pose, exact_contour
+from verne_post.toolpath.contour import Smoothing, contour_pose, exact_contour, smooth_contour, speed_cap
 from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
 from verne_post.verify.verifier import Verifier
@@ -67,7 +67,7 @@ class Program:
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
-        return JointPath(self.contour, self.machine, contour_pose)
+        return JointPath(self.contour, self.machine, contour_pose, speed_cap)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Plan:
     """A judged program with its time laws."""
 
     program: Program
-    laws: RunLaws
+    laws: RunPlan
     timeline: Timeline
     findings: tuple[Finding, ...]
 
@@ -158,7 +158,16 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
         path = with_detours(path, branches.changes, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
-    return Program(machine, options, moves, exact_contour(path), tuple(findings))
+    return Program(machine, options, moves, _contour(path, moves, machine, options), tuple(findings))
+
+
+def _contour(path: ToolPath, moves: Moves, machine: Machine, options: Options) -> Contour:
+    """Round the corners that may be rounded, unless the user wants stops."""
+    if options.smoothing == "off":
+        return exact_contour(path)
+    tip = machine.accuracy.tip if options.tolerance is None else options.tolerance
+    axis = machine.accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
+    return smooth_contour(path, moves, Smoothing(options.smoothing == "spline", tip, axis))
 
 
 def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
@@ -296,7 +305,10 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     bounds, findings = judge_program(program, progress)
     if worst(findings) == "error":
         raise InputError(*findings)
-    laws = plan_runs(program.contour, bounds.first, bounds.second, bounds.third, program.machine.limits)
+    total = len(program.contour)
+    told = None if progress is None else lambda done: progress("planning", done, total)
+    limits = program.machine.limits
+    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, program.cycle, told)
     return Plan(program, laws, timeline(program.contour, laws, program.cycle), tuple(findings))
 
 
@@ -310,7 +322,7 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
 def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
     """A verifier for setpoints of this program."""
     machine = program.machine
-    return Verifier(program.path, machine.five_axis.nominal, machine.limits, machine.columns, fmt)
+    return Verifier(program.contour, machine.five_axis.nominal, machine.limits, machine.columns, fmt)
 
 
 # --- the whole job ------------------------------------------------------------------------
@@ -419,10 +431,9 @@ def exit_code_of(error: InputError) -> int:
 def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
-    path, laws, moves = program.path, plan.laws, program.moves
+    path, contour, moves = program.path, program.contour, program.moves
     feeding = np.flatnonzero(path.feed_time > 0)
-    wanted = path.length[feeding] / path.feed_time[feeding]
-    reached = int((laws.peak_speed()[path.run[feeding]] >= 0.999 * wanted).sum())
+    reached = int(plan.laws.reached[feeding].sum())
     q_start = program.joints().q(np.array([0]), np.array([0.0]))
     start = rounded(q_start, program.machine, fmt)[0]
     used = np.unique(moves.frame[path.move[path.move >= 0]])
@@ -434,10 +445,11 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         cycle_time=plan.timeline.first_row[-1] * plan.timeline.cycle,
         n_rows=plan.timeline.n_rows,
         n_pieces=len(path),
-        n_stops=path.n_runs - 1,
+        n_stops=contour.n_runs - 1,
+        n_rounded=contour.n_rounded,
+        tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),
         feed_pieces=len(feeding),
         feed_reached=reached,
-        blending_asked=any(control.tolerance is not None for control in moves.controls),
         start=tuple(float(value) for value in start),
         frames=tuple(systems),
         events=moves.events,

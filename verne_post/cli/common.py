@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from verne_post.model.options import Options, WorkOffset
     from verne_post.pipeline import Progress
 
+#: Tolerances outside these bounds (mm, degrees) are mistakes of units.
+MIN_TOLERANCE, MAX_TOLERANCE = 1e-6, 10.0
 _SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 
 
@@ -29,9 +31,11 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--wcs", multiple=True, metavar="G54=X,Y,Z[,C]",
                      help="Work offset on the table in mm, and the part's turn in degrees; repeatable."),
         click.option("--cycle", type=float, metavar="SECONDS", help="Control cycle, in place of the machine file's."),
-        click.option("--tolerance", type=float, metavar="MM", help="Tip tolerance of blending (not in this version)."),
-        click.option("--orientation-tolerance", type=float, metavar="DEG",
-                     help="Axis tolerance of blending (not in this version)."),
+        click.option("--smoothing", type=click.Choice(["spline", "blend", "off"]), default="spline", show_default=True,
+                     help="Corners under G64: rounded, and over each other along finely divided curves; each by itself; "
+                          "or a stop at each."),
+        click.option("--tolerance", type=float, metavar="MM", help="Tip tolerance of a G64 without P."),
+        click.option("--orientation-tolerance", type=float, metavar="DEG", help="Tool axis tolerance of G64."),
         click.option("--orientation", type=click.Choice(["auto", "vector", "angles"]), default="auto", show_default=True,
                      help="Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are "
                           "linear (angles); auto: as the poses were programmed, I J K or A C."),
@@ -57,11 +61,11 @@ def build_options(name: str, **given: Any) -> "Options":
     """Options from the values of the command line."""
     from verne_post.model.options import Options
 
-    for option in ("tolerance", "orientation_tolerance"):
-        if given.get(option) is not None:
+    for option, unit in (("tolerance", "mm"), ("orientation_tolerance", "degrees")):
+        value = given.get(option)
+        if value is not None and not MIN_TOLERANCE <= value <= MAX_TOLERANCE:
             raise click.UsageError(
-                f"--{option.replace('_', '-')}: blending is not in this version, which stops exactly at every corner; "
-                "leave the option out"
+                f"--{option.replace('_', '-')} {value:g}: a tolerance lies between {MIN_TOLERANCE:g} and {MAX_TOLERANCE:g} {unit}"
             )
     cycle = given.get("cycle")
     if cycle is not None and not 1e-4 <= cycle <= 1.0:
@@ -77,12 +81,21 @@ def build_options(name: str, **given: Any) -> "Options":
         decimals=given.get("decimals"),
         accept_rounding=given.get("accept_rounding", False),
         approach=_start(given.get("start")),
+        smoothing=given.get("smoothing", "spline"),
+        tolerance=given.get("tolerance"),
+        orientation_tolerance=_radians(given.get("orientation_tolerance")),
         orientation=given.get("orientation", "auto"),
         allow_rewind=given.get("allow_rewind", False),
         block_delete=given.get("block_delete", False),
         optional_stop=given.get("optional_stop", False),
         source_name=name,
     )
+
+
+def _radians(angle_deg: float | None) -> float | None:
+    from verne_post.base.units import RAD_PER_DEG
+
+    return None if angle_deg is None else RAD_PER_DEG * angle_deg
 
 
 def _tools(path: Path | None) -> Any:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import PoseFunction
+from verne_post.model.protocols import PoseFunction, SpeedFunction
 from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
@@ -30,12 +30,13 @@ class Solved:
 class JointPath:
     """The joints of a machine that follows a contour.
 
-    ``pose`` evaluates the geometry; it is handed in, because kinematics knows no tool path.
+    ``pose`` evaluates the geometry and ``speed`` the feed; they are handed in, because kinematics knows no tool path.
     """
 
     contour: Contour
     machine: Machine
     pose: PoseFunction
+    speed: SpeedFunction
 
     def solve(self, segment: Ints, w: Array) -> Solved:
         """Solve poses at parameter w (n,) of segments (n,)."""
@@ -57,3 +58,7 @@ class JointPath:
     def q(self, segment: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
         return self.solve(segment, w).q
+
+    def speed_cap(self, segment: Ints, w: Array) -> Array:
+        """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
+        return self.speed(self.contour, segment, w)

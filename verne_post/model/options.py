@@ -44,6 +44,10 @@ class Options:
         Write even where the rounding noise of the given decimals exceeds a limit.
     approach : None, "home" or tuple of float
         Where the machine stands before the program: home, or joint values in file units.
+    smoothing : {"spline", "blend", "off"}
+        Corners of finely divided curves reach over each other, every corner is rounded by itself, or is a stop.
+    tolerance, orientation_tolerance : float or None
+        Default of G64 in mm and rad, in place of the machine file's.
     orientation : str
         How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
     allow_rewind : bool
@@ -63,6 +67,9 @@ class Options:
     decimals: int | None = None
     accept_rounding: bool = False
     approach: str | tuple[float, ...] | None = None
+    smoothing: str = "spline"
+    tolerance: float | None = None
+    orientation_tolerance: float | None = None
     orientation: str = "auto"
     allow_rewind: bool = False
     block_delete: bool = False

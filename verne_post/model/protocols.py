@@ -49,6 +49,27 @@ class PoseFunction(Protocol):
         """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
 
 
+class JointFunctions(Protocol):
+    """The joints along a contour, and how fast the feed lets them go."""
+
+    @property
+    def contour(self) -> Contour:
+        """What is followed."""
+
+    def q(self, segment: NDArray[np.integer], w: Array) -> Array:
+        """Joints (n, n_joints) at parameter w (n,) of segments (n,)."""
+
+    def speed_cap(self, segment: NDArray[np.integer], w: Array) -> Array:
+        """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
+
+
+class SpeedFunction(Protocol):
+    """The feed along a contour."""
+
+    def __call__(self, contour: Contour, segment: NDArray[np.integer], w: Array) -> Array:
+        """Largest ds/dt (n,) at parameter w (n,) of segments (n,)."""
+
+
 class ModuleSolution(Protocol):
     """One of several inverse solutions of a module."""
 

@@ -21,8 +21,10 @@ class Summary:
         Standstills between the first and the last motion.
     feed_pieces, feed_reached : int
         Pieces with a feed, and those that reach it.
-    blending_asked : bool
-        The program gives a G64 tolerance.
+    n_rounded : int
+        Corners that are rounded.
+    tolerance : tuple of float
+        Largest tip (mm) and axis (rad) tolerance of rounded corners, 0 where there are none.
     start : tuple of float
         The first row, in file units: the machine must already stand there.
     frames : tuple of Frame
@@ -40,7 +42,8 @@ class Summary:
     n_stops: int
     feed_pieces: int
     feed_reached: int
-    blending_asked: bool
+    n_rounded: int
+    tolerance: tuple[float, float]
     start: tuple[float, ...]
     frames: tuple[Frame, ...]
     events: tuple[Event, ...]

@@ -7,6 +7,7 @@ import textwrap
 import numpy as np
 
 from verne_post.base.tolerances import ROUNDING_JERK_SHARE
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
@@ -25,8 +26,13 @@ def paragraph(summary: Summary) -> str:
     )
     parts = [
         f"{options.source_name} on {machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
-        f"{1e3 * summary.format.cycle:g} ms, {summary.n_pieces} pieces, {summary.n_stops} stops between them "
-        f"(this version stops at every corner{', the G64 tolerance is not used' if summary.blending_asked else ''}).",
+        f"{1e3 * summary.format.cycle:g} ms, {summary.n_pieces} pieces, {summary.n_rounded} corners rounded"
+        + (
+            f" within {summary.tolerance[0]:g} mm and {DEG_PER_RAD * summary.tolerance[1]:g} deg"
+            if summary.n_rounded
+            else ""
+        )
+        + f", {summary.n_stops} stops between them.",
         f"The machine must stand at the first row: {start}.",
     ]
     verdict = summary.verification
@@ -109,6 +115,9 @@ def meta(summary: Summary) -> str:
             "tool_length_mm": summary.options.tool_length,
             "decimals": summary.options.decimals,
             "approach": summary.options.approach,
+            "smoothing": summary.options.smoothing,
+            "orientation": summary.options.orientation,
+            "allow_rewind": summary.options.allow_rewind,
             "accept_rounding": summary.options.accept_rounding,
             "block_delete": summary.options.block_delete,
             "optional_stop": summary.options.optional_stop,
@@ -131,6 +140,8 @@ def meta(summary: Summary) -> str:
         "machining_time_s": summary.cycle_time,
         "pieces": summary.n_pieces,
         "stops": summary.n_stops,
+        "corners_rounded": summary.n_rounded,
+        "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
         "first_row": list(summary.start),
         "feed_moves": {"all": summary.feed_pieces, "feed_reached": summary.feed_reached},
     }

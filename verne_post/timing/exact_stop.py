@@ -80,8 +80,10 @@ class RunLaws:
         return np.clip(s, 0.0, self.length[run])
 
 
-def plan_runs(contour: Contour, first: Array, second: Array, third: Array, limits: Limits) -> RunLaws:
-    """Plan every run of a contour.
+def plan_runs(
+    contour: Contour, first: Array, second: Array, third: Array, limits: Limits, wanted: NDArray[np.bool_]
+) -> RunLaws:
+    """Plan the runs of a contour from stop to stop.
 
     Parameters
     ----------
@@ -89,6 +91,8 @@ def plan_runs(contour: Contour, first: Array, second: Array, third: Array, limit
     first, second, third : ndarray, shape (n, n_joints)
         Largest derivatives of the joints by w over each segment.
     limits : Limits
+    wanted : ndarray of bool, shape (n_runs,)
+        Runs to plan; the others get a law of no duration.
 
     Raises
     ------
@@ -102,9 +106,10 @@ def plan_runs(contour: Contour, first: Array, second: Array, third: Array, limit
         feed_speed = 1.0 / contour.pace
     cap = np.minimum.reduceat(feed_speed, begins)
     distance = np.add.reduceat(contour.length, begins)
-    durations, jerks = np.empty((len(begins), 7)), np.empty((len(begins), 7))
-    for start in range(0, len(begins), CHUNK_RUNS):
-        some = slice(start, start + CHUNK_RUNS)
+    durations, jerks = np.zeros((len(begins), 7)), np.zeros((len(begins), 7))
+    chosen = np.flatnonzero(wanted)
+    for start in range(0, len(chosen), CHUNK_RUNS):
+        some = chosen[start : start + CHUNK_RUNS]
         v, a, j = split_limits(distance[some], cap[some], slope[0][some], slope[1][some], slope[2][some], limits)
         durations[some], jerks[some] = rest_to_rest(distance[some], v, a, j)
     lost = np.flatnonzero(~np.isfinite(durations).all(axis=1))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.model.contour import Contour
-from verne_post.timing.exact_stop import RunLaws
+from verne_post.timing.plan import RunPlan
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -46,9 +46,10 @@ class Timeline:
         return int(self.first_row[-1]) + 1
 
 
-def timeline(contour: Contour, laws: RunLaws, cycle: float) -> Timeline:
+def timeline(contour: Contour, laws: RunPlan, cycle: float) -> Timeline:
     """Lay runs and dwells end to end; every run is stretched to whole cycles."""
-    run_cycles = np.maximum(np.ceil(laws.total / cycle - WHOLE_CYCLE), 1).astype(np.int64)
+    run_cycles = np.maximum(np.ceil(laws.laws.total / cycle - WHOLE_CYCLE), 1).astype(np.int64)
+    run_cycles = np.where(laws.flow_first >= 0, laws.flow_cycles, run_cycles)
     dwell_cycles = np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
     n_runs, n_dwells = len(run_cycles), len(dwell_cycles)
     # a dwell comes before the run with its number
@@ -60,7 +61,7 @@ def timeline(contour: Contour, laws: RunLaws, cycle: float) -> Timeline:
     return Timeline(run, line, np.append(0, np.cumsum(cycles)), cycle)
 
 
-def rows(contour: Contour, laws: RunLaws, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
+def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
     """Blocks of rows: (first row, segment (n,), w (n,), source line (n,))."""
     run_begin = np.flatnonzero(np.diff(contour.run, prepend=-1))
     ends = np.cumsum(contour.length)
@@ -77,10 +78,12 @@ def rows(contour: Contour, laws: RunLaws, plan: Timeline) -> Iterator[tuple[int,
         moving = run >= 0
         owner = np.where(moving, run, next_run[item])
         after_all = owner < 0
-        owner[after_all] = laws.length.size - 1
+        owner[after_all] = len(run_begin) - 1
         cycles = plan.first_row[item + 1] - plan.first_row[item]
-        t = np.where(moving, (k - plan.first_row[item]) / np.maximum(cycles, 1) * laws.total[owner], 0.0)
-        s = laws.position(owner, t)
+        t = np.where(moving, (k - plan.first_row[item]) / np.maximum(cycles, 1) * laws.laws.total[owner], 0.0)
+        s = laws.laws.position(owner, t)
+        flows = np.flatnonzero(moving & (laws.flow_first[owner] >= 0))
+        s[flows] = laws.flow_s[laws.flow_first[owner[flows]] + (k - plan.first_row[item])[flows]]
         at = starts[run_begin[owner]] + s
         segment = np.clip(np.searchsorted(ends, at, side="right"), run_begin[owner], last_segment[owner])
         w = np.clip((at - starts[segment]) / contour.length[segment], 0.0, 1.0)

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
 
 Array = NDArray[np.float64]
@@ -126,6 +127,18 @@ def chord_lengths(path: ToolPath) -> Array:
     tip = np.linalg.norm(path.end[swung, :3] - path.start[swung, :3], axis=1)
     length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
     return length
+
+
+def paces(path: ToolPath) -> tuple[Array, Array]:
+    """Seconds per mm of the tip and, where it stands, per rad of A and C together, at the feed: each (n,), else 0."""
+    delta = path.end - path.start
+    turn = np.linalg.norm(delta[:, 3:], axis=1)
+    tip = np.linalg.norm(delta[:, :3], axis=1)
+    arc = np.flatnonzero(path.arc >= 0)
+    tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
+    by_tip = tip > ZERO_LENGTH_MM
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(by_tip, path.feed_time / tip, 0.0), np.where(by_tip, 0.0, path.feed_time / turn)
 
 
 def _swung_angles(path: ToolPath, piece: Ints, u: Array) -> Array:

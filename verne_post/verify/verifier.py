@@ -24,14 +24,15 @@ from verne_post.base.tolerances import (
     PATH_TIP_MM,
     ROUNDING_JERK_SHARE,
     VELOCITY_RATIO,
+    ZERO_LENGTH_MM,
 )  # fmt: skip
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
-from verne_post.verify.projection import RADIAN_MM, Measured, chord_lengths, deviation, unwrapped_u
+from verne_post.verify.projection import RADIAN_MM, Measured, chord_lengths, deviation, paces, unwrapped_u
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -62,8 +63,9 @@ class Verifier:
 
     Parameters
     ----------
-    path : ToolPath
-        The programmed pieces.
+    contour : Contour
+        The programmed pieces, where they may be stopped between, and how far the motion may be from each. Nothing
+        else is taken from it: the geometry that was followed is not looked at.
     forward : callable
         (q, tool_length) -> tip, nominal angles, ok; mm and rad, workpiece sense.
     limits, columns :
@@ -73,9 +75,13 @@ class Verifier:
     """
 
     def __init__(
-        self, path: ToolPath, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat
+        self, contour: Contour, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat
     ) -> None:
-        self.path, self.forward, self.limits, self.columns, self.fmt = path, forward, limits, columns, fmt
+        self.path, self.forward, self.limits, self.columns, self.fmt = contour.path, forward, limits, columns, fmt
+        self.tip_tolerance, self.axis_tolerance = contour.tip_tolerance, contour.axis_tolerance
+        self.rounded = (self.tip_tolerance > 0) | (self.axis_tolerance > 0)
+        self.run = np.zeros(len(self.path), dtype=np.int64)
+        self.run[contour.piece] = contour.run
         self.result = Verification()
         self.factor = np.array([column.factor for column in columns])
         size = np.abs(self.factor)
@@ -105,6 +111,9 @@ class Verifier:
         n = len(path)
         #: Shortest motion that a piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
         self.chord_length = chord_lengths(path)
+        self.tip_pace, self.turn_pace = paces(path)
+        #: What a corner within its tolerance may add to a projection, as a share of the piece.
+        self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(path.length, ZERO_LENGTH_MM)
         begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
         before = begins[path.dwell_run]
         where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
@@ -113,7 +122,7 @@ class Verifier:
         self.item_line = np.concatenate([path.line, path.dwell_line])[order].astype(np.int64)
         cycles = np.maximum(np.ceil(path.dwell_seconds / self.fmt.cycle - 1e-9), 1).astype(np.int64)
         self.dwell_cycles = np.concatenate([np.zeros(n, np.int64), cycles])[order]
-        run = np.where(self.piece >= 0, path.run[self.piece] if n else 0, -1)
+        run = np.where(self.piece >= 0, self.run[self.piece] if n else 0, -1)
         self.stop_before = np.append(True, (run[1:] != run[:-1]) | (run[1:] < 0))
         self.group_first = np.flatnonzero(np.diff(self.item_line, prepend=-1))
         self.group_line = self.item_line[self.group_first]
@@ -314,22 +323,24 @@ class Verifier:
     def _deviations(self, block: SetpointBlock, piece: Ints, u: Array, measured: Measured) -> None:
         tip_off, axis_off, rotary_off = deviation(self.path, piece, np.clip(u, 0.0, 1.0), measured)
         # rounding of coarse decimals moves the tip too; fine ones are far below the tolerance
-        allowed = PATH_TIP_MM + (self.tip_noise if any(noise.any() for noise in self.noise) else 0.0)
+        coarse = self.tip_noise if any(noise.any() for noise in self.noise) else 0.0
+        allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse
+        turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
         result.axis_deviation_deg = max(result.axis_deviation_deg, float(axis_off.max()) / RAD_PER_DEG)
         for off, bound, what, unit, factor in (
             (tip_off, allowed, "tip", "mm", 1.0),
-            (axis_off, PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise(), "tool axis", "deg", 1 / RAD_PER_DEG),
-            (rotary_off, PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise(), "rotary angle", "deg", 1 / RAD_PER_DEG),
+            (axis_off, turned, "tool axis", "deg", 1 / RAD_PER_DEG),
+            (rotary_off, turned, "rotary angle", "deg", 1 / RAD_PER_DEG),
         ):
             bad = np.flatnonzero(~(off <= bound))
             if len(bad):
                 row = int(bad[0])
                 self._note(
                     "VP411", f"row {block.first + row}: the {what} is {off[row] * factor:.6f} {unit} off the programmed piece, "
-                    f"allowed {bound * factor:.6f} {unit} ({len(bad)} rows)", int(block.line[row]),
-                    value=float(off[row] * factor), limit=float(bound * factor), unit=unit,
+                    f"allowed {bound[row] * factor:.6f} {unit} ({len(bad)} rows)", int(block.line[row]),
+                    value=float(off[row] * factor), limit=float(bound[row] * factor), unit=unit,
                 )  # fmt: skip
 
     def _angle_noise(self) -> float:
@@ -342,7 +353,7 @@ class Verifier:
         path = self.path
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / path.length[piece]
+        noise_u = 2 * self.tip_noise / path.length[piece] + self.corner_u[piece]
         same = before_item == item
         back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u))
         if len(back):
@@ -357,13 +368,23 @@ class Verifier:
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
         budget, way = step * path.feed_time[piece], step * self.chord_length[piece]
-        slack = np.where(dwell, 0.0, 2 * noise_u * path.feed_time[piece])
+        slack = np.where(dwell, 0.0, 4 * self.tip_noise / path.length[piece] * path.feed_time[piece])
+        now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
+        moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
+        self.pose = now[-1]
+        chord = self._chord_time(piece, moved)
         for at in np.flatnonzero(~same).tolist():
             budget[at], way[at], slack[at] = self._change(
                 block, at, item, float(before_u[at]), float(u[at]), float(slack[at])
             )
+            passed = self._pieces_between(int(before_item[at]), int(item[at]))
+            if self.rounded[passed].any():
+                # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
+                chord[at] = min(float(self._chord_time(np.array([one]), moved[at : at + 1])[0]) for one in passed)
+                way[at] = 0.0
+        budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
-        self._judge_chords(block, measured, way)
+        self._judge_chords(block, np.linalg.norm(moved, axis=1), way)
 
     def _judge_feed(self, block: SetpointBlock, budget: Array, slack: Array) -> None:
         """Time at the programmed feed that rows take, over one row and over many: rounding weighs less over many."""
@@ -396,12 +417,19 @@ class Verifier:
                     unit="of the feed",
                 )
 
-    def _judge_chords(self, block: SetpointBlock, measured: Measured, way: Array) -> None:
+    def _chord_time(self, piece: Ints, moved: Array) -> Array:
+        """Seconds (n,) that steps (n, 5) in tip and weighted angles take at the feed of pieces (n,), 0 for rapids."""
+        by_tip = np.linalg.norm(moved[:, :3], axis=1) * self.tip_pace[piece]
+        by_turn = np.linalg.norm(moved[:, 3:], axis=1) / RADIAN_MM * self.turn_pace[piece]
+        return np.asarray(by_tip + by_turn)
+
+    def _pieces_between(self, before: int, after: int) -> list[int]:
+        """Pieces that a step from one item to a later one touches."""
+        items = range(max(before, 0), after + 1)
+        return [int(self.piece[one]) for one in items if self.piece[one] >= 0]
+
+    def _judge_chords(self, block: SetpointBlock, moved: Array, way: Array) -> None:
         """Progress along the path needs motion: a full circle is not passed by standing still."""
-        now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
-        before = np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
-        moved = np.linalg.norm(now - before, axis=1)
-        self.pose = now[-1]
         bad = np.flatnonzero(way > _ARC_OVER_CHORD * moved + PATH_TIP_MM + 2 * self.tip_noise)
         if len(bad):
             row = int(bad[0])

@@ -1,0 +1,145 @@
+"""The time laws of a whole contour: a scalar law from stop to stop, a flowing law where corners are rounded."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.findings import SolverError, finding
+from verne_post.model.machine import Limits
+from verne_post.model.protocols import JointFunctions
+from verne_post.timing.exact_stop import RunLaws, plan_runs
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: A feed counts as reached at this share of it.
+REACHED: Final = 0.999
+
+
+@dataclass(frozen=True, eq=False)
+class RunPlan:
+    """The law of every run.
+
+    Attributes
+    ----------
+    laws : RunLaws
+        From stop to stop; what it says of flowing runs is not used.
+    flow_first : ndarray of int64, shape (n_runs,)
+        Where a flowing run's rows begin in ``flow_s``, -1 for the others.
+    flow_cycles : ndarray of int64, shape (n_runs,)
+        Control cycles that a flowing run lasts, 0 for the others.
+    flow_s : ndarray, shape (n,)
+        Path parameter of each row of the flowing runs, mm.
+    reached : ndarray of bool, shape (n_pieces,)
+        The piece's feed is reached somewhere on it.
+    """
+
+    laws: RunLaws
+    flow_first: NDArray[np.int64]
+    flow_cycles: NDArray[np.int64]
+    flow_s: Array
+    reached: NDArray[np.bool_]
+
+
+class ContourRun:
+    """One run of a contour as a function of its path parameter; implements ``run_path.Run``.
+
+    Parameters
+    ----------
+    joints : JointFunctions
+    first, last : int
+        Segments of the run, ``last`` excluded.
+    """
+
+    def __init__(self, joints: JointFunctions, first: int, last: int) -> None:
+        self.joints, self.first = joints, first
+        self.breaks = np.append(0.0, np.cumsum(joints.contour.length[first:last]))
+
+    @property
+    def length(self) -> float:
+        """Length by s, mm."""
+        return float(self.breaks[-1])
+
+    def locate(self, s: Array) -> tuple[Ints, Array]:
+        """Segment and w of path parameters s (n,)."""
+        local = np.clip(np.searchsorted(self.breaks, s, side="right") - 1, 0, len(self.breaks) - 2)
+        w = (s - self.breaks[local]) / (self.breaks[local + 1] - self.breaks[local])
+        return self.first + local, np.clip(w, 0.0, 1.0)
+
+    def q(self, s: Array) -> Array:
+        """Joints (n, n_joints) at s (n,)."""
+        return self.joints.q(*self.locate(s))
+
+    def speed(self, s: Array) -> Array:
+        """Largest ds/dt (n,) that the feed allows at s (n,), mm/s."""
+        return self.joints.speed_cap(*self.locate(s))
+
+
+def plan_contour(
+    joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, cycle: float,
+    progress: Callable[[int], None] | None = None,
+) -> RunPlan:  # fmt: skip
+    """Plan every run of a contour.
+
+    Parameters
+    ----------
+    joints : JointFunctions
+    first, second, third : ndarray, shape (n, n_joints)
+        Largest derivatives of the joints by w over each segment.
+    limits : Limits
+    cycle : float
+        Control cycle, s.
+    progress : callable, optional
+        Told how many segments have been planned.
+
+    Raises
+    ------
+    SolverError
+        Naming the source line of the first run without a law.
+    """
+    contour = joints.contour
+    begins = np.append(np.flatnonzero(np.diff(contour.run, prepend=-1)), len(contour))
+    flowing = _flowing(joints, begins)
+    laws = plan_runs(contour, first, second, third, limits, ~flowing)
+    pace = contour.pace
+    reached = np.zeros(len(contour.path), dtype=bool)
+    by_peak = (pace > 0) & (laws.peak_speed()[contour.run] * pace >= REACHED) & ~flowing[contour.run]
+    reached[contour.piece[by_peak]] = True
+    flow_first = np.full(len(flowing), -1, dtype=np.int64)
+    flow_cycles = np.zeros(len(flowing), dtype=np.int64)
+    rows, count = [], 0
+    for run in np.flatnonzero(flowing).tolist():
+        from verne_post.timing.flowing import flowing_law  # scipy is only imported where something flows
+
+        run_path = ContourRun(joints, int(begins[run]), int(begins[run + 1]))
+        try:
+            s = flowing_law(run_path, limits, cycle)
+        except ValueError as error:
+            line = int(contour.line[begins[run]])
+            text = f"no time law found for the motion that begins in line {line}: {error}"
+            raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
+        flow_first[run], flow_cycles[run] = count, len(s) - 1
+        rows.append(s)
+        count += len(s)
+        middle = 0.5 * (s[1:] + s[:-1])
+        segment, _w = run_path.locate(middle)
+        fast = np.diff(s) / cycle >= REACHED * run_path.speed(middle)
+        reached[contour.piece[segment[fast]]] = True
+        if progress is not None:
+            progress(int(begins[run + 1]))
+    flow_s = np.concatenate(rows) if rows else np.empty(0)
+    return RunPlan(laws, flow_first, flow_cycles, flow_s, reached)
+
+
+def _flowing(joints: JointFunctions, begins: Ints) -> NDArray[np.bool_]:
+    """Runs with a rounded corner in them."""
+    contour = joints.contour
+    rounded = np.logical_or.reduceat(contour.curve >= 0, begins[:-1])
+    if contour.corners is not None:
+        bumped = contour.corners.reach > 0
+        touched = (bumped[:-1] | bumped[1:])[contour.piece]
+        rounded |= np.logical_or.reduceat(touched, begins[:-1])
+    return rounded
