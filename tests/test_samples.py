@@ -172,7 +172,7 @@ def on_arc(
         there = start[3:] + u[:, None] * (end - start)[3:]
         distance = np.linalg.norm(tip - point, axis=1)
         # a point may lie on several turns of a circle: the one whose angles fit is meant
-        cost = distance + np.abs(angles - there).sum(axis=1)
+        cost = distance + 0.01 * np.abs(angles - there).sum(axis=1)
         closer = cost < best
         best, off = np.where(closer, cost, best), np.where(closer, distance, off)
         wanted = np.where(closer[:, None], there, wanted)
@@ -194,15 +194,16 @@ class Judgement:
     programmed_lines: list[int]
     end_gap_mm: float
 
-    def acceptable(self) -> None:
-        """Raise where an acceptance bound is exceeded."""
+    def acceptable(self, tip_mm: float = TIP_MM, axis_deg: float = AXIS_DEG) -> None:
+        """Raise where an acceptance bound is exceeded; the tolerances are larger where corners are rounded."""
         assert self.velocity.max() <= VELOCITY
         assert self.acceleration.max() <= ACCELERATION
         assert self.jerk.max() <= JERK
         assert self.feed <= FEED
-        assert self.tip_mm <= TIP_MM
-        assert self.axis_deg <= AXIS_DEG
-        assert self.rotary_deg <= AXIS_DEG
+        assert self.tip_mm <= tip_mm
+        assert self.axis_deg <= axis_deg
+        # C turns the axis by sin(A) of its own angle, and no sample rounds corners below 30 degrees of tilt while C turns
+        assert self.rotary_deg <= axis_deg * (1.0 if axis_deg == AXIS_DEG else 2.0)
         assert self.lines == self.programmed_lines
         assert self.end_gap_mm <= TIP_MM
 
@@ -284,9 +285,12 @@ def in_root(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
 
 
+@pytest.mark.parametrize("smoothing", ["off", "blend", "spline"])
 @named(GOOD)
-def test_good_sample(sample: Path, run: Callable[..., Any], machine_file: dict[str, Any], tmp_path: Path) -> None:
-    name, arguments = sample.relative_to(ROOT), options(sample)
+def test_good_sample(
+    sample: Path, smoothing: str, run: Callable[..., Any], machine_file: dict[str, Any], tmp_path: Path
+) -> None:
+    name, arguments = sample.relative_to(ROOT), [*options(sample), "--smoothing", smoothing]
     answer = run(name, *arguments)
     assert answer.code == 0, answer.err
     out = tmp_path / "axes.csv"
@@ -311,10 +315,15 @@ def test_good_sample(sample: Path, run: Callable[..., Any], machine_file: dict[s
     assert rows.tip[0] == pytest.approx(json.loads(poses[0])["tip"], abs=1e-6)
 
     judgement = judged(rows, machine_file, moves)
-    judgement.acceptable()
+    if smoothing == "off":
+        judgement.acceptable()
+        assert 0 < judgement.tip_mm < TIP_MM
+    else:  # the tolerance of every sample is the machine file's, said by G64 P or not
+        tolerance = machine_file["accuracy"]
+        judgement.acceptable(tolerance["tip_mm"], tolerance["axis_deg"])
+        assert max(judgement.tip_mm / tolerance["tip_mm"], judgement.axis_deg / tolerance["axis_deg"]) > 0.1
     # a judge that measures nothing accepts everything
     assert judgement.jerk.max() > 0.5
-    assert 0 < judgement.tip_mm < TIP_MM
     if "worst ratios are those of rho" in header(sample):
         for ratios in (judgement.velocity, judgement.acceleration, judgement.jerk):
             assert ratios.argmax() < 3
@@ -327,7 +336,7 @@ def test_judge_refuses_a_moved_row(
 ) -> None:
     """The judge above is no rubber stamp."""
     sample = FOLDER / "slider_bound.nc"
-    name, arguments = sample.relative_to(ROOT), options(sample)
+    name, arguments = sample.relative_to(ROOT), [*options(sample), "--smoothing", "off"]
     moves = [json.loads(line) for line in run("dump", "moves", name, *arguments).out.splitlines()]
     lines = run(name, *arguments).out.splitlines()
     row = row % (len(lines) - 1)

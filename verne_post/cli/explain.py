@@ -34,7 +34,9 @@ def command(what: str, machine_name: str, **given: Any) -> int:
     from verne_post.pipeline import read_program
 
     try:
-        joints = read_program(read_bytes(name), load(machine_name), build_options(name, **given)).joints()
+        joints = read_program(
+            read_bytes(name), load(machine_name), build_options(name, **{**given, "smoothing": "off"})
+        ).joints()
     except InputError as error:
         return refuse(name, error)
     segment = pose_of_line(joints, int(line))

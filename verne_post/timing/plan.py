@@ -15,6 +15,8 @@ from verne_post.timing.exact_stop import RunLaws, plan_runs
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
+#: Rows of rest added where a flowing run follows or precedes another; the row at the stop itself is the third.
+REST_ROWS: Final = 2
 #: A feed counts as reached at this share of it.
 REACHED: Final = 0.999
 
@@ -121,6 +123,9 @@ def plan_contour(
             line = int(contour.line[begins[run]])
             text = f"no time law found for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
+        # differences over four rows must not see the end of one motion and the beginning of the next
+        before, after = run > 0, run + 1 < len(flowing) and not flowing[run + 1]
+        s = np.concatenate([s[:1].repeat(REST_ROWS * before), s, s[-1:].repeat(REST_ROWS * after)])
         flow_first[run], flow_cycles[run] = count, len(s) - 1
         rows.append(s)
         count += len(s)

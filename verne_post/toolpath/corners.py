@@ -65,7 +65,9 @@ def bends(slope: Array) -> Array:
 def turning_back(slope: Array) -> Mask:
     """Corners (n + 1,) that turn back too sharply to be rounded."""
     metric = slope * np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
-    with np.errstate(invalid="ignore"):  # a full circle ends where it begins: no chord, and no corner of straight pieces
+    with np.errstate(
+        invalid="ignore"
+    ):  # a full circle ends where it begins: no chord, and no corner of straight pieces
         unit = metric / np.linalg.norm(metric, axis=1, keepdims=True)
     found = np.zeros(len(slope) + 1, dtype=bool)
     found[1:-1] = np.sum(unit[1:] * unit[:-1], axis=1) < REVERSAL
