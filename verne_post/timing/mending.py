@@ -129,7 +129,7 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         worst = excess(run, z, limits, cycle)
         bad = np.flatnonzero(worst > 1.0)
         if not len(bad):
-            return z[REST:-REST]
+            return z[REST:-REST] if (np.diff(z) >= 0).all() else None
         if attempt == ROUNDS:
             break
         far = float(worst.max()) > FAR
@@ -137,7 +137,7 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         width = reach * (2 + attempt) // 2
         if more:
             width = max(width, round(0.5 * np.cbrt(GENTLE * more * _pace(run, z, limits, cycle))))
-        gaps = np.flatnonzero(np.diff(bad) > 2 * width)
+        gaps = np.flatnonzero(np.diff(bad) > 2 * width + 2 * HELD)
         low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0)
         high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z))
         pieces, done = [], 0
