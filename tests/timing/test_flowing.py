@@ -89,6 +89,14 @@ def test_rows_that_are_beyond_the_limits_are_mended_in_place() -> None:
     assert_legal(run, mending.legal_rows(run, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
 
 
+@pytest.mark.parametrize("apart", range(83, 90))
+def test_stretches_that_nearly_touch_stay_in_order(apart: int) -> None:
+    run, top = straight(30.0, 60.0), limits(3)
+    spoilt = flowing_law(run, top, 1e-3)
+    spoilt[[200, 200 + apart]] += 3.5e-5  # 1.05 times the jerk limit at constant speed
+    assert_legal(run, mending.legal_rows(run, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
+
+
 def test_a_law_beyond_mending_is_slowed_down() -> None:
     run, top = straight(30.0), limits(3)
     asked = []

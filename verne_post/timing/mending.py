@@ -39,6 +39,10 @@ STEPS: Final = 8
 DAMPING: Final = 1e-4
 #: A row so far beyond a limit is not mended by shifts alone.
 FAR: Final = 1.15
+FAR_ROWS: Final = 4
+#: More rows come over a stretch so long that the change of speed takes a share of the jerk only: its length cubed is
+#: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
+GENTLE: Final = 600.0
 #: Slower runs that are mended when the run itself cannot be, then runs that are only slowed.
 STRETCHES: Final = (1.0, 1.004, 1.02, 1.1)
 SLOWDOWNS: Final = 40
@@ -125,11 +129,15 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         worst = excess(run, z, limits, cycle)
         bad = np.flatnonzero(worst > 1.0)
         if not len(bad):
-            return z[REST:-REST]
+            return z[REST:-REST] if (np.diff(z) >= 0).all() else None
         if attempt == ROUNDS:
             break
+        far = float(worst.max()) > FAR
+        more = max(2 ** (attempt - 1) if attempt else 0, FAR_ROWS if far else 0)
         width = reach * (2 + attempt) // 2
-        gaps = np.flatnonzero(np.diff(bad) > 2 * width)
+        if more:
+            width = max(width, round(0.5 * np.cbrt(GENTLE * more * _pace(run, z, limits, cycle))))
+        gaps = np.flatnonzero(np.diff(bad) > 2 * width + 2 * HELD)
         low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0)
         high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z))
         pieces, done = [], 0
@@ -137,11 +145,9 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         for a, b in zip(low.tolist(), high.tolist(), strict=True):
             pieces.append(z[done:a])
             part = z[a:b]
-            more = 0 if attempt == 0 else 2 ** (attempt - 1)
-            if float(worst[a : b - REST].max()) > FAR:
-                more = max(more, -(-(b - a) // 50))
+            needed = more if attempt or float(worst[a : b - REST].max()) > FAR else 0
             shifted.append(len(pieces))
-            pieces.append(_with_more_rows(part, more))
+            pieces.append(_with_more_rows(part, needed))
             done = b
         pieces.append(z[done:])
         parts = _shifted([pieces[i] for i in shifted], run, limits, cycle)
@@ -164,6 +170,15 @@ def _feed_cap(run: Run, s: Array) -> Array:
     ends = np.asarray(run.speed(s), dtype=float)
     middle = np.asarray(run.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
     return np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
+
+
+def _pace(run: Run, s: Array, limits: Limits, cycle: float) -> float:
+    """Largest motion of a joint in one cycle over the motion that its jerk makes in one from rest."""
+    found = 0.0
+    for first in range(0, len(s) - 1, CHUNK_ROWS):
+        moved = np.abs(np.diff(joints_at(run, s[first : first + CHUNK_ROWS + 1]), axis=0))
+        found = max(found, float((moved / (limits.jerk * cycle**3)).max()))
+    return found
 
 
 def _with_more_rows(part: Array, more: int) -> Array:
