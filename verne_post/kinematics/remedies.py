@@ -85,15 +85,17 @@ class Shift:
 
 @dataclass(frozen=True)
 class _Moved:
-    """The pose function of a line whose part stands elsewhere, or whose table is on another branch."""
+    """The pose function of a line whose part, or whose end alone, stands elsewhere, or whose table is on another branch."""
 
     joints: JointPath
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    end_only: bool = False
     branch: Branch = Branch(0, 0)
 
     def __call__(self, contour: Contour, segment: Ints, w: Array) -> tuple[Array, Array]:
         tip, angles = self.joints.pose(contour, segment, w)
-        return tip + np.array(self.shift), self.branch.of(angles)
+        share = w[:, None] if self.end_only else 1.0
+        return tip + share * np.array(self.shift), self.branch.of(angles)
 
 
 def of_line(joints: JointPath, line: int) -> JointPath:
@@ -111,6 +113,12 @@ def movable(line: JointPath) -> bool:
     """Whether the line is tied to the part; a rewind in joint values, or the approach of --from, is not."""
     path, piece = line.contour.path, line.contour.piece
     return bool((path.kind[piece] != PieceKind.JOINT).all() and (path.move[piece] >= 0).all())
+
+
+def straight(line: JointPath) -> bool:
+    """Whether the line is one straight motion, whose end can be named elsewhere."""
+    path, piece = line.contour.path, line.contour.piece
+    return len(piece) == 1 and bool(path.kind[piece[0]] == PieceKind.LINE)
 
 
 # --- where a quantity is worst ---------------------------------------------------------------
@@ -255,14 +263,18 @@ def tilt_inside(line: JointPath, place: Place) -> float | None:
 # --- a move of the part --------------------------------------------------------------------------------
 
 
-def shifted(line: JointPath, shift: Array) -> JointPath:
-    """The line with its part moved on the table by ``shift`` (3,), mm."""
+def shifted(line: JointPath, shift: Array, end_only: bool = False) -> JointPath:
+    """The line with its part, or the end of a straight line alone, moved on the table by ``shift`` (3,), mm."""
     x, y, z = (float(value) for value in shift)
-    return replace(line, pose=_Moved(line, shift=(x, y, z)))
+    return replace(line, pose=_Moved(line, (x, y, z), end_only))
 
 
-def smallest_shift(line: JointPath, basis: Array, *, also_warnings: bool = False) -> Shift | None:
+def smallest_shift(
+    line: JointPath, basis: Array, *, end_only: bool = False, also_warnings: bool = False
+) -> Shift | None:
     """A smallest move of the part along ``basis`` (k, 3) that keeps the line inside travel, margins and clearances.
+
+    ``basis`` is orthonormal, in the table frame. With ``end_only`` the end of a straight line moves alone.
 
     The limits are linearised at the worst place of each (sliders by ``jacobian``, the others by differences), the
     least move that keeps them is taken, and so on until it stands. Then the whole line is judged there. Tilt and
@@ -271,14 +283,14 @@ def smallest_shift(line: JointPath, basis: Array, *, also_warnings: bool = False
     """
     skip = len(line.machine.module.actuators)
     checks = [check for check in every_check(line) if check.quantity < skip or check.quantity >= skip + 2]
-    start = _reachable(line, basis)
+    start = _reachable(line, basis, end_only)
     if start is None:
         return None
     for reserve in RESERVES:
-        vector = _least_move(line, checks, basis, start, reserve, also_warnings)
+        vector = _least_move(line, checks, basis, start, reserve, also_warnings, end_only)
         if vector is None:
-            return None
-        moved = shifted(line, vector)
+            continue
+        moved = shifted(line, vector, end_only)
         found = judge_everything(moved)[1]
         left = [item for item in found if item.severity == "error" or also_warnings]
         others = tuple(dict.fromkeys(item.code for item in left if item.code not in ROTARY_CODES))
@@ -288,37 +300,43 @@ def smallest_shift(line: JointPath, basis: Array, *, also_warnings: bool = False
     return None
 
 
-def _solvable(line: JointPath, shift: Array) -> bool:
+def _solvable(line: JointPath, shift: Array, end_only: bool) -> bool:
     segment, w = _grid(line)
-    return bool(shifted(line, shift).solve(segment, w).ok.all())
+    return bool(shifted(line, shift, end_only).solve(segment, w).ok.all())
 
 
-def _reachable(line: JointPath, basis: Array) -> Array | None:
+def _reachable(line: JointPath, basis: Array, end_only: bool) -> Array | None:
     """A small combination of the basis at which all of the line can be solved: zero, or the first that is found."""
-    if _solvable(line, np.zeros(3)):
+    if _solvable(line, np.zeros(3), end_only):
         return np.zeros(3)
     ways = np.array([one for one in product((-1, 0, 1), repeat=len(basis)) if any(one)]) @ basis
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     for distance in SOUGHT_MM:
         for way in ways:
             # the ends and the middle first: most ways fail there
-            few = shifted(line, distance * way).solve(np.zeros(3, dtype=int), np.array([0.0, 0.5, 1.0]))
-            if few.ok.all() and _solvable(line, distance * way):
+            few = shifted(line, distance * way, end_only).solve(np.zeros(3, dtype=int), np.array([0.0, 0.5, 1.0]))
+            if few.ok.all() and _solvable(line, distance * way, end_only):
                 return np.asarray(distance * way)
     return None
 
 
 def _least_move(
-    line: JointPath, checks: list[Check], basis: Array, start: Array, reserve: float, also_warnings: bool
+    line: JointPath,
+    checks: list[Check],
+    basis: Array,
+    start: Array,
+    reserve: float,
+    also_warnings: bool,
+    end_only: bool,
 ) -> Array | None:
     """Newton's method on the limits from ``start``; the rounded move (3,), None where it does not settle."""
     segment, w = _grid(line)
     at, best = start, None
     for _ in range(NEWTON_STEPS):
-        there = shifted(line, at)
+        there = shifted(line, at, end_only)
         values, _solved = measured(there, segment, w)
-        inside, slope = _linearised(there, checks, values, segment, w, reserve, also_warnings)
-        if (inside > -0.5 * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
+        inside, slope = _linearised(line, at, end_only, checks, values, segment, w, reserve, also_warnings)
+        if (inside > -0.9 * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
             best = at
         rows = slope @ basis.T
         share = _least_norm(rows, rows @ np.linalg.pinv(basis.T) @ at - inside)
@@ -326,7 +344,7 @@ def _least_move(
             return best
         goal = np.round(share @ basis, SHIFT_DECIMALS)
         for _half in range(NEWTON_STEPS):  # back towards where the line can be solved
-            if _solvable(line, goal):
+            if _solvable(line, goal, end_only):
                 break
             goal = np.round(0.5 * (goal + at), SHIFT_DECIMALS)
         else:
@@ -338,21 +356,29 @@ def _least_move(
 
 
 def _linearised(
-    line: JointPath, checks: list[Check], values: Array, segment: Ints, w: Array, reserve: float, also_warnings: bool
+    line: JointPath,
+    at: Array,
+    end_only: bool,
+    checks: list[Check],
+    values: Array,
+    segment: Ints,
+    w: Array,
+    reserve: float,
+    also_warnings: bool,
 ) -> tuple[Array, Array]:
-    """By check: how far it is inside its bound less the reserve (c,), and its derivative by the tip (c, 3)."""
+    """By check: how far it is inside its bound less the reserve (c,), and its derivative by the move (c, 3)."""
     row = np.array([int(np.argmin(check.sign * values[:, check.quantity])) for check in checks])
     inside = np.array([
         check.sign * (values[k, check.quantity] - (check.warn if also_warnings else check.limit)) - reserve
         for check, k in zip(checks, row, strict=True)
     ])  # fmt: skip
-    tip, angles = line.pose(line.contour, segment[row], w[row])
+    tip, angles = shifted(line, at, end_only).pose(line.contour, segment[row], w[row])
     rates = line.machine.five_axis.jacobian(tip, angles, line.contour.tool_length[segment[row]])[..., :3]
     slope = np.empty((len(checks), 3))
     for axis in range(3):
         step = DIFFERENCE_MM * np.eye(3)[axis]
-        ahead = measured(shifted(line, step), segment[row], w[row])[0]
-        behind = measured(shifted(line, -step), segment[row], w[row])[0]
+        ahead = measured(shifted(line, at + step, end_only), segment[row], w[row])[0]
+        behind = measured(shifted(line, at - step, end_only), segment[row], w[row])[0]
         with np.errstate(invalid="ignore"):  # infinite beside the table
             slope[:, axis] = [
                 (ahead[k, check.quantity] - behind[k, check.quantity]) / (2 * DIFFERENCE_MM)
@@ -360,7 +386,7 @@ def _linearised(
             ]
     for k, check in enumerate(checks):
         if check.quantity < len(line.machine.module.actuators):
-            slope[k] = rates[k, check.quantity]
+            slope[k] = rates[k, check.quantity] * (w[row[k]] if end_only else 1.0)
         slope[k] *= check.sign
     # a bound that the module does not have (minus infinity), or that says nothing here, asks nothing
     usable = np.isfinite(inside) & np.isfinite(slope).all(axis=1)

@@ -211,12 +211,15 @@ def _findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         yield "findings: none, the whole line is legal"
         return
     yield "findings, worst over the whole line"
+    told = set()
     for item in findings:
         yield f"  {item.code} {item.severity}: {item.message}"
         place = remedies.place_of(line.joints, item)
         if place is not None:
-            yield f"    at {_place(line.joints, place, first=item.value is None)}"
-        yield f"    remedy: {CODES[item.code].remedy}"
+            yield f"    {_place(line.joints, place, first=item.value is None)}"
+        if item.code not in told:
+            yield f"    remedy: {CODES[item.code].remedy}"
+        told.add(item.code)
     yield from _remedies(line, findings)
 
 
@@ -224,8 +227,8 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
     tip, angles = joints.pose(joints.contour, np.array([place.segment]), np.array([place.w]))
     n = len(joints.contour)
     which = f" of part {place.segment + 1} of {n}" if n > 1 else ""
-    from_ = "first " if first else ""
-    return (f"{from_}{100 * place.w:.4g} % of the way{which}: tip {_mm(tip[0])} on the table, "
+    from_ = "first at" if first else "at"
+    return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {_mm(tip[0])} on the table, "
             f"A {_degrees(angles[0, 0])} deg, C {_degrees(angles[0, 1])} deg")  # fmt: skip
 
 
@@ -239,9 +242,9 @@ def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     proposals = [*_tilts(line, concerned), *_branches(line, gravest == "error"), *_shifts(line, concerned)]
     what = "what would make the line legal" if gravest == "error" else "what would remove the warnings"
     if not proposals:
-        yield f"{what}: no other table solution and no move of the part within {remedies.FARTHEST_MM:g} mm was found"
+        yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
         return
-    yield f"{what} (each found by first-order steps, then checked by judging the whole line again)"
+    yield f"{what} (found by first-order steps; then the whole line was judged again, for a tilt the pose solved again)"
     yield from (f"  {text}" for text in proposals)
 
 
@@ -278,20 +281,33 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not asked:
         return
     joints, frame = line.joints, line.frame
+    coordinates = joints.machine.coordinates
     warnings = worst(asked) == "warning"
+    ways = coordinates.displacement(np.eye(3), frame)
+
+    def alone(end_only: bool) -> Iterator[tuple[str, Array, remedies.Shift]]:
+        for letter, way in zip("XYZ", ways, strict=True):
+            found = remedies.smallest_shift(joints, way[None], end_only=end_only, also_warnings=warnings)
+            if found is not None:
+                yield letter, way, found
+
     least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
-    if least is None:
-        return
-    moved = ", ".join(f"{_clean(value):+.3f}" for value in least.vector)
-    yield f"the part moved by ({moved}) mm on the table, the smallest move: {_offset(line, least)}{_leaves(least)}"
-    alone = []
-    for letter, unit in zip("XYZ", np.eye(3), strict=True):
-        way = joints.machine.coordinates.displacement(unit, frame)
-        found = remedies.smallest_shift(joints, way[None], also_warnings=warnings)
-        if found is not None:
-            alone.append(f"{letter} {float(np.array(found.vector) @ way):+.3f} mm{_leaves(found)}")
-    if alone:
-        yield f"or along one axis of the program alone: {', '.join(alone)}"
+    if least is not None:
+        moved = ", ".join(f"{_clean(value):+.3f}" for value in least.vector)
+        yield f"the part moved by ({moved}) mm on the table: {_offset(line, least)}{_leaves(least)}"
+        single = [f"{letter} {np.array(one.vector) @ way:+.3f} mm{_leaves(one)}" for letter, way, one in alone(False)]
+        if single:
+            yield f"the part moved along one axis of the program: {', '.join(single)}"
+    if remedies.straight(joints):
+        tip, angles = joints.pose(joints.contour, np.array([line.last]), np.array([1.0]))
+        ends = []
+        for letter, _way, one in alone(True):
+            words = coordinates.from_table(tip[0] + np.array(one.vector), angles[0], frame)
+            now = line.moves.end[line.move]
+            at = AXES.index(letter)
+            ends.append(f"{letter} {_short(words[at], 4)} in place of {_short(now[at])} mm{_leaves(one)}")
+        if ends:
+            yield f"the line ended elsewhere: {', or '.join(ends)}"
 
 
 def _offset(line: Line, shift: remedies.Shift) -> str:
@@ -360,13 +376,18 @@ def _every_solution(machine: Machine, tip: Array, angles: Array, q: Array, tool:
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
     yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
            f"geometry, {len(rows) - usable - by_geometry} by travel alone")  # fmt: skip
-    for solution, own, reasons in sorted(rows, key=lambda row: (bool(row[2]), not row[1])):
-        signs = ",".join(f"{sign:+d}" for sign in solution.signs)
-        mode = f"  s ({signs})" if signs else ""
-        joints = ", ".join(_joint(machine, k, value, 4) for k, value in enumerate(solution.q))
-        table = "  other table solution" if solution.other_table != _other_side(angles) else ""
-        verdict = ("in use" if own else "possible") if not reasons else "refused: " + "; ".join(reasons)
-        yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}{table}  {verdict}"
+    for other in (_other_side(angles), not _other_side(angles)):
+        some = [row for row in rows if row[0].other_table == other]
+        if not some:
+            continue
+        turn = _joint(machine, len(machine.columns) - 1, some[0][0].q[-1], 4)
+        yield f" {'this' if other == _other_side(angles) else 'other'} table solution, {turn}: {len(some)}"
+        for solution, own, reasons in sorted(some, key=lambda row: bool(row[2])):
+            signs = ",".join(f"{sign:+d}" for sign in solution.signs)
+            mode = f"  s ({signs})" if signs else ""
+            joints = ", ".join(_joint(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
+            verdict = ("in use" if own else "possible") if not reasons else "refused: " + "; ".join(reasons)
+            yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}  {verdict}"
 
 
 def _other_side(angles: Array) -> bool:
