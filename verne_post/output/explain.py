@@ -147,7 +147,11 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     if line.state is None or line.move < 0:
         return
     machine, frame = line.joints.machine, line.frame
-    named = read_block(line.text, line.number).words
+    block = read_block(line.text, line.number)
+    named = block.words
+    machine_words = [
+        f" of G{number:g}" for letter, number, _column in block.codes if letter == "G" and number in (28, 30, 53)
+    ]
     end = line.moves.end[line.move]
     by_vector = bool(np.isfinite(line.moves.vector[line.move]).all())
     parts = []
@@ -157,7 +161,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
             how = "of the tool axis I J K"
         elif letter in named:
             scale = " in" if line.state.inch and letter not in "ABC" else ""
-            how = f"word {letter}{_short(named[letter])}{scale}"
+            how = f"word {letter}{_short(named[letter])}{scale}{''.join(machine_words)}"
         else:
             how = "kept"
         parts.append(f"{letter} {_short(end[AXES.index(letter)])} {unit} ({how})")
