@@ -155,7 +155,7 @@ def test_every_solution_closes_the_rods_and_says_why_it_is_refused(explain: Call
     text = explain(PROGRAM, 2, *OPTIONS)
     assert text.count("in use") == 1
     counted = re.search(
-        r"whole machine: (\d+), of which (\d+) possible, (\d+) refused by geometry, (\d+) by travel", text
+        r"whole machine: (\d+), of which (\d+) possible, (\d+) refused by geometry, (\d+) by other limits", text
     )
     assert counted
     total, possible, geometry, travel = map(int, counted.groups())
@@ -189,6 +189,23 @@ def test_other_machines_have_their_own_numbers_of_solutions(name: str, each: int
     assert f" this table solution, c 0.0000 deg: {each}\n" in text
     assert f" other table solution, c 180.0000 deg: {each}\n" in text
     assert text.count("in use") == 1
+
+
+def test_margins_reach_to_clearances_and_the_table(explain: Callable[..., str], tmp_path: Path) -> None:
+    """A spindle of radius 60 whose nose is 20 over the face: 40 short, and every solution says so."""
+    file = tmp_path / "guarded.toml"
+    original = machine_files()["verne"].read_text(encoding="utf-8")
+    guard = '[clearance]\nminimum_mm = 5.0\nspindle_diameter_mm = 120.0\n\n[provenance]\nclearance = "assumed"\n'
+    file.write_text(original.replace("[provenance]", guard), encoding="utf-8")
+    program = lines("G49 G0 X0 Y0 Z100 A0 C0", "G1 Z5 F2000", "M2")
+    text = explain(program, 2, "--machine", file, "--tool-length", "15")
+    assert "distance of the spindle from the table -40.000000 mm, must be above 5 (VP213)" in text
+    assert "tip over the table face              5.000000 mm, must be above 0 (VP210)" in text
+    assert "nose over the table face             20.000000 mm" in text
+    assert "VP213 error: distance of the spindle from the table -40.000000 mm is below 5 mm by 45.000000 mm" in text
+    assert "as programmed: refused: VP213 distance of the spindle from the table\n" in text
+    assert "0 possible" in text
+    assert 45 < scalar(text, r"along one axis of the program: Z \+") < 45.1
 
 
 def test_a_line_beyond_the_tilt_names_the_joint(explain: Callable[..., str]) -> None:
@@ -367,3 +384,13 @@ def test_main_is_what_the_command_calls(tmp_path: Path, capsys: pytest.CaptureFi
     path.write_bytes(b"G49 G0 X0 Y0 Z120 A0 C0\r\nG1 Z100 F900 (Fl\xe4che)\r\nM2\r\n")
     assert main(["explain", f"{path}:2", *OPTIONS]) == 0
     assert capsys.readouterr().out.startswith("line 2: G1 Z100 F900 (Fl")
+
+
+def test_the_transcript_of_the_docs_is_what_the_program_prints(run: Callable[..., Any]) -> None:
+    page = (ROOT / "docs" / "explain.md").read_text(encoding="utf-8")
+    first, *told = page.split("```\n$ verne-post ")[1].split("```")[0].splitlines()
+    command, file, *options = first.split()
+    answer = run(command, ROOT / "gcode_samples" / file, *options)
+    printed = answer.out.splitlines()
+    assert [line for line in told if line != "..." and line not in printed] == []
+    assert len(told) > 30

@@ -21,7 +21,7 @@ from verne_post.model.findings import Finding, worst
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, Frame, Moves, PathMode
 from verne_post.model.options import Options
-from verne_post.model.protocols import WholeSolution
+from verne_post.model.protocols import Margin, Pose, WholeSolution
 from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
@@ -348,21 +348,47 @@ def _table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool
         (code,) = machine.five_axis.why_not(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
         return
-    broken = _beyond(machine, q)
-    yield f"{name}: " + ("possible" if not broken else "refused: beyond the travel of " + ", ".join(broken))
+    measures = _measures(machine, tip, angles, tool)
+    beyond = _beyond(machine, q)
+    reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
+    reasons += _too_small(measures)
+    yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
     yield f"  platform             P {_mm(position)}, leaning by alpha {_degrees(alpha)} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
         room = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
         yield f"  {column.header:<20} {_clean(value * column.factor):.6f}   {room}"
-    margins = machine.module.geometry_margins(position, alpha)
-    for measure, value in zip(machine.margins, margins, strict=True):
+    for measure, value in measures:
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
         unit = f" {measure.unit}" if measure.unit else ""
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
-        yield f"  {what:<36} {value:.6f}{unit}{bound} ({measure.code})"
+        yield f"  {what:<36} {_clean(value):.6f}{unit}{bound} ({measure.code})"
     parallel, serial = machine.module.conditioning(position, alpha, q[:-2])
     yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
+
+
+def _measures(machine: Machine, tip: Array, angles: Array, tool: float) -> list[tuple[Margin, float]]:
+    """Margins of the module, clearances, and the height over the table face, of a pose in the working mode."""
+    q, position, alpha, _ok = machine.five_axis.solve(tip, angles, tool)
+    found = list(zip(machine.margins, machine.module.geometry_margins(position, alpha).tolist(), strict=True))
+    if machine.clearance is not None:
+        rho = q[None, : len(machine.module.actuators)]
+        pose = Pose(position[None], np.array([alpha]), rho, tip[None], angles[None], np.array([tool]))
+        found += zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0].tolist(), strict=True)
+    nose = tip + tool * axis_of_angles(angles[0], angles[1])
+    for name, point in (("tip over the table face", tip), ("nose over the table face", nose)):
+        if np.hypot(point[0], point[1]) < machine.table_radius:
+            found.append((Margin(name, "VP210", None, "mm", 0.0, 0.0), float(point[2])))
+    return found
+
+
+def _too_small(measures: Sequence[tuple[Margin, float]]) -> list[str]:
+    """What of it is an error."""
+    return [
+        f"{margin.code} {margin.name}" + (f" of {margin.axis}" if margin.axis else "")
+        for margin, value in measures
+        if value < margin.error_below - LIMIT_SLACK_MM
+    ]
 
 
 def _every_solution(machine: Machine, tip: Array, angles: Array, q: Array, tool: float) -> Iterator[str]:
@@ -375,11 +401,14 @@ def _every_solution(machine: Machine, tip: Array, angles: Array, q: Array, tool:
         beyond = _beyond(machine, q if own else _turned_inside(machine, np.array(solution.q)))
         if beyond:
             reasons.append("travel of " + ", ".join(beyond))
+        if not solution.refused:
+            pair = np.array([solution.q[-2] - solution.alpha, solution.q[-1]])
+            reasons += _too_small(_measures(machine, tip, pair, tool))
         rows.append((solution, own, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
     yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
-           f"geometry, {len(rows) - usable - by_geometry} by travel alone")  # fmt: skip
+           f"geometry, {len(rows) - usable - by_geometry} by other limits")  # fmt: skip
     for other in (_other_side(angles), not _other_side(angles)):
         some = [row for row in rows if row[0].other_table == other]
         if not some:
