@@ -151,7 +151,7 @@ def test_machine_coordinates_are_the_axes_of_the_serial_machine(run: Callable[..
     assert last[1:6] == pytest.approx([-30.0, 55.0, -120.0, 12.0, 34.0], abs=1e-6)
 
 
-@pytest.mark.parametrize(("name", "solutions"), [("serial", 1), ("linear_delta", 8)])
+@pytest.mark.parametrize(("name", "solutions"), [("serial", 2), ("linear_delta", 16)])
 def test_explain_and_dump_speak_of_this_machines_joints(
     name: str, solutions: int, run: Callable[..., Any], tmp_path: Path
 ) -> None:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from verne_post import gcode
 from verne_post.base.tolerances import POLE_SINE
-from verne_post.gcode.read import interpreted_until_error
-from verne_post.gcode.state import Setup
+from verne_post.gcode.read import interpreted_until_error, state_after
+from verne_post.gcode.state import Setup, State
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.kinematics.judge import JointBounds, judge
-from verne_post.kinematics.judge_clearance import judge_clearance
+from verne_post.kinematics.judge import JointBounds
+from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
@@ -170,6 +170,11 @@ def _contour(path: ToolPath, moves: Moves, machine: Machine, options: Options) -
     return smooth_contour(path, moves, Smoothing(options.smoothing == "spline", tip, axis))
 
 
+def modal_state(source: bytes, program: Program, line: int) -> State:
+    """The interpreter's modal state behind a line of a program that has been read."""
+    return state_after(source, machine_setup(program.machine, program.options), program.moves, line)
+
+
 def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
     """The tool path on the branches of the table that keep the limits, and what that took.
 
@@ -282,14 +287,8 @@ def _approach_start(machine: Machine, options: Options) -> Array:
 def judge_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check along the whole contour."""
     total = len(program.contour)
-    joints = program.joints()
-    bounds, findings = judge(joints, None if progress is None else lambda done: progress("judging", done, total))
-    if program.machine.clearance is not None:
-        findings = sorted(
-            [*findings, *judge_clearance(joints, program.machine.clearance)],
-            key=lambda item: (item.line or 0, item.code),
-        )
-    return bounds, findings
+    told = None if progress is None else lambda done: progress("judging", done, total)
+    return judge_everything(program.joints(), told)
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:

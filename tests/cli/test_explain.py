@@ -1,39 +1,396 @@
-"""`explain INPUT:LINE`: the pose, the table's two solutions, the module's sixteen, and why each is refused."""
+"""`explain`: a line from words to sliders, its solutions and findings, and proposals that hold when they are followed."""
 
+import json
+import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+from verne_post import load_machine
 from verne_post.cli.main import main
+from verne_post.config import machine_files, schema
+from verne_post.model.codes import CODES, PARAMETERS
 
-PROGRAM = "G49 G0 X0 Y0 Z120 A0 C0\nG1 Z100 A60 F2000\nG1 A101\nM2\n"
-
-
-def explained(tmp_path: Path, capsys: pytest.CaptureFixture[str], line: int) -> tuple[int, str]:
-    program = tmp_path / "a.nc"
-    program.write_text(PROGRAM, encoding="utf-8")
-    status = main(["explain", f"{program}:{line}", "--tool-length", "120", "--wcs", "G54=0,0,60"])
-    answer = capsys.readouterr()
-    return status, answer.out + answer.err
+ROOT = Path(__file__).resolve().parents[2]
+OPTIONS = ("--tool-length", "120", "--wcs", "G54=0,0,60")
+NUMBER = r"(-?\d+(?:\.\d+)?)"
 
 
-def test_a_legal_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, text = explained(tmp_path, capsys, 2)
-    assert status == 0
-    assert "tip on the table     (0.000000, 0.000000, 160.000000) mm" in text
-    assert "as programmed: possible" in text
+def lines(*texts: str) -> str:
+    return "".join(f"{text}\n" for text in texts)
+
+
+PROGRAM = lines("G49 G0 X0 Y0 Z120 A0 C0", "G1 Z100 A60 F2000", "G1 A101", "M2")
+
+
+@pytest.fixture
+def explain(run: Callable[..., Any], tmp_path: Path) -> Callable[..., str]:
+    """Text about one line of a program."""
+
+    def told(program: str, line: int, *options: object) -> str:
+        path = tmp_path / "part.nc"
+        path.write_text(program, encoding="utf-8")
+        answer = run("explain", f"{path}:{line}", *options)
+        assert (answer.code, answer.err) == (0, "")
+        return answer.out
+
+    return told
+
+
+@pytest.fixture
+def codes(run: Callable[..., Any], tmp_path: Path) -> Callable[..., set[str]]:
+    """Codes of the findings of a program, of errors unless warnings are asked for."""
+
+    def judged(program: str, *options: object, warnings: bool = False) -> set[str]:
+        path = tmp_path / "judged.nc"
+        path.write_text(program, encoding="utf-8")
+        report = json.loads(run("check", path, *options, "--output-format", "json").out)
+        found = report["programs"][0]["findings"]
+        return {item["code"] for item in found if warnings or item["severity"] == "error"}
+
+    return judged
+
+
+def vector(text: str, name: str) -> np.ndarray:
+    """The numbers in parentheses behind a name."""
+    found = re.search(re.escape(name) + rf"\({NUMBER}, {NUMBER}, {NUMBER}\)", text)
+    assert found, name
+    return np.array([float(number) for number in found.groups()])
+
+
+def scalar(text: str, pattern: str) -> float:
+    found = re.search(pattern + NUMBER, text)
+    assert found, pattern
+    return float(found[1])
+
+
+def rod_lengths(position: np.ndarray, alpha: float, rho: np.ndarray) -> np.ndarray:
+    """The four rods of the VERNE for a pose, less their lengths: equations (3) to (6)."""
+    x, y, z = position
+    c, s = np.cos(alpha), np.sin(alpha)
+    ends = [
+        (x - 320.0, y + 130.0 * c - 80.0, z + 130.0 * s - rho[0]),
+        (x - 320.0, y - 130.0 * c + 80.0, z - 130.0 * s - rho[0]),
+        (x + 240.0, y - 190.0 * c + 565.0, z - 190.0 * s - rho[1]),
+        (x + 240.0, y + 190.0 * c - 565.0, z + 190.0 * s - rho[2]),
+    ]
+    return np.linalg.norm(ends, axis=1) - [850.0, 850.0, 950.0, 950.0]
+
+
+# --- from words to joints ------------------------------------------------------------------------
+
+
+def test_a_line_from_words_to_sliders(explain: Callable[..., str]) -> None:
+    text = explain(PROGRAM, 2, *OPTIONS)
+    assert text.startswith("line 2: G1 Z100 A60 F2000\n")
+    assert "G1, G21 (mm), G90 (absolute), G94, G64, G54, tool length 120 mm, feed 2000 mm/min" in text
+    assert "X 0 mm (kept), Y 0 mm (kept), Z 100 mm (word Z100), A 60 deg (word A60), C 0 deg (kept)" in text
+    # printed with six decimals
+    near = {"abs": 1e-6, "rel": 0}
+    assert vector(text, "o = ") == pytest.approx([0, 0, 60], **near)
+    assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 160], **near)
+    assert vector(text, "cos A) = ") == pytest.approx([0, np.sqrt(0.75), 0.5], **near)
+    gauge = vector(text, "+ (0, 0, l) = ")
+    assert gauge == pytest.approx([0, -160 * np.sqrt(0.75), 80 + 120], **near)
+    position, alpha = vector(text, "Rx(alpha) g = "), np.radians(scalar(text, "leaning by alpha "))
+    c, s = np.cos(alpha), np.sin(alpha)
+    by_hand = [gauge[0], -(c * gauge[1] - s * gauge[2]), 1600 - (s * gauge[1] + c * gauge[2])]
+    # six decimals of alpha in degrees turn the gauge point by 4e-6 mm
+    assert position == pytest.approx(by_hand, abs=1e-5, rel=0)
+    rho = np.array([scalar(text, rf"\n +.*rho{leg} ") for leg in (1, 2, 3)])
+    assert rod_lengths(position, alpha, rho) == pytest.approx(np.zeros(4), abs=1e-5)
+    assert scalar(text, r"rho3 \S+, a ") == pytest.approx(60 + np.degrees(alpha), **near)
+    assert "findings: none, the whole line is legal" in text
+    assert "what would" not in text
+
+
+def test_words_in_inches_with_a_shift_on_a_turned_part(explain: Callable[..., str]) -> None:
+    program = lines("G20 G91 G43.5", "G90 G0 X1 Y0 Z2 I0 J0 K1", "G92 X0", "G91 G1 X1.5 I0.5 J0 K0.8660254 F30", "M2")
+    text = explain(program, 4, "--tool-length", "80", "--wcs", "G54=0,0,50,90")
+    assert "G1, G20 (inch), G91 (incremental)" in text
+    assert "feed 762 mm/min" in text  # 30 in/min
+    assert "X 38.1 mm (word X1.5 in), Y 0 mm (kept), Z 50.8 mm (kept)" in text
+    assert "A 30 deg (of the tool axis I J K), C 90 deg (of the tool axis I J K)" in text
+    assert "p = program coordinates + (X 25.4, Y 0, Z 0, A 0, C 0)" in text
+    # 2.5 inches in x, turned by 90 degrees into y; the table stands at 90 - 90 degrees
+    assert vector(text, "tip on the table     ") == pytest.approx([0, 63.5, 100.8], abs=1e-6)
+    assert "nominal angles       A 30.000000 deg, C 0.000000 deg" in text
+    assert vector(text, "cos A) = ") == pytest.approx([0, 0.5, np.sqrt(0.75)], abs=1e-6)
+
+
+def test_machine_words_are_called_so(explain: Callable[..., str]) -> None:
+    text = explain(lines("G49 G0 X0 Y0 Z120 A0 C0", "G53 G0 Z-100", "M2"), 2, *OPTIONS)
+    # machine Z -100 is 450 over the rotary centre: 120 of tool and 60 of the part lie between
+    assert "Z 270 mm (word Z-100 of G53)" in text
+
+
+def test_the_approach_is_explained_without_words(explain: Callable[..., str]) -> None:
+    text = explain(PROGRAM, 0, *OPTIONS, "--from", "home")
+    assert text.startswith("line 0: the approach of --from")
+    assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 180], abs=1e-6)
+
+
+def test_a_line_without_motion_names_its_neighbours(tmp_path: Path, run: Callable[..., Any]) -> None:
+    path = tmp_path / "a.nc"
+    path.write_text(
+        lines("(head)", "G49 G0 X0 Y0 Z120 A0 C0", "Z100", "(here)", "", "G1 X3 F900", "M2"), encoding="utf-8"
+    )
+    for line, near in ((4, "3 and 6"), (1, "3"), (99, "6")):
+        answer = run("explain", f"{path}:{line}", *OPTIONS)
+        assert (answer.code, answer.out) == (2, "")
+        assert f"line {line} has no motion; the nearest lines that have: {near}\n" in answer.err
+
+
+# --- every solution --------------------------------------------------------------------------------
+
+
+def rows(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.startswith("  alpha ")]
+
+
+def test_every_solution_closes_the_rods_and_says_why_it_is_refused(explain: Callable[..., str]) -> None:
+    text = explain(PROGRAM, 2, *OPTIONS)
     assert text.count("in use") == 1
-    assert text.count("\n  alpha ") == 16
-    assert text.count("refused: ") >= 15
+    counted = re.search(
+        r"whole machine: (\d+), of which (\d+) possible, (\d+) refused by geometry, (\d+) by other limits", text
+    )
+    assert counted
+    total, possible, geometry, travel = map(int, counted.groups())
+    found = rows(text)
+    assert len(found) == total == possible + geometry + travel
+    assert sum("refused: " in row for row in found) == geometry + travel
+    gauge = {60.0: [0, -160 * np.sqrt(0.75), 200], -60.0: [0, 160 * np.sqrt(0.75), 200]}
+    seen = set()
+    for row in found:
+        alpha, *rho, a = (scalar(row, name) for name in ("alpha +", "rho1 ", "rho2 ", "rho3 ", ", a "))
+        nominal = round(a - alpha)
+        assert nominal in gauge
+        x, y, z = gauge[nominal]
+        c, s = np.cos(np.radians(alpha)), np.sin(np.radians(alpha))
+        position = np.array([x, -(c * y - s * z), 1600 - (s * y + c * z)])
+        # four decimals in degrees move P and the arms by up to 1e-3 mm
+        assert rod_lengths(position, np.radians(alpha), np.array(rho)) == pytest.approx(np.zeros(4), abs=2e-3)
+        outside = [name for name, value in zip(("rho1", "rho2", "rho3"), rho, strict=True) if not 50 <= value <= 1250]
+        outside += ["a"] if abs(a) > 95 else []
+        assert re.findall(r"travel of (.*)", row) == ([", ".join(outside)] if outside else [])
+        crossed = 130 * c <= 80
+        assert ("rod crossing" in row) == crossed
+        seen.add((nominal, row.split("  s ")[1][:10], round(alpha, 2)))
+    assert len(seen) == total
 
 
-def test_a_line_beyond_the_tilt_names_the_joint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, text = explained(tmp_path, capsys, 3)
-    assert status == 0
+@pytest.mark.parametrize(("name", "each"), [("serial", 1), ("linear_delta", 8)])
+def test_other_machines_have_their_own_numbers_of_solutions(name: str, each: int, explain: Callable[..., str]) -> None:
+    text = explain(PROGRAM, 2, "--machine", name, *OPTIONS)
+    assert f"every solution of the whole machine: {2 * each}, of which 2 possible, {2 * each - 2} refused" in text
+    assert f" this table solution, c 0.0000 deg: {each}\n" in text
+    assert f" other table solution, c 180.0000 deg: {each}\n" in text
+    assert text.count("in use") == 1
+
+
+def test_margins_reach_to_clearances_and_the_table(explain: Callable[..., str], tmp_path: Path) -> None:
+    """A spindle of radius 60 whose nose is 20 over the face: 40 short, and every solution says so."""
+    file = tmp_path / "guarded.toml"
+    original = machine_files()["verne"].read_text(encoding="utf-8")
+    guard = '[clearance]\nminimum_mm = 5.0\nspindle_diameter_mm = 120.0\n\n[provenance]\nclearance = "assumed"\n'
+    file.write_text(original.replace("[provenance]", guard), encoding="utf-8")
+    program = lines("G49 G0 X0 Y0 Z100 A0 C0", "G1 Z5 F2000", "M2")
+    text = explain(program, 2, "--machine", file, "--tool-length", "15")
+    assert "distance of the spindle from the table -40.000000 mm, must be above 5 (VP213)" in text
+    assert "tip over the table face              5.000000 mm, must be above 0 (VP210)" in text
+    assert "nose over the table face             20.000000 mm" in text
+    assert "VP213 error: distance of the spindle from the table -40.000000 mm is below 5 mm by 45.000000 mm" in text
+    assert "as programmed: refused: VP213 distance of the spindle from the table\n" in text
+    assert "0 possible" in text
+    assert 45 < scalar(text, r"along one axis of the program: Z \+") < 45.1
+
+
+def test_a_line_beyond_the_tilt_names_the_joint(explain: Callable[..., str]) -> None:
+    text = explain(PROGRAM, 3, *OPTIONS)
     assert "as programmed: refused: beyond the travel of a" in text
+    assert "in use" not in text
 
 
-def test_a_line_without_motion_is_a_usage_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, text = explained(tmp_path, capsys, 4)
-    assert status == 2
-    assert "line 4 has no motion" in text
+# --- what would make it legal -------------------------------------------------------------------------
+
+#: A line that leaves the travel of a slider or linear axis, by machine.
+BEYOND = {
+    "verne": ("G1 X30 Z650", ("G54=0,0,60", "50"), "rho2"),
+    "serial": ("G1 X450 Y380 Z120", ("G54=0,0,60", "50"), "x"),
+    "linear_delta": ("G1 X30 Z950", ("G54=0,0,60", "50"), "rho1"),
+}
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_the_move_proposed_makes_the_program_legal_and_is_the_smallest(
+    name: str, explain: Callable[..., str], codes: Callable[..., set[str]]
+) -> None:
+    word, (place, tool), joint = BEYOND[name]
+    program = lines("G49 G0 X0 Y0 Z300 A0 C0", f"{word} F900", "M2")
+    options = ("--machine", name, "--tool-length", tool)
+    assert codes(program, *options, "--wcs", place) == {"VP101"}
+    text = explain(program, 2, *options, "--wcs", place)
+    assert f"VP101 error: {joint} " in text
+    proposed = re.search(r'--wcs "(G54=.*)"', text)
+    assert proposed
+    assert codes(program, *options, "--wcs", proposed[1]) == set()
+    was = np.array([0.0, 0.0, 60.0])
+    shift = np.array([float(v) for v in proposed[1].removeprefix("G54=").split(",")]) - was
+    # no move that is 2 per cent shorter does, in whatever direction: the end of the line stays outside
+    machine = load_machine(name)
+    numbers = {letter: float(value) for letter, value in re.findall(rf"([XYZ]){NUMBER}", word)}
+    end = was + [numbers.get("X", 0.0), numbers.get("Y", 0.0), numbers["Z"]]
+    ways = np.random.default_rng(5).normal(size=(4000, 3))
+    ways = np.vstack([ways, shift]) / np.linalg.norm(np.vstack([ways, shift]), axis=1)[:, None]
+    q, ok = machine.inverse(end + 0.98 * np.linalg.norm(shift) * ways, np.array([0.0, 0.0, 1.0]), float(tool))
+    inside = ok & ((q >= machine.limits.lower) & (q <= machine.limits.upper)).all(axis=1)
+    assert not inside.any()
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_ends_proposed_make_the_program_legal_just_so(
+    name: str, explain: Callable[..., str], codes: Callable[..., set[str]]
+) -> None:
+    word, (place, tool), _joint = BEYOND[name]
+    options = ("--machine", name, "--tool-length", tool, "--wcs", place)
+    program = lines("G49 G0 X0 Y0 Z300 A0 C0", f"{word} F900", "M2")
+    (told,) = re.findall(r"the line ended elsewhere: (.*)", explain(program, 2, *options))
+    ends = re.findall(rf"([XYZ]) {NUMBER} in place of {NUMBER} mm", told)
+    assert ends
+    for letter, new, old in ends:
+        assert codes(_with(program, letter, float(new)), *options) == set(), letter
+        back = float(new) + 0.01 * np.sign(float(old) - float(new))
+        assert "VP101" in codes(_with(program, letter, back), *options), letter
+
+
+def _with(program: str, letter: str, value: float) -> str:
+    """The program with another word, or one more, in its second line."""
+    first, second, *rest = program.splitlines()
+    second = re.sub(rf" {letter}{NUMBER}", "", second) + f" {letter}{value:.4f}"
+    return lines(first, second, *rest)
+
+
+def test_less_tilt(explain: Callable[..., str], codes: Callable[..., set[str]]) -> None:
+    text = explain(PROGRAM, 3, *OPTIONS)
+    assert re.search(r"VP102 error: a 96\.742\d+ deg is above 95 deg by 1\.742\d+ deg\n    at 100 % of the way", text)
+    tilt = scalar(text, "tilt: A ")
+    assert "in place of A 101 " in text
+    assert codes(PROGRAM.replace("A101", f"A{tilt:.3f}"), *OPTIONS) == set()
+    assert codes(PROGRAM.replace("A101", f"A{tilt + 0.005:.3f}"), *OPTIONS) == {"VP102"}
+    # no move of the part is proposed for a tilt
+    assert "--wcs" not in text
+
+
+@pytest.mark.parametrize(
+    ("limits", "words", "proposed"),
+    [
+        ("a_deg = [-20.0, 110.0]", "A-50 C10", ("the other table solution", 50.0, 190.0)),
+        ("a_deg = [-95.0, 95.0]\nc_deg = [-180.0, 180.0]", "A-50 C300", ("another turn of C", -50.0, -60.0)),
+    ],
+)
+def test_the_other_branch(
+    limits: str, words: str, proposed: tuple[str, float, float],
+    explain: Callable[..., str], codes: Callable[..., set[str]], tmp_path: Path,
+) -> None:  # fmt: skip
+    file = tmp_path / "narrow.toml"
+    original = machine_files()["verne"].read_text(encoding="utf-8")
+    file.write_text(original.replace("a_deg = [-95.0, 95.0]", limits), encoding="utf-8")
+    options = ("--machine", file, *OPTIONS)
+    program = lines(f"G49 G0 X0 Y0 Z120 {words}", "G1 X20 F900", "M2")
+    assert codes(program, *options) & {"VP102", "VP103"}
+    name, a, c = proposed
+    text = explain(program, 2, *options)
+    assert f"{name}: the line ends at A {a:g}, C {c:g} with the same tool axis" in text
+    assert codes(program.replace(words, f"A{a:g} C{c:g}"), *options) == set()
+
+
+def test_out_of_reach_finds_the_way_back(explain: Callable[..., str], codes: Callable[..., set[str]]) -> None:
+    program = lines("G0 X0 Y0 Z50 A0 C0", "G1 Y600 F1000", "M2")
+    text = explain(program, 2, "--tool-length", "50")
+    assert "no lean alpha closes the legs in the working mode: VP110 out of reach" in text
+    share = scalar(text, "VP110 error: .*\n    first at ")
+    # the first place that cannot be reached, by the machine itself
+    machine = load_machine()
+    for w, reached in ((share / 100 - 1e-4, True), (share / 100 + 1e-4, False)):
+        assert machine.inverse(np.array([0, 600 * w, 50.0]), np.array([0.0, 0.0, 1.0]), 50.0)[1] == reached
+    proposed = re.search(r'--wcs "(G54=.*)"', text)
+    assert proposed
+    assert codes(program, "--tool-length", "50", "--wcs", proposed[1]) == set()
+
+
+def test_a_dip_below_the_table_between_legal_ends(explain: Callable[..., str]) -> None:
+    text = explain(lines("G0 X-50 Y0 Z10 A0 C0", "G18 G2 X50 Z10 I50 K50 F1000", "M2"), 2, "--tool-length", "50")
+    # the circle of radius sqrt(50^2 + 50^2) about (0, 60) dips to 60 - 70.710678
+    assert "10.710678 mm below the table face" in text
+    assert "at 50 % of the way" in text
+    low = scalar(text, r"along one axis of the program: Z \+")
+    assert 10.710678 < low < 10.72
+    # an arc has no end that could be named elsewhere on its own
+    assert "ended elsewhere" not in text
+
+
+def test_a_warning_is_removed_by_the_move_proposed(explain: Callable[..., str], codes: Callable[..., set[str]]) -> None:
+    program = lines("G0 X0 Y0 Z50 A0 C0", "G1 Y572 F1000", "M2")
+    options = ("--tool-length", "50")
+    assert codes(program, *options) == set()
+    assert codes(program, *options, warnings=True) == {"VP202"}
+    text = explain(program, 2, *options)
+    assert "what would remove the warnings" in text
+    proposed = re.search(r'--wcs "(G54=.*)"', text)
+    assert proposed
+    assert codes(program, *options, "--wcs", proposed[1], warnings=True) == set()
+
+
+# --- codes -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "tests" / "rejected").glob("*.nc")), ids=lambda file: file.stem)
+def test_the_response_told_is_what_happens(file: Path, run: Callable[..., Any]) -> None:
+    code = file.stem[:5].upper()
+    head = file.read_text(encoding="utf-8", errors="replace").splitlines()[0]
+    options = re.search(r"options: ([^)]*)", head)
+    status = run("convert", file, *(options[1].split() if options else ())).code
+    assert f"status {status}" in " ".join(run("explain", code).out.split())
+
+
+def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) -> None:
+    groups = {
+        "limits": {**schema.limits_file("rho", True).model_fields, **schema.limits_file("xyz", False).model_fields},
+        "module": schema.VerneModuleFile.model_fields,
+        "spindle": schema.SpindleFile.model_fields,
+        "table": schema.TableFile.model_fields,
+        "home": schema.HomeFile.model_fields,
+        "rods": schema.RodsFile.model_fields,
+        "clearance": schema.ClearanceFile.model_fields,
+        "control": schema.ControlFile.model_fields,
+    }
+    options = run("convert", "--help").out
+    for code, text in PARAMETERS.items():
+        assert code in CODES
+        shown = " ".join(run("explain", code).out.split())
+        assert f"Parameters: {text}." in shown
+        for group, key in re.findall(r"\b([a-z]+)\.(\w+)", text):
+            assert key in groups[group], (code, group, key)
+        for option in re.findall(r"--[a-z-]+", text):
+            assert option in options, (code, option)
+
+
+def test_main_is_what_the_command_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Line ends of Windows and a comment with foreign letters stay out of the way."""
+    path = tmp_path / "dos.nc"
+    path.write_bytes(b"G49 G0 X0 Y0 Z120 A0 C0\r\nG1 Z100 F900 (Fl\xe4che)\r\nM2\r\n")
+    assert main(["explain", f"{path}:2", *OPTIONS]) == 0
+    assert capsys.readouterr().out.startswith("line 2: G1 Z100 F900 (Fl")
+
+
+def test_the_transcript_of_the_docs_is_what_the_program_prints(run: Callable[..., Any]) -> None:
+    page = (ROOT / "docs" / "explain.md").read_text(encoding="utf-8")
+    first, *told = page.split("```\n$ verne-post ")[1].split("```")[0].splitlines()
+    command, file, *options = first.split()
+    answer = run(command, ROOT / "gcode_samples" / file, *options)
+    printed = answer.out.splitlines()
+    assert [line for line in told if line != "..." and line not in printed] == []
+    assert len(told) > 30

@@ -15,33 +15,42 @@ from verne_post.cli.common import build_options, from_option, load, program_opti
 def command(what: str, machine_name: str, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code means.
 
-    INPUT:LINE prints the pose at the end of the line's motion, both table solutions with their margins, and every
-    solution of the parallel module with the reason why it is refused. CODE (VP102) prints meaning and remedy.
+    INPUT:LINE works the end of the line's motion through from words to joints, prints the findings of the line and what
+    would make it legal, both table solutions with their margins, and every solution of the machine with the reasons why
+    it is refused. CODE (VP102) prints meaning, response, remedy and parameters.
     """
-    from verne_post.model.codes import CODES
+    from verne_post.model.codes import CODES, PARAMETERS, response
 
     code = CODES.get(what.upper())
     if code is not None:
         click.echo(f"{code.code} {code.severity}: {code.title}\n")
         click.echo(textwrap.fill(code.meaning, width=90))
+        click.echo(textwrap.fill(f"Response: {response(code)}", width=90))
         click.echo(textwrap.fill(f"Remedy: {code.remedy}", width=90))
+        if code.code in PARAMETERS:
+            click.echo(textwrap.fill(f"Parameters: {PARAMETERS[code.code]}.", width=90, break_on_hyphens=False))
         return 0
-    name, colon, line = what.rpartition(":")
-    if not colon or not line.isdecimal():
+    name, colon, number = what.rpartition(":")
+    if not colon or not number.isdecimal():
         raise click.UsageError(f"{what!r} is neither INPUT:LINE nor a finding code; they are {', '.join(CODES)}")
+    from verne_post.kinematics.remedies import of_line
     from verne_post.model.findings import InputError
-    from verne_post.output.explain import explain_pose, pose_of_line
-    from verne_post.pipeline import read_program
+    from verne_post.output.explain import Line, explain_line, lines_near
+    from verne_post.pipeline import modal_state, read_program
 
+    source, line = read_bytes(name), int(number)
     try:
-        joints = read_program(
-            read_bytes(name), load(machine_name), build_options(name, **{**given, "smoothing": "off"})
-        ).joints()
+        program = read_program(source, load(machine_name), build_options(name, **{**given, "smoothing": "off"}))
     except InputError as error:
         return refuse(name, error)
-    segment = pose_of_line(joints, int(line))
-    if segment is None:
-        raise click.UsageError(f"{what}: line {line} has no motion")
-    for text in explain_pose(joints, segment):
-        click.echo(text)
+    joints = of_line(program.joints(), line)
+    if not len(joints.contour):
+        near = " and ".join(str(one) for one in lines_near(program.joints(), line))
+        raise click.UsageError(f"{what}: line {line} has no motion; the nearest lines that have: {near}")
+    text = b"" if line == 0 else source.split(b"\n")[line - 1]
+    state = None if line == 0 else modal_state(source, program, line)
+    told = tuple(item for item in program.findings if item.line == line)
+    shown = Line(line, text.decode("utf-8", errors="replace"), joints, program.moves, state, program.options, told)
+    for one in explain_line(shown):
+        click.echo(one)
     return 0

@@ -79,6 +79,27 @@ def interpreted_until_error(source: bytes, setup: Setup) -> tuple[Moves, tuple[F
     return done.recorder.freeze(start, frame), tuple(done.errors)
 
 
+def state_after(source: bytes, setup: Setup, moves: Moves, line: int) -> State:
+    """The modal state behind one line of a program that :func:`interpret_program` has read, for explanations.
+
+    Parameters
+    ----------
+    source : bytes
+    setup : Setup
+        As it was read with.
+    moves : Moves
+        What was read; says where the program starts.
+    line : int
+        1-based.
+    """
+    state = initial_state(setup)
+    state.known = [True] * 9
+    state.position = [float(value) for value in moves.start]
+    # without its end the text is no whole program: that one error is of no concern here
+    _interpret(b"\n".join(source.split(b"\n")[:line]) + b"\n", setup, state)
+    return state
+
+
 # --- one pass over the text -----------------------------------------------------------------
 
 

@@ -38,7 +38,8 @@ class HybridMachine:
     table: TiltingTable
     nose_offset: float
 
-    def _platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Gauge point g of the nominal machine (..., 3): P is ``pivot + F Rx(alpha) g``; arguments as in :meth:`solve`."""
         return self.table.gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
@@ -61,7 +62,7 @@ class HybridMachine:
             Lean of the platform.
         ok : ndarray of bool, shape (...)
         """
-        gauge = self._platform_gauge(tip, angles, tool_length)
+        gauge = self.platform_gauge(tip, angles, tool_length)
         rho, alpha, ok = self.module.inverse_leaning(self.table.pivot, gauge)
         q = np.concatenate([rho, angles], axis=-1)
         q[..., -2] += alpha
@@ -71,7 +72,7 @@ class HybridMachine:
 
     def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
-        return self.module.why_not(self.table.pivot, self._platform_gauge(tip, angles, tool_length))
+        return self.module.why_not(self.table.pivot, self.platform_gauge(tip, angles, tool_length))
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """All real solutions of one pose (3,), (3,) in closed form: at most six leans for each table solution.
@@ -82,7 +83,7 @@ class HybridMachine:
         tilt, turn = (float(angle) for angle in angles_of_axis(axis))
         found = []
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrapped(turn + np.pi))))):
-            gauge = self._platform_gauge(tip, np.array(angles), tool_length)
+            gauge = self.platform_gauge(tip, np.array(angles), tool_length)
             for one in self.module.inverse_leaning_all(self.table.pivot, gauge):
                 q = (*one.rho, angles[0] + one.alpha, angles[1])
                 found.append(WholeSolution(q, one.alpha, one.signs, other, one.refused))
@@ -106,7 +107,7 @@ class HybridMachine:
         """
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
         q, position, alpha, ok = self.solve(tip, angles, tool_length)
-        gauge = self._platform_gauge(tip, angles, tool_length)
+        gauge = self.platform_gauge(tip, angles, tool_length)
         mirror = np.array([1.0, -1.0, -1.0])
         parallel, serial = self.module.jacobians(position, alpha, q[..., :-2])
         # P = pivot + F Rx(alpha) g: by g and by alpha

@@ -5,6 +5,7 @@ is bounded by enclosures; a span whose smallest sampled distance is larger than 
 sample is certain, every other one is halved.
 """
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,16 @@ from numpy.typing import NDArray
 from verne_post.base import spans
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.kinematics.judge import CHUNK_PIECES, WORST_DEPTH, Check, Worst, first_cover, limit_findings
+from verne_post.kinematics.judge import (
+    CHUNK_PIECES,
+    WORST_DEPTH,
+    Check,
+    JointBounds,
+    Worst,
+    first_cover,
+    judge,
+    limit_findings,
+)
 from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel, Pose
 
@@ -26,13 +36,29 @@ MAX_DEPTH: Final = 24
 HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 
 
-def judge_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
-    """VP211 to VP214 of every segment, one for each stretch of consecutive violating pieces."""
-    contour, n_joints = joints.contour, len(joints.machine.columns)
-    checks = [
-        Check(m.code, m.name, m.axis, n_joints + k, 1.0, m.error_below, m.warn_below, LIMIT_SLACK_MM, m.unit, 1.0)
+def judge_everything(
+    joints: JointPath, progress: Callable[[int], None] | None = None
+) -> tuple[JointBounds, list[Finding]]:
+    """Every geometric check of a contour: :func:`judge`, and the clearances where the machine file has them."""
+    bounds, findings = judge(joints, progress)
+    clearance = joints.machine.clearance
+    if clearance is not None:
+        findings += judge_clearance(joints, clearance)
+    return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
+
+
+def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
+    """The bounds on the clearances, as quantities from ``first`` on."""
+    return [
+        Check(m.code, m.name, m.axis, first + k, 1.0, m.error_below, m.warn_below, LIMIT_SLACK_MM, m.unit, 1.0)
         for k, m in enumerate(clearance.names)
     ]
+
+
+def judge_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
+    """VP211 to VP214 of every segment, one for each stretch of consecutive violating pieces."""
+    contour = joints.contour
+    checks = clearance_checks(clearance, len(joints.machine.columns))
     worst = [Worst() for _ in checks]
     for first in range(0, len(contour), CHUNK_PIECES):
         chunk = np.arange(first, min(first + CHUNK_PIECES, len(contour)))

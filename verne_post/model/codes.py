@@ -349,3 +349,56 @@ CODES: Final[dict[str, Code]] = _table(
         "Please report it with the program and the machine file.",
     ),
 )
+
+#: What sets the threshold of a code, where something does: keys of the machine file, options.
+PARAMETERS: Final[dict[str, str]] = {
+    "VP012": "--tool-length, --tool-table",
+    "VP014": "--optional-stop (for M1)",
+    "VP015": "home.g28, home.g30 of the machine file",
+    "VP101": "limits.rho_mm of the machine file (limits.xyz_mm of a serial machine); --wcs and --tool-length move the part and the platform",
+    "VP102": "limits.a_deg of the machine file",
+    "VP103": "limits.c_deg of the machine file; unlimited without it",
+    "VP110": "the lengths in module, table.pivot, spindle.nose_offset_mm of the machine file; --wcs, --tool-length",
+    "VP201": "module.R1, module.r1 of the machine file",
+    "VP202": "limits.serial_singularity_mm of the machine file",
+    "VP203": "limits.parallel_singularity of the machine file; not judged without it",
+    "VP210": "table.radius of the machine file; --wcs, --tool-length",
+    "VP211": "clearance.minimum_mm, rods.diameter_mm of the machine file; not judged without them",
+    "VP212": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.spindle_top_mm, rods.diameter_mm of the machine file; not judged without them",
+    "VP213": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.tool_diameter_mm, table.radius of the machine file; not judged without them",
+    "VP214": "rods.slider_cone_deg, rods.platform_cone_deg, rods.cone_centre of the machine file; not judged without them",
+    "VP301": "limits.a_deg, limits.c_deg of the machine file; --allow-rewind",
+    "VP401": "the velocities in limits of the machine file; control.cycle_s, or --cycle; --decimals",
+    "VP402": "the accelerations in limits of the machine file; control.cycle_s, or --cycle; --decimals",
+    "VP403": "the jerks in limits of the machine file; control.cycle_s, or --cycle; --decimals",
+    "VP404": "F of the program",
+    "VP420": "control.cycle_s of the machine file, or --cycle",
+}
+
+#: Codes that are errors or warnings, as the case is.
+_EITHER: Final = ("VP202", "VP203", "VP301")
+
+
+def response(code: Code) -> str:
+    """What the program does about a finding of this code: exit status, and whether anything is written."""
+    number = int(code.code[2:])
+    if code.severity == "note":
+        return "It only informs; exit status and setpoints are not changed."
+    if number < 100:
+        return "Nothing is written, exit status 2. Reading goes on to the next mistakes, 50 at most."
+    if number < 400:
+        text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
+        if code.code in _EITHER:
+            text = (
+                f"As an error: {text} As a warning: it is printed and does not stop the conversion; "
+                "check --fail-level warning then ends with 1."
+            )
+        return text
+    if code.code == "VP420":
+        return "There is no verdict: nothing is written, exit status 3."
+    if number < 500:
+        return (
+            "verify ends with status 1. convert judges its own rows in the same way before anything is written; "
+            "there it is VP901."
+        )
+    return "Nothing is read or written, exit status 2." if number < 900 else "Nothing is written, exit status 70."

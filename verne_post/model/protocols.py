@@ -291,6 +291,9 @@ class FiveAxis(Protocol):
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """Tip (..., 3) and nominal angles (..., 2) -> (q, position (..., 3), alpha, ok); A + alpha and C as given."""
 
+    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Gauge point g (..., 3) of the nominal machine, seen from the pivot in the upright frame."""
+
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
 
