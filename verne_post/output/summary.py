@@ -48,7 +48,12 @@ def paragraph(summary: Summary) -> str:
             f"axis {verdict.axis_deviation_deg:.6f} deg."
         )
     if summary.feed_pieces:
-        parts.append(f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves.")
+        text = f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves"
+        if verdict is not None and verdict.slow:
+            first = sorted(verdict.slow.items(), key=lambda item: -item[1])[:3]
+            why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
+            text += f"; {sum(verdict.slow.values()):.3f} s are below it, nearest to its limit then: {why}"
+        parts.append(text + ".")
     parts += _offsets(summary)
     parts += _stops(summary)
     if options.decimals is not None:
@@ -152,6 +157,7 @@ def meta(summary: Summary) -> str:
             "jerk_ratio": dict(zip(joints, verdict.jerk_ratio.tolist(), strict=True)),
             "feed_ratio": verdict.feed_ratio,
             "feed_line": verdict.feed_line,
+            "below_feed_s": {f"{kind} of {joint}": seconds for (kind, joint), seconds in sorted(verdict.slow.items())},
             "tip_deviation_mm": verdict.tip_deviation_mm,
             "axis_deviation_deg": verdict.axis_deviation_deg,
         }

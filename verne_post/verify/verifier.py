@@ -49,6 +49,8 @@ _TIP_PER_RADIAN_MM: Final = 1000.0
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
+#: A row that takes less than this share of its cycle at the programmed feed is slow.
+SLOW: Final = 0.999
 #: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
 _ARC_OVER_CHORD: Final = 1.6
 
@@ -180,10 +182,17 @@ class Verifier:
         difference = values
         names = (("VP401", "velocity", VELOCITY_RATIO), ("VP402", "acceleration", ACCELERATION_RATIO),
                  ("VP403", "jerk", JERK_RATIO))  # fmt: skip
+        nearest, self.binding = np.zeros(len(values) - _REST_ROWS), np.zeros(len(values) - _REST_ROWS, dtype=np.int64)
         for order, (code, name, ratio) in enumerate(names):
             difference = np.diff(difference, axis=0) / dt
             # only differences that end in a new row: the others have been judged before
             size = np.abs(difference[_REST_ROWS - 1 - order :])
+            share = size / self.limit[order]
+            joint_of_row = share.argmax(axis=1)
+            top = share[np.arange(len(share)), joint_of_row]
+            nearer = top > nearest
+            nearest = np.where(nearer, top, nearest)
+            self.binding = np.where(nearer, order * len(self.columns) + joint_of_row, self.binding)
             self.worst[order] = np.maximum(self.worst[order], size.max(axis=0))
             bound = ratio * self.limit[order] + self.noise[order]
             for joint in np.flatnonzero((size > bound).any(axis=0)):
@@ -384,6 +393,7 @@ class Verifier:
                 way[at] = 0.0
         budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
+        self._count_slow(budget + slack)
         self._judge_chords(block, np.linalg.norm(moved, axis=1), way)
 
     def _judge_feed(self, block: SetpointBlock, budget: Array, slack: Array) -> None:
@@ -416,6 +426,15 @@ class Verifier:
                     limit=FEED_RATIO,
                     unit="of the feed",
                 )
+
+    def _count_slow(self, budget: Array) -> None:
+        """Rows of feed moves that fall short of the feed, by the limit that was nearest."""
+        slow = (budget > 0) & (budget < SLOW * self.fmt.cycle)
+        count = np.bincount(self.binding[slow], minlength=3 * len(self.columns))
+        for index in np.flatnonzero(count).tolist():
+            kind, joint = divmod(index, len(self.columns))
+            key = (("velocity", "acceleration", "jerk")[kind], self.columns[joint].joint)
+            self.result.slow[key] = self.result.slow.get(key, 0.0) + float(count[index]) * self.fmt.cycle
 
     def _chord_time(self, piece: Ints, moved: Array) -> Array:
         """Seconds (n,) that steps (n, 5) in tip and weighted angles take at the feed of pieces (n,), 0 for rapids."""
