@@ -32,6 +32,8 @@ SHORTEST_DIFFERENCE: Final = 0.125
 #: Spacing of the first law's samples, in units, and how many of them are averaged.
 START_STEP: Final = 4
 START_SMOOTH: Final = 10
+#: A window that is re-timed to take so many times as long has lost its way: the problem is not convex.
+CRAWLING: Final = 1.3
 #: Speeds below this (mm/s) are crossed at it where the first law is sampled.
 SLOWEST: Final = 1e-12
 #: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
@@ -213,10 +215,18 @@ def retimed(
         if problem.crawls:  # as the solution will, slow down over the end of the window
             ramp = np.geomspace(1.0, X_CRAWL, min(round(RAMP / step.knot), step.ahead // 2))
             start[-len(ramp) :] *= ramp
-        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
-        coefficients[begin : end + 3] = found.coefficients
+        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations).coefficients
+        if _crawls(found, step.window):  # the law as it is needs less mending than one that all but stands
+            found = np.ones(end - begin + 3)
+            found[: len(fixed)] = fixed
+        coefficients[begin : end + 3] = found
         begin = end if end == n else begin + step.window
     return Times.of_coefficients(coefficients, knot)
+
+
+def _crawls(coefficients: Array, kept: int) -> bool:
+    """A solution that has lost its way slows down far more than re-timing a law near the optimum ever needs."""
+    return bool(np.mean(np.maximum(coefficients[:kept], X_MIN) ** -0.5) > CRAWLING)
 
 
 def _problem(

@@ -1,6 +1,6 @@
 """ToolPath -> Contour: where the tool flows, where it stops, and the poses along it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from verne_post.toolpath import corners as rounding
 from verne_post.toolpath.blend import STRETCH, blend_distances, tangent
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.evaluate import bernstein, bernstein_slope, pose
+from verne_post.toolpath.fairing import faired
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -81,8 +82,16 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     lines = np.zeros(n + 1, dtype=bool)
     lines[1:-1] = straight[1:] & straight[:-1]
 
+    if smoothing.overlap:  # vertices between collinear pieces may move like their neighbours
+        joined &= ~(allowed & lines)
     s = np.append(0.0, np.cumsum(path.length))
-    slope = rounding.polyline_slopes(path.start, path.end, path.length)
+    shape = path
+    if smoothing.overlap:
+        shape = _faired(path, s, allowed & lines & ~joined, tip_tolerance, axis_tolerance)
+        moved = np.abs(shape.end - path.end)[:-1]
+        tip_tolerance[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
+        axis_tolerance[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
+    slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
     bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
@@ -116,10 +125,23 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     piece = parts["piece"]
     share = np.where(parts["curve"] >= 0, 0.5, parts["high"] - parts["low"])
     return Contour(
-        path=path, shape=path, turn=_turn(path)[piece] * share, run=run[piece],
+        path=path, shape=shape, turn=_turn(path)[piece] * share, run=run[piece],
         corners=Corners(s, reach, bend) if (reach > 0).any() else None, controls=controls,
         tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=_dwell_runs(path, run), **parts,
     )  # fmt: skip
+
+
+def _faired(path: ToolPath, s: Array, movable: Mask, tip_tolerance: Array, axis_tolerance: Array) -> ToolPath:
+    """The path with the vertices of finely divided feed moves faired."""
+    fed = path.feed_time > 0
+    movable = movable.copy()
+    movable[1:-1] &= fed[1:] & fed[:-1]
+    vertex = np.concatenate([path.start[:1], path.end])
+    moved = faired(vertex, s, movable, tip_tolerance, axis_tolerance)
+    start, end = path.start.copy(), path.end.copy()
+    rows = np.flatnonzero(movable)
+    start[rows], end[rows - 1] = moved[rows], moved[rows]
+    return replace(path, start=start, end=end)
 
 
 def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Mask, Array, Array]:
