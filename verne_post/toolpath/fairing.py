@@ -76,8 +76,9 @@ def _stretch(vertex: Array, s: Array, tip_tolerance: Array, axis_tolerance: Arra
     lam = (POINTS / (2 * np.pi)) ** 4 * spacing**3
     change = np.stack([make_smoothing_spline(s, column, weight, lam)(s) for column in vertex.T], axis=1) - vertex
     change[[0, -1]] = 0.0
+    inner = slice(1, -1)
     ratio = np.maximum(
-        np.linalg.norm(change[:, :3], axis=1) / (SHARE * tip_tolerance),
-        np.linalg.norm(change[:, 3:], axis=1) / (SHARE * axis_tolerance),
-    )[1:-1]
+        np.linalg.norm(change[inner, :3], axis=1) / (SHARE * tip_tolerance[inner]),
+        np.linalg.norm(change[inner, 3:], axis=1) / (SHARE * axis_tolerance[inner]),
+    )
     return np.asarray(vertex + change / max(float(ratio.max()), 1.0))
