@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
+#: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for rounding corners.
+FAIRING_SHARE: Final = 0.35
 #: A segment shorter than this share of its piece is given to its neighbour: the contour is smooth across both.
 MIN_SHARE: Final = 1e-3
 
@@ -87,7 +89,9 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     s = np.append(0.0, np.cumsum(path.length))
     shape = path
     if smoothing.overlap:
-        shape = _faired(path, s, allowed & lines & ~joined, tip_tolerance, axis_tolerance)
+        movable = allowed & lines & ~joined
+        bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
+        shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
         moved = np.abs(shape.end - path.end)[:-1]
         tip_tolerance[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
         axis_tolerance[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
@@ -131,13 +135,22 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     )  # fmt: skip
 
 
-def _faired(path: ToolPath, s: Array, movable: Mask, tip_tolerance: Array, axis_tolerance: Array) -> ToolPath:
+def _fairing_bounds(path: ToolPath, moves: Moves, tip_tolerance: Array) -> Array:
+    """How far vertices (n + 1,) may be moved: a share of the tolerance, and the Q of G64 where it is said."""
+    merge = np.array([np.inf if control.merge is None else control.merge for control in moves.controls])
+    control = np.where(path.move >= 0, moves.control[path.move], 0)
+    bound = FAIRING_SHARE * tip_tolerance
+    bound[1:-1] = np.minimum(bound[1:-1], np.minimum(merge[control[:-1]], merge[control[1:]]))
+    return np.asarray(bound)
+
+
+def _faired(path: ToolPath, s: Array, movable: Mask, tip_bound: Array, axis_bound: Array) -> ToolPath:
     """The path with the vertices of finely divided feed moves faired."""
     fed = path.feed_time > 0
     movable = movable.copy()
     movable[1:-1] &= fed[1:] & fed[:-1]
     vertex = np.concatenate([path.start[:1], path.end])
-    moved = faired(vertex, s, movable, tip_tolerance, axis_tolerance)
+    moved = faired(vertex, s, movable, tip_bound, axis_bound)
     start, end = path.start.copy(), path.end.copy()
     rows = np.flatnonzero(movable)
     start[rows], end[rows - 1] = moved[rows], moved[rows]

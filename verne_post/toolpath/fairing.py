@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: A vertex moves by at most this share of its tolerance; the rest is for rounding the corners.
-SHARE: Final = 0.35
 #: Waves shorter than so many points are taken out.
 POINTS: Final = 12.0
 #: A stretch has at least so many vertices that may move.
@@ -28,8 +26,8 @@ LONG_PIECE: Final = 4.0
 HELD: Final = 1e9
 
 
-def faired(vertex: Array, s: Array, movable: Mask, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Vertices (n + 1, 5), moved within a share of their tolerances.
+def faired(vertex: Array, s: Array, movable: Mask, tip_bound: Array, axis_bound: Array) -> Array:
+    """Vertices (n + 1, 5), moved within bounds.
 
     Parameters
     ----------
@@ -39,7 +37,8 @@ def faired(vertex: Array, s: Array, movable: Mask, tip_tolerance: Array, axis_to
         Metric length at the corners, mm.
     movable : ndarray of bool, shape (n + 1,)
         Corners between straight feed moves that may be rounded.
-    tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
+    tip_bound, axis_bound : ndarray, shape (n + 1,)
+        How far each may move, mm and rad; above 0 where it is movable.
     """
     soft = movable & ~_features(vertex, s)
     moved = vertex.copy()
@@ -47,7 +46,7 @@ def faired(vertex: Array, s: Array, movable: Mask, tip_tolerance: Array, axis_to
     for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         if last - first >= SHORTEST:
             rows = slice(first - 1, last + 1)  # the vertices at both ends hold still
-            moved[rows] = _stretch(vertex[rows], s[rows], tip_tolerance[rows], axis_tolerance[rows])
+            moved[rows] = _stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])
     return moved
 
 
@@ -65,7 +64,7 @@ def _features(vertex: Array, s: Array) -> Mask:
     return found
 
 
-def _stretch(vertex: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Array:
     """One stretch, its ends held."""
     from scipy.interpolate import make_smoothing_spline
 
@@ -78,7 +77,7 @@ def _stretch(vertex: Array, s: Array, tip_tolerance: Array, axis_tolerance: Arra
     change[[0, -1]] = 0.0
     inner = slice(1, -1)
     ratio = np.maximum(
-        np.linalg.norm(change[inner, :3], axis=1) / (SHARE * tip_tolerance[inner]),
-        np.linalg.norm(change[inner, 3:], axis=1) / (SHARE * axis_tolerance[inner]),
+        np.linalg.norm(change[inner, :3], axis=1) / tip_bound[inner],
+        np.linalg.norm(change[inner, 3:], axis=1) / axis_bound[inner],
     )
     return np.asarray(vertex + change / max(float(ratio.max()), 1.0))
