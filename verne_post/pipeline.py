@@ -28,7 +28,7 @@ from verne_post.model.summary import Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
-from verne_post.timing.plan import RunPlan, plan_contour
+from verne_post.timing.plan import Planning, RunPlan, plan_contour
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
 from verne_post.toolpath.branches import BranchPlan, plan_branches
@@ -307,7 +307,8 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     total = len(program.contour)
     told = None if progress is None else lambda done: progress("planning", done, total)
     limits = program.machine.limits
-    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, program.cycle, told)
+    planning = Planning(program.cycle, program.options.solver, program.options.quality)
+    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, told)
     return Plan(program, laws, timeline(program.contour, laws, program.cycle), tuple(findings))
 
 
@@ -446,6 +447,9 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         n_pieces=len(path),
         n_stops=contour.n_runs - 1,
         n_rounded=contour.n_rounded,
+        flow_time=float(plan.laws.flow_cycles.sum()) * plan.timeline.cycle,
+        flow_bound=plan.laws.flow_bound,
+        other_bound=plan.laws.other_bound,
         tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),
         feed_pieces=len(feeding),
         feed_reached=reached,

@@ -48,6 +48,10 @@ class Options:
         Corners of finely divided curves reach over each other, every corner is rounded by itself, or is a stop.
     tolerance, orientation_tolerance : float or None
         Default of G64 in mm and rad, in place of the machine file's.
+    solver : {"scan", "toppra", "both"}
+        Of the second-order problem.
+    quality : bool
+        Plan finely and without margin, at many times the cost.
     orientation : str
         How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
     allow_rewind : bool
@@ -70,6 +74,8 @@ class Options:
     smoothing: str = "spline"
     tolerance: float | None = None
     orientation_tolerance: float | None = None
+    solver: str = "scan"
+    quality: bool = False
     orientation: str = "auto"
     allow_rewind: bool = False
     block_delete: bool = False
