@@ -36,6 +36,7 @@ from verne_post.toolpath.build import build_path
 from verne_post.toolpath.contour import Smoothing, contour_pose, exact_contour, smooth_contour, speed_cap
 from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.rapids import with_joint_rapids
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -156,6 +157,8 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     findings = [] if branches is None else _branch_findings(path, branches, machine, options)
     if branches is not None and branches.changes and worst(findings) != "error":
         path = with_detours(path, branches.changes, machine)
+    if options.rapids == "joint":
+        path = with_joint_rapids(path, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
     return Program(machine, options, moves, _contour(path, moves, machine, options), tuple(findings))

@@ -40,6 +40,8 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
                      help="Plan finely and without margin: practically the optimum, at many times the cost."),
         click.option("--tolerance", type=float, metavar="MM", help="Tip tolerance of a G64 without P."),
         click.option("--orientation-tolerance", type=float, metavar="DEG", help="Tool axis tolerance of G64."),
+        click.option("--rapids", type=click.Choice(["line", "joint"]), default="line", show_default=True,
+                     help="G0 is a straight line of the tip, or linear in the joints: faster, but another way for the tool."),
         click.option("--orientation", type=click.Choice(["auto", "vector", "angles"]), default="auto", show_default=True,
                      help="Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are "
                           "linear (angles); auto: as the poses were programmed, I J K or A C."),
@@ -86,6 +88,7 @@ def build_options(name: str, **given: Any) -> "Options":
         accept_rounding=given.get("accept_rounding", False),
         approach=_start(given.get("start")),
         smoothing=given.get("smoothing", "spline"),
+        rapids=given.get("rapids", "line"),
         solver=given.get("solver", "scan"),
         quality=given.get("quality", False),
         tolerance=given.get("tolerance"),

@@ -52,6 +52,8 @@ class Options:
         Of the second-order problem.
     quality : bool
         Plan finely and without margin, at many times the cost.
+    rapids : {"line", "joint"}
+        Straight for the tip, or linear in the joints.
     orientation : str
         How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
     allow_rewind : bool
@@ -76,6 +78,7 @@ class Options:
     orientation_tolerance: float | None = None
     solver: str = "scan"
     quality: bool = False
+    rapids: str = "line"
     orientation: str = "auto"
     allow_rewind: bool = False
     block_delete: bool = False

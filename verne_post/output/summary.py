@@ -131,6 +131,7 @@ def meta(summary: Summary) -> str:
             "orientation": summary.options.orientation,
             "tolerance_mm": summary.options.tolerance,
             "orientation_tolerance_rad": summary.options.orientation_tolerance,
+            "rapids": summary.options.rapids,
             "solver": summary.options.solver,
             "quality": summary.options.quality,
             "allow_rewind": summary.options.allow_rewind,

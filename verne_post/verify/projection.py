@@ -121,8 +121,11 @@ def _swing(path: ToolPath, piece: Ints) -> tuple[Array, Array, Array]:
 
 
 def chord_lengths(path: ToolPath) -> Array:
-    """Length (n,) of each piece that its tip and its tool axis, or its A and C where they are linear, go evenly; mm."""
-    length = path.length.copy()
+    """Length (n,) of each piece that its tip and its tool axis, or its A and C where they are linear, go evenly; mm.
+
+    0 for JOINT pieces, whose tip goes as it will: there the limits on the joints' speed keep rows from being left out.
+    """
+    length = np.where(path.kind == PieceKind.JOINT, 0.0, path.length)
     swung = np.flatnonzero(path.circle >= 0)
     tip = np.linalg.norm(path.end[swung, :3] - path.start[swung, :3], axis=1)
     length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
