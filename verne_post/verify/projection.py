@@ -203,14 +203,14 @@ def deviation_nearby(
     """
     reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / path.length[piece]
     low, high = np.clip(u - reach, 0.0, 1.0), np.clip(u + reach, 0.0, 1.0)
-    rows = np.repeat(np.arange(len(piece)), NEARBY_POINTS)
+    row = np.arange(len(piece))
+    rows = np.repeat(row, NEARBY_POINTS)
     many = Measured(measured.q[rows], measured.tip[rows], measured.angles[rows])
     for _ in range(NEARBY_ROUNDS):
         at = low[:, None] + np.linspace(0.0, 1.0, NEARBY_POINTS) * (high - low)[:, None]
         tip, axis, rotary = deviation(path, piece[rows], at.ravel(), many)
         share = np.maximum(tip / tip_bound[rows], np.maximum(axis, rotary) / angle_bound[rows]).reshape(at.shape)
         best = np.argmin(share, axis=1)
-        row = np.arange(len(piece))
         low, high = at[row, np.maximum(best - 1, 0)], at[row, np.minimum(best + 1, NEARBY_POINTS - 1)]
     chosen = row * NEARBY_POINTS + best
     return tip[chosen], axis[chosen], rotary[chosen]

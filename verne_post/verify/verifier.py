@@ -32,7 +32,15 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.verify.projection import RADIAN_MM, Measured, chord_lengths, deviation, deviation_nearby, paces, unwrapped_u
+from verne_post.verify.projection import (
+    RADIAN_MM,
+    Measured,
+    chord_lengths,
+    deviation,
+    deviation_nearby,
+    paces,
+    unwrapped_u,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
