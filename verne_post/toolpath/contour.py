@@ -22,7 +22,8 @@ Mask = NDArray[np.bool_]
 
 #: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for rounding corners.
 FAIRING_SHARE: Final = 0.35
-#: A segment shorter than this share of its piece is given to its neighbour: the contour is smooth across both.
+#: A segment shorter than this share of the bumps that bound it is given to its neighbour: only there does the contour
+#: bend so little on it that it is smooth across both.
 MIN_SHARE: Final = 1e-3
 
 
@@ -113,6 +114,8 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
         over = rounding.narrowed(over, bend, s, tip_tolerance, axis_tolerance)
         reach = np.where(bumps, np.maximum(over, 0.0), reach)
     reach = np.where(bumps, reach, 0.0)
+    # bumps that reach over a corner take from a blend behind it what that corner leaves it
+    most = np.minimum(most, rounding.clearance(reach, s)[curved])
 
     corner = np.flatnonzero(curved) - 1
     d, controls = blend_distances(path, corner, most, tip_tolerance[corner + 1], axis_tolerance[corner + 1])
@@ -211,16 +214,16 @@ def _segments(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) ->
     row_at_end, row_at_start = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
     row_at_end[corner] = row_at_start[corner + 1] = np.arange(len(corner))
     index = np.arange(n, dtype=np.int32)
-    inner, at = rounding.breakpoints(reach, s)
-    u = (at - s[inner]) / path.length[inner]
-    inside = (u > at_start[inner] + MIN_SHARE) & (u < 1.0 - at_end[inner] - MIN_SHARE)
-    inner, u = inner[inside], u[inside]
+    inner, at, width = rounding.breakpoints(reach, s)
+    u, least = (at - s[inner]) / path.length[inner], MIN_SHARE * width / path.length[inner]
+    inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
+    inner, u, least = inner[inside], u[inside], least[inside]
     # begin of every part: the piece's own start, then its breakpoints; a part too short joins the one before
     piece = np.concatenate([index, inner])
-    low = np.concatenate([at_start, u])
+    low, least = np.concatenate([at_start, u]), np.concatenate([np.zeros(n), least])
     order = np.lexsort((low, piece))
-    piece, low = piece[order], low[order]
-    near = np.append(False, (piece[1:] == piece[:-1]) & (np.diff(low) < MIN_SHARE))
+    piece, low, least = piece[order], low[order], least[order]
+    near = np.append(False, (piece[1:] == piece[:-1]) & (np.diff(low) < np.minimum(least[1:], least[:-1])))
     piece, low = piece[~near], low[~near]
     last = np.append(piece[1:] != piece[:-1], True)
     high = np.where(last, 1.0 - at_end[piece], np.append(low[1:], 1.0))

@@ -32,7 +32,15 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.verify.projection import RADIAN_MM, Measured, chord_lengths, deviation, paces, unwrapped_u
+from verne_post.verify.projection import (
+    RADIAN_MM,
+    Measured,
+    chord_lengths,
+    deviation,
+    deviation_nearby,
+    paces,
+    unwrapped_u,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -335,6 +343,14 @@ class Verifier:
         coarse = self.tip_noise if any(noise.any() for noise in self.noise) else 0.0
         allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse
         turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
+        doubtful = np.flatnonzero(
+            self.rounded[piece] & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
+        )
+        if len(doubtful):
+            some = Measured(measured.q[doubtful], measured.tip[doubtful], measured.angles[doubtful])
+            tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
+                self.path, piece[doubtful], u[doubtful], some, allowed[doubtful], turned[doubtful]
+            )
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
         result.axis_deviation_deg = max(result.axis_deviation_deg, float(axis_off.max()) / RAD_PER_DEG)
