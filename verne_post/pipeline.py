@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
-from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE
 from verne_post.gcode.read import interpreted_until_error
 from verne_post.gcode.state import Setup
 from verne_post.kinematics.joint_path import JointPath
@@ -168,6 +168,7 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
     """
     limits, module = machine.limits, machine.module
     errors = np.array([margin.error_below for margin in machine.margins])
+    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     chosen: list[BranchPlan] = []
 
     def planner(path: ToolPath) -> tuple[Array, Array] | None:
@@ -175,7 +176,7 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
             tip, _angles = pose(path, piece, u)
             q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[piece])
             with np.errstate(invalid="ignore"):
-                inside = ((q >= limits.lower) & (q <= limits.upper))[:, :-1].all(axis=1)
+                inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
                 clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
             return ok & inside & clear
 
@@ -203,20 +204,18 @@ def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options
     for change in plan.changes:
         line = int(path.line[change.piece])
         at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
+        fine = options.allow_rewind and not change.feeding
         if at_pole:
-            what, fine = (
-                f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg",
-                True,
-            )
+            what = f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg"
+            fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:
             what = f"the table must go from ({shown(change.before)}) to ({shown(change.after)}) deg before this line"
-            fine = options.allow_rewind and not change.feeding
-            if not fine:
-                what += (
-                    "; the tool feeds here, lift it"
-                    if change.feeding
-                    else "; --allow-rewind adds a retract, turn and return"
-                )
+        if not fine:
+            what += (
+                "; the tool feeds here, lift it"
+                if change.feeding
+                else "; --allow-rewind adds a retract, turn and return"
+            )
         found.append(
             finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
         )
@@ -293,7 +292,8 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     SolverError
         When a time law cannot be found.
     """
-    bounds, findings = judge_program(program, progress)
+    bounds, judged = judge_program(program, progress)
+    findings = sorted([*program.findings, *judged], key=lambda item: (item.line or 0, item.code))
     if worst(findings) == "error":
         raise InputError(*findings)
     laws = plan_runs(program.contour, bounds.first, bounds.second, bounds.third, program.machine.limits)

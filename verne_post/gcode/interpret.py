@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
 _MAX_M_CODES: Final = 4
 MAX_DWELL_S: Final = 86_400.0
-_Z: Final = 2
+_X, _Y, _Z = 0, 1, 2
 _A, _C = 3, 5
 _ROTARY: Final = (3, 4, 5)
 #: So many turns of one arc at most.
@@ -267,6 +267,8 @@ class Interpreter(FrameCodes):
         moving = [axis for axis in axes if state.absolute or block.words[AXES[axis]] != 0.0]
         if not state.absolute:
             self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
+        if state.vector is not None or state.vectors:
+            self._check_vector_axes(block, moving, machine=False)
         via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
         for axis in moving:
             value = self._axis_value(block, axis)
@@ -274,6 +276,7 @@ class Interpreter(FrameCodes):
             state.known[axis] = True
         self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
         chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        self._leave_vector_for_machine(block, chosen, g_name(code))
         self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
 
     # --- motion ----------------------------------------------------------------------------------
@@ -287,6 +290,7 @@ class Interpreter(FrameCodes):
         if state.vector is not None or state.vectors:
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
+            self._leave_vector_for_machine(block, axes, "G53")
             self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
         if motion in (20, 30):
@@ -310,12 +314,6 @@ class Interpreter(FrameCodes):
         """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
         state = self.state
         rotary = [axis for axis in axes if axis in _ROTARY]
-        if machine and state.vector is not None and [axis for axis in axes if axis != _Z]:
-            letter = AXES[next(axis for axis in axes if axis != _Z)]
-            raise BlockError(
-                "VP017", f"G53 {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
-                "or end tool vectors with G43.4 or G49 and name A and C", block.columns[letter],
-            )  # fmt: skip
         if not rotary:
             return
         letter = AXES[rotary[0]]
@@ -329,7 +327,20 @@ class Interpreter(FrameCodes):
                 "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
                 "name A and C together", block.columns[letter],
             )  # fmt: skip
-        state.vector = None
+        if not machine:
+            state.vector = None
+
+    def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
+        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, nothing else is told."""
+        if self.state.vector is None or not set(axes) - {_Z}:
+            return
+        if not {_X, _Y, _A, _C} <= set(axes):
+            letter = AXES[next(axis for axis in axes if axis != _Z)]
+            raise BlockError(
+                "VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
+                "or X, Y, A and C together after G43.4 or G49", block.columns.get(letter),
+            )  # fmt: skip
+        self.state.vector = None
 
     def _pointed(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""

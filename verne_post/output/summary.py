@@ -110,6 +110,8 @@ def meta(summary: Summary) -> str:
             "decimals": summary.options.decimals,
             "approach": summary.options.approach,
             "accept_rounding": summary.options.accept_rounding,
+            "orientation": summary.options.orientation,
+            "allow_rewind": summary.options.allow_rewind,
             "block_delete": summary.options.block_delete,
             "optional_stop": summary.options.optional_stop,
             "tools": {

@@ -11,7 +11,7 @@ feeds, other rewinds, pieces off the programmed branch, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.evaluate import pose
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -93,6 +94,10 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
         Travel of C, rad; infinite where it is unlimited.
     """
     free, n = path.free, len(path)
+    onward = _onward(path)
+    start = path.start.copy()
+    start[onward, 3:] = path.end[onward, 3:]
+    path = replace(path, start=start)
     possible = {flip: _possible(path, legal, Branch(flip, 0)) for flip in (0,)}
     low, high = c_range
     inside = (np.minimum(path.start[:, 4], path.end[:, 4]) >= low) & (
@@ -104,14 +109,22 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
     states = _states(path, c_range)
     breaks = _breaks(path, vertical)
-    plan = _through(path, _sections(breaks, vertical, n), vertical, states, possible, c_range)
+    plan = _through(path, _sections(breaks, vertical, n), onward, states, possible, c_range)
     if not plan.legal:
         finer = _finer_breaks(path, breaks, states, possible, c_range)
         if len(finer) <= MAX_SECTIONS:
-            plan = _through(path, _sections(finer, vertical, n), vertical, states, possible, c_range)
+            plan = _through(path, _sections(finer, vertical, n), onward, states, possible, c_range)
     if not plan.legal and not free.any():
         return None
     return plan
+
+
+def _onward(path: ToolPath) -> Mask:
+    """Rapids whose A and C words end a stretch of tool axes: they begin wherever the table stands."""
+    found = ~path.free & (path.feed_time == 0) & (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
+    found[1:] &= path.free[:-1]
+    found[:1] = False
+    return found
 
 
 def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
@@ -119,7 +132,7 @@ def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     n, k = len(path), len(TRIED)
     piece = np.repeat(np.arange(n), k)
     u = np.tile(TRIED, n)
-    angles = path.start[piece, 3:] + u[:, None] * (path.end[piece, 3:] - path.start[piece, 3:])
+    _tip, angles = pose(path, piece, u)
     return np.asarray(legal(piece, u, branch.of(angles)).reshape(n, k).all(axis=1))
 
 
@@ -179,7 +192,7 @@ def _good(path: ToolPath, branch: Branch, possible: dict[int, Mask], c_range: tu
 
 
 def _through(
-    path: ToolPath, sections: list[tuple[int, int]], vertical: Mask, states: list[Branch],
+    path: ToolPath, sections: list[tuple[int, int]], onward: Mask, states: list[Branch],
     possible: dict[int, Mask], c_range: tuple[float, float],
 ) -> BranchPlan:  # fmt: skip
     """The best branch of every section (dynamic programming), and the angles that follow."""
@@ -200,7 +213,7 @@ def _through(
     best = own[0]
     came: list[list[int]] = []
     for k in range(1, len(firsts)):
-        bridged = bool(lasts[k - 1] < firsts[k])  # vertical pieces in between
+        bridged = bool(lasts[k - 1] < firsts[k] or onward[firsts[k]])  # vertical pieces in between, or the table may go on
         fed = bool(feeding[lasts[k - 1] - 1] and feeding[firsts[k]])
         here, back = [], []
         for s in range(len(states)):
@@ -218,7 +231,7 @@ def _through(
     for back in reversed(came):
         chosen.append(back[chosen[-1]])
     chosen.reverse()
-    return _laid_out(path, sections, vertical, [states[s] for s in chosen], legal=total[0] == 0)
+    return _laid_out(path, sections, onward, [states[s] for s in chosen], legal=total[0] == 0)
 
 
 _Cost = tuple[int, int, int, int, float]
@@ -234,12 +247,12 @@ def _passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
     if tilt + turn <= 2 * ZERO_ANGLE:
         return (0, 0, 0, 0, 0.0)
     if bridged:
-        return (0, 0, 0, 0, turn)
+        return (0, 0, 0, 0, tilt + turn)
     return (0, int(fed), 1, 0, tilt + turn)
 
 
 def _laid_out(
-    path: ToolPath, sections: list[tuple[int, int]], vertical: Mask, chosen: list[Branch], *, legal: bool
+    path: ToolPath, sections: list[tuple[int, int]], onward: Mask, chosen: list[Branch], *, legal: bool
 ) -> BranchPlan:
     """Angles of every piece on the chosen branches, vertical stretches turned in between."""
     n = len(path)
@@ -255,6 +268,10 @@ def _laid_out(
         before, after = end[last - 1], start[following]
         if last < following:
             _turn_between(path, start, end, last, following, float(before[1]), float(after[1]))
+        if onward[following]:
+            start[following] = end[following - 1]
+        elif last < following:
+            continue
         elif np.abs(after - before).max() > ZERO_ANGLE:
             fed = bool(path.feed_time[last - 1] > 0 and path.feed_time[following] > 0)
             pairs = tuple((float(pair[0]), float(pair[1])) for pair in (before, after))
