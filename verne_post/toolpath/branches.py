@@ -262,8 +262,9 @@ def _laid_out(
         start[first:last], end[first:last] = branch.of(start[first:last]), branch.of(end[first:last])
         departs[first:last] = ~path.free[first:last] & (branch != Branch(0, 0))
     changes = []
-    if sections[0][0] > 0:  # a vertical beginning already stands as it will leave
-        start[: sections[0][0], 1] = end[: sections[0][0], 1] = start[sections[0][0], 1]
+    if (leave := sections[0][0]) > 0:  # a vertical beginning already stands as it will leave
+        start[:leave, 1] = end[:leave, 1] = start[leave, 1]
+        start[leave] = end[leave - 1]
     for (_first, last), (following, _end) in pairwise(sections):
         before, after = end[last - 1], start[following]
         if last < following:
