@@ -24,7 +24,7 @@ from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.model.summary import Summary
+from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
@@ -36,6 +36,7 @@ from verne_post.toolpath.build import build_path
 from verne_post.toolpath.contour import contour_pose, exact_contour
 from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.free_turn import with_free_turn
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -54,6 +55,7 @@ class Program:
     moves: Moves
     contour: Contour
     findings: tuple[Finding, ...] = ()
+    free_turn: FreeTurn | None = None
 
     @property
     def path(self) -> ToolPath:
@@ -153,12 +155,15 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     _refuse_stops(moves, path, options)
+    turn = None
+    if options.free_c:
+        path, turn = _turned(moves, path, machine)
     findings = [] if branches is None else _branch_findings(path, branches, machine, options)
     if branches is not None and branches.changes and worst(findings) != "error":
         path = with_detours(path, branches.changes, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
-    return Program(machine, options, moves, exact_contour(path), tuple(findings))
+    return Program(machine, options, moves, exact_contour(path), tuple(findings), turn)
 
 
 def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
@@ -189,6 +194,33 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
 
     path = build_path(moves, machine.coordinates, options.orientation, planner)
     return path, chosen[0] if chosen else None
+
+
+def _turned(moves: Moves, path: ToolPath, machine: Machine) -> tuple[ToolPath, FreeTurn]:
+    """The path with the C that keeps farthest from every limit."""
+    limits = machine.limits
+    travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
+    half = 0.5 * (limits.upper - limits.lower)[travel]
+    measured = [
+        (index, margin) for index, margin in enumerate(machine.margins) if np.isfinite(margin.error_below)
+        and margin.warn_below > margin.error_below
+    ]  # fmt: skip
+    kept = [index for index, _margin in measured]
+    error = np.array([margin.error_below for _index, margin in measured])
+    scale = np.array([margin.warn_below for _index, margin in measured]) - error
+
+    def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
+        q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
+        inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
+        geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
+        found = np.concatenate([inside, geometry], axis=1)
+        found[~ok] = -np.inf
+        return found
+
+    names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
+    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
+    c_range = float(limits.lower[-1]), float(limits.upper[-1])
+    return with_free_turn(path, moves.fixes_c, margins, tuple(names), c_range)
 
 
 def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options: Options) -> list[Finding]:
@@ -443,4 +475,5 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         events=moves.events,
         format=fmt,
         verification=verdict,
+        free_turn=program.free_turn,
     )

@@ -270,6 +270,8 @@ class Interpreter(FrameCodes):
         if state.vector is not None or state.vectors:
             self._check_vector_axes(block, moving, machine=False)
         via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
+        if _C in moving:
+            self.recorder.fix_c(block.line)
         for axis in moving:
             value = self._axis_value(block, axis)
             via[axis] = value if state.absolute else via[axis] + value
@@ -299,6 +301,8 @@ class Interpreter(FrameCodes):
             self._require_known(block, axes, "an incremental move")
         start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
         end = list(start)
+        if _C in axes:
+            self.recorder.fix_c(block.line)
         for axis in axes:
             value = self._axis_value(block, axis)
             end[axis] = value if state.absolute else end[axis] + value
@@ -401,6 +405,8 @@ class Interpreter(FrameCodes):
         """Move the named axes to machine coordinates; the others keep theirs."""
         state, coordinates = self.state, self.setup.coordinates
         self._start_of_motion(kind, absolute=True, machine=True)
+        if {_X, _Y, _C} & set(targets):
+            self.recorder.fix_c(line)
         machine = coordinates.to_machine(np.array(state.position), state.frame)
         for axis, value in targets.items():
             machine[axis] = value

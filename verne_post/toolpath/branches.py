@@ -213,7 +213,9 @@ def _through(
     best = own[0]
     came: list[list[int]] = []
     for k in range(1, len(firsts)):
-        bridged = bool(lasts[k - 1] < firsts[k] or onward[firsts[k]])  # vertical pieces in between, or the table may go on
+        bridged = bool(
+            lasts[k - 1] < firsts[k] or onward[firsts[k]]
+        )  # vertical pieces in between, or the table may go on
         fed = bool(feeding[lasts[k - 1] - 1] and feeding[firsts[k]])
         here, back = [], []
         for s in range(len(states)):
