@@ -7,7 +7,7 @@ it, and another one is taken only where the named one breaks a limit.
 Pieces that must share a branch unless the table rewinds form a *section*; sections end where the tool is vertical
 (C is free there), where it crosses the pole, and, when no section-wide branch is legal, where the legality changes.
 The path through the sections is the least of, in this order: pieces beyond a hard limit, rewinds while the tool
-feeds, other rewinds, pieces off the programmed branch, rotary travel.
+feeds, other rewinds, pieces off the programmed branch, turns in place under a vertical tool, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
@@ -29,6 +29,8 @@ Mask = NDArray[np.bool_]
 TURNS: Final = 2
 #: Points of a piece at which a branch is tried before the whole piece is judged.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+#: Rotary travel counts in steps of this, rad, so that equal ways are equal and the first branch, as programmed, is kept.
+TRAVEL_STEP: Final = 1e-6
 #: Sections end at changes of legality only up to this many pieces: beyond it a program is hopeless, not long.
 MAX_SECTIONS: Final = 20_000
 
@@ -110,13 +112,18 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
     states = _states(path, c_range)
     breaks = _breaks(path, vertical)
     plan = _through(path, _sections(breaks, vertical, n), onward, states, possible, c_range)
-    if not plan.legal:
+    if not plan.legal or any(_rewinds(change) for change in plan.changes):
         finer = _finer_breaks(path, breaks, states, possible, c_range)
         if len(finer) <= MAX_SECTIONS:
             plan = _through(path, _sections(finer, vertical, n), onward, states, possible, c_range)
     if not plan.legal and not free.any():
         return None
     return plan
+
+
+def _rewinds(change: Change) -> bool:
+    """The table must go elsewhere under a tilted tool."""
+    return max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) > POLE_SINE
 
 
 def _onward(path: ToolPath) -> Mask:
@@ -208,7 +215,8 @@ def _through(
     finish = np.stack([branch.of(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
     own = [
-        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0.0) for s in range(len(states))] for k in range(len(firsts))
+        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0, 0 if k else s) for s in range(len(states))]
+        for k in range(len(firsts))
     ]
     best = own[0]
     came: list[list[int]] = []
@@ -236,21 +244,26 @@ def _through(
     return _laid_out(path, sections, onward, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-_Cost = tuple[int, int, int, int, float]
+#: Pieces beyond a limit, rewinds while the tool feeds, other rewinds, pieces off the programmed branch, turns of C in
+#: place under a vertical tool, rotary travel; where all of that is equal, the first piece stays as it is.
+_Cost = tuple[int, int, int, int, int, int, int]
 
 
 def _added(a: _Cost, b: _Cost) -> _Cost:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4])
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6])
 
 
 def _passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
     """Cost of going from one pair of angles to another between sections."""
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
+    travel = round((tilt + turn) / TRAVEL_STEP)
     if tilt + turn <= 2 * ZERO_ANGLE:
-        return (0, 0, 0, 0, 0.0)
+        return (0, 0, 0, 0, 0, 0, 0)
     if bridged:
-        return (0, 0, 0, 0, tilt + turn)
-    return (0, int(fed), 1, 0, tilt + turn)
+        return (0, 0, 0, 0, 0, travel, 0)
+    if max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE and tilt <= ZERO_ANGLE:
+        return (0, 0, 0, 0, 1, travel, 0)
+    return (0, int(fed), 1, 0, 0, travel, 0)
 
 
 def _laid_out(
