@@ -6,7 +6,8 @@ The margin of an angle is the smallest over the whole path of
 * each margin of the module above its error threshold, over the distance from there to its warning threshold:
   1 where warnings begin, 0 at the error.
 
-What C does not change (the table's face) or what is judged elsewhere (clearances) does not enter.
+Margins that C does not change, as the height of a retract on a serial machine, do not enter: they would hide the others.
+Neither do clearances, which are judged elsewhere.
 """
 
 from collections.abc import Callable
@@ -40,7 +41,7 @@ MOST_POINTS: Final = 64
 CUBE_MM: Final = 2.0
 #: Poses solved together.
 BATCH: Final = 200_000
-#: A margin must grow by this to be worth a turn of the part.
+#: A margin must change by this to count, and to be worth a turn of the part.
 WORTH: Final = 1e-9
 
 
@@ -80,18 +81,22 @@ def with_free_turn(
     if not (np.isfinite(low) and np.isfinite(high)):
         low, high = -np.pi, np.pi
     angles = np.linspace(low, high, max(int(np.ceil((high - low) / COARSE)), 1) + 1)
-    found = _smallest(few, angles, margins)
-    best = [angles[k] for k in np.argsort(-found, kind="stable")[:REFINED]]
-    step = float(angles[1] - angles[0]) if len(angles) > 1 else 0.0
+    table = _smallest(few, angles, margins)
+    with np.errstate(invalid="ignore"):
+        moved = ~(np.ptp(table, axis=0) <= WORTH)  # also where some angles are out of reach
+    if not moved.any():
+        moved[:] = True
+    best = [angles[k] for k in np.argsort(-table[:, moved].min(axis=1), kind="stable")[:REFINED]]
+    step = float(angles[1] - angles[0])
     for _ in range(ROUNDS):
         around = np.clip(np.concatenate([c + step * np.linspace(-1, 1, POINTS) for c in best]), low, high)
-        value = _smallest(few, around, margins)
+        value = _smallest(few, around, margins)[:, moved].min(axis=1)
         best = [group[int(np.argmax(v))] for group, v in
                 zip(around.reshape(-1, POINTS), value.reshape(-1, POINTS), strict=True)]  # fmt: skip
         step *= 2.0 / (POINTS - 1)
     every = np.array([before, *best])
-    table = [_of(points, float(c), margins).min(axis=0) for c in every]
-    smallest = np.array([row.min() for row in table])
+    table = np.where(moved, _smallest(points, every, margins), np.inf)
+    smallest = table.min(axis=1)
     top = int(np.argmax(smallest))
     chosen = top if smallest[top] > smallest[0] + WORTH else 0
     start, end, first = path.start.copy(), path.end.copy(), path.first_pose.copy()
@@ -132,27 +137,17 @@ def _thinned(points: _Points) -> _Points:
     return _Points(points.tip[first], points.tool[first])
 
 
-def _of(points: _Points, c: float, margins: Margins) -> Array:
-    """Smallest margins of batches of points at one angle (b, k)."""
-    n = len(points.tool)
-    found = []
-    for begin in range(0, n, BATCH):
-        some = slice(begin, begin + BATCH)
-        angles = np.tile([0.0, c], (len(points.tool[some]), 1))
-        found.append(margins(points.tip[some], angles, points.tool[some]).min(axis=0))
-    return np.array(found)
-
-
 def _smallest(points: _Points, c: Array, margins: Margins) -> Array:
-    """Smallest margin (n,) at every angle (n,)."""
-    n = len(points.tool)
-    each = max(BATCH // n, 1)
-    found = np.empty(len(c))
-    if n > BATCH:
-        return np.array([_of(points, float(angle), margins).min() for angle in c])
-    for begin in range(0, len(c), each):
-        some = c[begin : begin + each]
-        angles = np.column_stack([np.zeros(n * len(some)), np.repeat(some, n)])
-        value = margins(np.tile(points.tip, (len(some), 1)), angles, np.tile(points.tool, len(some)))
-        found[begin : begin + each] = value.reshape(len(some), -1).min(axis=1)
-    return found
+    """Smallest value (n, k) of every margin at every angle (n,)."""
+    found = []
+    each = max(BATCH // len(points.tool), 1)
+    for first in range(0, len(c), each):
+        some = c[first : first + each]
+        parts = []
+        for begin in range(0, len(points.tool), BATCH):
+            tip, tool = points.tip[begin : begin + BATCH], points.tool[begin : begin + BATCH]
+            angles = np.column_stack([np.zeros(len(tool) * len(some)), np.repeat(some, len(tool))])
+            value = margins(np.tile(tip, (len(some), 1)), angles, np.tile(tool, len(some)))
+            parts.append(value.reshape(len(some), len(tool), -1).min(axis=1))
+        found.append(np.min(parts, axis=0))
+    return np.concatenate(found)
