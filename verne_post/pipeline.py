@@ -175,6 +175,7 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
     errors = np.array([margin.error_below for margin in machine.margins])
     slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     chosen: list[BranchPlan] = []
+    planned: list[NDArray[np.int32]] = []  # the move of each planned piece: some may have no length in the end
 
     def planner(path: ToolPath) -> tuple[Array, Array] | None:
         def legal(piece: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
@@ -189,11 +190,18 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
         if plan is None:
             return None
         chosen.append(plan)
+        planned.append(path.move)
         taken = path.free.any() or (options.allow_rewind and not any(change.feeding for change in plan.changes))
         return (plan.start, plan.end) if taken else None
 
     path = build_path(moves, machine.coordinates, options.orientation, planner)
-    return path, chosen[0] if chosen else None
+    if not chosen:
+        return path, None
+    plan, piece = chosen[0], np.searchsorted(planned[0], path.move)
+    changes = tuple(
+        replace(change, piece=int(np.searchsorted(path.move, planned[0][change.piece]))) for change in plan.changes
+    )
+    return path, BranchPlan(plan.start[piece], plan.end[piece], changes, plan.departs[piece], plan.legal)
 
 
 def _turned(moves: Moves, path: ToolPath, machine: Machine) -> tuple[ToolPath, FreeTurn]:

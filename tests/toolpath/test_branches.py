@@ -203,6 +203,28 @@ def test_a_corner_straight_through_the_pole_needs_no_turn():
     assert degrees(prog.path).reshape(-1, 2) == pytest.approx(np.array([[30, 0], [0, 0], [0, 0], [-30, 0]]), abs=1e-9)
 
 
+def test_noise_in_a_vector_turns_nothing():
+    """C a hundred-millionth of a turn off at the pole goes into the next move; nothing is said."""
+    prog = program(
+        "G43.5 G0 X0 Y0 Z60 I0.0000000002 J0.5 K0.866025403784\nG0 X20 I0 J0 K1\nX40 I0 J0.5 K0.866025403784"
+    )
+    assert found(prog) == []
+    assert len(prog.path) == 2
+    np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])
+
+
+@pytest.mark.parametrize("words", ["A0 C10", "A20 C10", "A0 C0"])
+@pytest.mark.parametrize("before", ["", "G1 X5 I0 J0.6 K0.8\nG1 X10 I0 J0 K1\n"], ids=["upright", "tilted before"])
+def test_words_after_a_vertical_stretch_turn_the_table_in_their_own_rapid(before, words):
+    """The stretch keeps its C; a rapid that leads nowhere new is no piece."""
+    prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\n{before}G1 X20\nG43.4 G0 {words}\nG1 X30")
+    assert found(prog) == []
+    assert prog.path.length.min() > 0
+    assert degrees(prog.path)[-1, 1] == pytest.approx([float(word[1:]) for word in words.split()], abs=1e-9)
+    assert np.ptp(degrees(prog.path)[prog.path.free][..., 1]) == 0
+    np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])
+
+
 def test_a_vertical_stretch_turns_over_its_rapids_only():
     up = "I0 J0 K1"
     body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {up}\nX30\nG0 X40\nX50\nG1 X60\nX80 {vector(30, 60)}"

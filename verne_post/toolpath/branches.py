@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, ZERO_ANGLE
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.evaluate import pose
 
@@ -257,13 +257,20 @@ def _passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
     """Cost of going from one pair of angles to another between sections."""
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
     travel = round((tilt + turn) / TRAVEL_STEP)
-    if tilt + turn <= 2 * ZERO_ANGLE:
+    if _meets(before, after):
         return (0, 0, 0, 0, 0, 0, 0)
     if bridged:
         return (0, 0, 0, 0, 0, travel, 0)
     if max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE and tilt <= ZERO_ANGLE:
         return (0, 0, 0, 0, 1, travel, 0)
     return (0, int(fed), 1, 0, 0, travel, 0)
+
+
+def _meets(before: Array, after: Array) -> bool:
+    """One pair of angles goes on where the other ends; under a vertical tool within what the axis may be off later."""
+    upright = max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE
+    away = np.abs(after - before)
+    return bool(away[0] <= ZERO_ANGLE and away[1] <= (POLE_CROSSING if upright else ZERO_ANGLE))
 
 
 def _laid_out(
@@ -278,17 +285,19 @@ def _laid_out(
         departs[first:last] = ~path.free[first:last] & (branch != Branch(0, 0))
     changes = []
     if (leave := sections[0][0]) > 0:  # a vertical beginning already stands as it will leave
-        start[:leave, 1] = end[:leave, 1] = start[leave, 1]
+        if not onward[leave]:
+            start[:leave, 1] = end[:leave, 1] = start[leave, 1]
         start[leave] = end[leave - 1]
     for (_first, last), (following, _end) in pairwise(sections):
         before, after = end[last - 1], start[following]
         if last < following:
-            _turn_between(path, start, end, last, following, float(before[1]), float(after[1]))
+            target = before if onward[following] else after  # such a rapid turns C itself
+            _turn_between(path, start, end, last, following, float(before[1]), float(target[1]))
         if onward[following]:
             start[following] = end[following - 1]
         elif last < following:
             continue
-        elif np.abs(after - before).max() > ZERO_ANGLE:
+        elif not _meets(before, after):
             fed = bool(path.feed_time[last - 1] > 0 and path.feed_time[following] > 0)
             pairs = tuple((float(pair[0]), float(pair[1])) for pair in (before, after))
             changes.append(Change(following, pairs[0], pairs[1], fed))

@@ -83,6 +83,8 @@ def build_path(
     start = np.concatenate([start[:, :3], chosen[0]], axis=1)
     end_kept = np.concatenate([end_kept[:, :3], chosen[1]], axis=1)
     first = np.concatenate([first[:3], start[0, 3:]])
+    still = _moving(end_kept - start) | (moves.kind[row] == MoveKind.ARC)  # a turn may have become superfluous
+    row, start, end_kept = row[still], start[still], end_kept[still]
     return _assembled(moves, row, start, end_kept, arcs, first, frame_length, orientation)
 
 
