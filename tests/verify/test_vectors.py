@@ -105,6 +105,12 @@ def test_every_row_is_on_the_great_circle(name, first, second, word):
 
 
 @pytest.mark.parametrize("name", MACHINES)
+def test_a_small_swing_with_a_large_turn_of_c_is_complete(name):
+    """C turns by 90 degrees while tip and axis hardly move: the end counts by what moves."""
+    made(f"G43.5 G0 X0 Y0 Z60 {vector(0.5, 0)}\nG0 Y1 {vector(0.5, 90)}", MACHINES[name])
+
+
+@pytest.mark.parametrize("name", MACHINES)
 def test_a_swing_in_place_is_in_degrees_per_minute(name):
     """Nothing but the axis moves: 60 degrees of great circle at 600 deg/min take 6 s and the ramps."""
     body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 {vector(30, 270)} F600"

@@ -25,8 +25,10 @@ from verne_post.toolpath.evaluate import pose
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Turns of C that a free section may be away from where it would go on, where C is unlimited.
+#: Turns of C that a free section may be away from where it would go on, where C is unlimited; and as many more as C
+#: winds up on the way, up to a bound: the work grows with their square.
 TURNS: Final = 2
+MORE_TURNS: Final = 8
 #: Points of a piece at which a branch is tried before the whole piece is judged.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 #: Rotary travel counts in steps of this, rad, so that equal ways are equal and the first branch, as programmed, is kept.
@@ -148,16 +150,19 @@ def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
     low, high = c_range
     c = np.concatenate([path.start[:, 4], path.end[:, 4]])
     found = []
+    free_turns = TURNS + min(int(np.ceil(np.ptp(c) / (2 * np.pi))), MORE_TURNS)
     for flip in (0, 1):
         if np.isfinite(low) or np.isfinite(high):
             shifted_low, shifted_high = c.min() + flip * np.pi, c.max() + flip * np.pi
             first = (
-                int(np.ceil((max(low, -1e6) - shifted_high) / (2 * np.pi) - ZERO_ANGLE)) if np.isfinite(low) else -TURNS
+                int(np.ceil((max(low, -1e6) - shifted_high) / (2 * np.pi) - ZERO_ANGLE))
+                if np.isfinite(low)
+                else -free_turns
             )
-            last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else TURNS
+            last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else free_turns
             turns: Iterable[int] = range(min(first, 0), max(last, 0) + 1)
         else:
-            turns = range(-TURNS, TURNS + 1) if path.free.any() else (0,)
+            turns = range(-free_turns, free_turns + 1) if path.free.any() else (0,)
         found += [Branch(flip, turn) for turn in turns]
     return sorted(found, key=lambda branch: (branch.flip, abs(branch.turns), branch.turns))
 
