@@ -86,7 +86,7 @@ def with_free_turn(
         moved = ~(np.ptp(table, axis=0) <= WORTH)  # also where some angles are out of reach
     if not moved.any():
         moved[:] = True
-    best = [angles[k] for k in np.argsort(-table[:, moved].min(axis=1), kind="stable")[:REFINED]]
+    best = [angles[k] for k in _ranked(table[:, moved].min(axis=1), angles, before)[:REFINED]]
     step = float(angles[1] - angles[0])
     for _ in range(ROUNDS):
         around = np.clip(np.concatenate([c + step * np.linspace(-1, 1, POINTS) for c in best]), low, high)
@@ -97,13 +97,18 @@ def with_free_turn(
     every = np.array([before, *best])
     table = np.where(moved, _smallest(points, every, margins), np.inf)
     smallest = table.min(axis=1)
-    top = int(np.argmax(smallest))
+    top = int(_ranked(smallest, every, before)[0])
     chosen = top if smallest[top] > smallest[0] + WORTH else 0
     start, end, first = path.start.copy(), path.end.copy(), path.first_pose.copy()
     start[:, 4] = end[:, 4] = first[4] = every[chosen]
     turn = FreeTurn(before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]),
                     names[int(np.argmin(table[chosen]))])  # fmt: skip
     return replace(path, start=start, end=end, first_pose=first), turn
+
+
+def _ranked(value: Array, c: Array, before: float) -> NDArray[np.intp]:
+    """Angles by their margin; of equal ones (to six digits) the nearest to where C stood."""
+    return np.lexsort((np.abs(c - before), -np.round(value, 6)))
 
 
 def _require_free(path: ToolPath, fixes: int | None) -> None:
