@@ -21,6 +21,8 @@ RADIAN_MM: Final = 50.0
 #: finer: to a millionth of a stretch that is a few tolerances long.
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
+#: A rotary angle this far off (rad) is one of another branch: those are half a turn away at least.
+OTHER_BRANCH: Final = 1.0
 #: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
 ARC_STEPS: Final = 2
 
@@ -175,6 +177,8 @@ def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
 def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
     """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
 
+    Along a great circle the rotary angle counts by what it moves the tool axis: near the pole C turns fast there, and the
+    smallest error of u is large in C. A C that is far off, on another branch, counts in full.
     For JOINT pieces: sliders (mm), and twice the larger table angle.
     """
     programmed = path.start[piece] + u[:, None] * (path.end[piece] - path.start[piece])
@@ -188,6 +192,8 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
     tip_off = np.linalg.norm(measured.tip - tip, axis=1)
     axis_off = np.linalg.norm(_axis(measured.angles) - _axis(angles), axis=1)
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
+    moved = rotary_off[swung] * np.abs(np.sin(angles[swung, 0]))
+    rotary_off[swung] = np.where(rotary_off[swung] < OTHER_BRANCH, moved, rotary_off[swung])
     joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[piece[joint]]]

@@ -121,6 +121,7 @@ class Verifier:
         n = len(path)
         #: Shortest motion that a piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
         self.chord_length = chord_lengths(path)
+        self.told_by = np.where(self.chord_length > 0, self.chord_length, path.length)
         self.tip_pace, self.turn_pace = paces(path)
         #: What a corner within its tolerance may add to a projection, as a share of the piece.
         self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(path.length, ZERO_LENGTH_MM)
@@ -323,7 +324,7 @@ class Verifier:
     def _rows_of_item(self, q: Array, item: int, u_before: float, *, fresh: bool) -> int:
         """How many of the following rows lie before the end of a piece."""
         piece = int(self.piece[item])
-        close = 1.0 - self.tip_noise / self.path.length[piece]
+        close = 1.0 - self.tip_noise / self.told_by[piece]
         for begin in range(0, len(q), _LOOK_AHEAD):
             some = q[begin : begin + _LOOK_AHEAD]
             at = np.full(len(some), piece)
@@ -378,14 +379,14 @@ class Verifier:
         path = self.path
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / path.length[piece] + self.corner_u[piece]
+        noise_u = 2 * self.tip_noise / self.told_by[piece] + self.corner_u[piece]
         same = before_item == item
         back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u))
         if len(back):
             row = int(back[0])
             self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
                        int(block.line[row]))  # fmt: skip
-        margin = noise_u + PATH_TIP_MM / path.length[piece]
+        margin = noise_u + PATH_TIP_MM / self.told_by[piece]
         outside = np.flatnonzero(~dwell & ((u < -margin) | (u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
@@ -488,7 +489,7 @@ class Verifier:
             self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
         if stops:
             piece = int(self.piece[new])
-            if piece >= 0 and abs(new_u) * path.length[piece] > PATH_TIP_MM + self.tip_noise:
+            if piece >= 0 and abs(new_u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise:
                 what = f"the end of the piece before line {line} is not reached"
                 if old < 0:
                     what = "the file does not begin at the start pose"
@@ -506,7 +507,7 @@ class Verifier:
                 way += share * float(self.chord_length[piece])
         if old >= 0 and self.piece[old] >= 0:
             last = int(self.piece[old])
-            slack += float(2 * self.tip_noise / path.length[last] * path.feed_time[last])
+            slack += float(2 * self.tip_noise / self.told_by[last] * path.feed_time[last])
         return spent, way, slack
 
     def _rows_before(self, item: Ints, row: int) -> int:
@@ -526,7 +527,7 @@ class Verifier:
             self._note("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
             return
         piece = int(self.piece[last])
-        if piece >= 0 and abs(1.0 - self.u) * self.path.length[piece] > PATH_TIP_MM + self.tip_noise:
+        if piece >= 0 and abs(1.0 - self.u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise:
             self._note("VP412", f"the file ends before the end of the motion of line {line}", line)
         if piece < 0 and self.dwelt < self.dwell_cycles[last] + 1:
             self._note("VP412", f"the dwell of line {line} is too short", line)
