@@ -169,11 +169,8 @@ def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
     return point, grow * toward + radius * arcs.sweep[row][:, None] * across + arcs.rise[row]
 
 
-def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
-    """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
-
-    For JOINT pieces: sliders (mm), and twice the larger table angle.
-    """
+def programmed_pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) and nominal angles (n, 2) at u of pieces that are no JOINT pieces."""
     programmed = path.start[piece] + u[:, None] * (path.end[piece] - path.start[piece])
     tip, angles = programmed[:, :3], programmed[:, 3:]
     arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
@@ -182,6 +179,15 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
     swung = np.flatnonzero(path.circle[piece] >= 0)
     if len(swung):
         angles[swung] = _swung_angles(path, piece[swung], u[swung])
+    return tip, angles
+
+
+def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
+    """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
+
+    For JOINT pieces: sliders (mm), and twice the larger table angle.
+    """
+    tip, angles = programmed_pose(path, piece, u)
     tip_off = np.linalg.norm(measured.tip - tip, axis=1)
     axis_off = np.linalg.norm(_axis(measured.angles) - _axis(angles), axis=1)
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])

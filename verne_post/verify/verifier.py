@@ -39,6 +39,7 @@ from verne_post.verify.projection import (
     deviation,
     deviation_nearby,
     paces,
+    programmed_pose,
     unwrapped_u,
 )
 
@@ -57,6 +58,11 @@ _TIP_PER_RADIAN_MM: Final = 1000.0
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
+#: Where a piece between two rows is looked at; no multiples of a turn, for arcs of several.
+_BETWEEN: Final = (0.17, 0.41, 0.68, 1.0)
+#: What lies between two rows is at most half the way between them from the nearer one; the way is known from the step
+#: itself and the one before, and a corner is a little longer than its chord.
+_BULGE: Final = 0.6
 #: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
 _ARC_OVER_CHORD: Final = 1.6
 
@@ -110,6 +116,7 @@ class Verifier:
         self.line: int | None = None
         self.dwelt = 0
         self.pose: Array | None = None
+        self.moved = np.zeros(5)
         self.feed_totals, self.feed_slacks = np.zeros(1), np.zeros(1)
         self.lost = False
 
@@ -387,8 +394,10 @@ class Verifier:
         slack = np.where(dwell, 0.0, 4 * self.tip_noise / path.length[piece] * path.feed_time[piece])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
+        before = now - moved
         self.pose = now[-1]
         chord = self._chord_time(piece, moved)
+        between: list[tuple[int, int, float]] = []
         for at in np.flatnonzero(~same).tolist():
             budget[at], way[at], slack[at] = self._change(
                 block, at, item, float(before_u[at]), float(u[at]), float(slack[at])
@@ -398,6 +407,10 @@ class Verifier:
                 # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
                 chord[at] = min(float(self._chord_time(np.array([one]), moved[at : at + 1])[0]) for one in passed)
                 way[at] = 0.0
+                if not self.stop_before[item[at]]:
+                    between += self._between(at, passed, float(before_u[at]), float(u[at]))
+        self._judge_between(block, between, before, moved)
+        self.moved = moved[-1]
         budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
         self._judge_chords(block, np.linalg.norm(moved, axis=1), way)
@@ -443,6 +456,51 @@ class Verifier:
         """Pieces that a step from one item to a later one touches."""
         items = range(max(before, 0), after + 1)
         return [int(self.piece[one]) for one in items if self.piece[one] >= 0]
+
+    def _between(self, row: int, passed: list[int], old_u: float, new_u: float) -> list[tuple[int, int, float]]:
+        """Places (row, piece, u) that the step to a row passes; of straight pieces the ends tell everything."""
+        found = []
+        for piece in passed:
+            low = min(max(old_u, 0.0), 1.0) if piece == passed[0] else 0.0
+            high = min(max(new_u, 0.0), 1.0) if piece == passed[-1] else 1.0
+            straight = self.path.arc[piece] < 0 and self.path.circle[piece] < 0
+            if not (straight and piece == passed[-1]):
+                found += [(row, piece, low + part * (high - low)) for part in (_BETWEEN[-1:] if straight else _BETWEEN)]
+        return found
+
+    def _judge_between(
+        self, block: SetpointBlock, places: list[tuple[int, int, float]], before: Array, moved: Array
+    ) -> None:
+        """What the program has between two rows must lie near the straight step between them.
+
+        A pose of the step within both bounds has a sum of squared shares of at most 2, and so has the nearest one.
+        """
+        if not places:
+            return
+        row, piece = (np.array([place[k] for place in places], dtype=np.int64) for k in (0, 1))
+        tip, angles = programmed_pose(self.path, piece, np.array([place[2] for place in places]))
+        size = np.stack([np.linalg.norm(moved[:, :3], axis=1), np.linalg.norm(moved[:, 3:], axis=1)])
+        last = np.stack([np.linalg.norm(self.moved[:3]), np.linalg.norm(self.moved[3:])])
+        size = np.maximum(size, np.concatenate([last[:, None], size[:, :-1]], axis=1))[:, row]
+        # the pieces that a step passes share their corners, and each corner its tolerance
+        tip_bound, axis_bound = np.zeros(len(moved)), np.zeros(len(moved))
+        np.maximum.at(tip_bound, row, self.tip_tolerance[piece])
+        np.maximum.at(axis_bound, row, self.axis_tolerance[piece])
+        bound = np.empty((len(row), 5))
+        bound[:, :3] = (tip_bound[row] + PATH_TIP_MM + self.tip_noise + _BULGE * size[0])[:, None]
+        turn = axis_bound[row] + PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise()
+        bound[:, 3:] = (RADIAN_MM * turn + _BULGE * size[1])[:, None]
+        off = (np.concatenate([tip, RADIAN_MM * angles], axis=1) - before[row]) / bound
+        step = moved[row] / bound
+        along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
+        off -= np.clip(along, 0.0, 1.0)[:, None] * step
+        bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
+        if len(bad):
+            worst = int(row[bad[0]])
+            line = int(self.path.line[piece[bad[0]]])
+            self._note(
+                "VP412", f"row {block.first + worst}: the motion of line {line} is left out", int(block.line[worst])
+            )
 
     def _judge_chords(self, block: SetpointBlock, moved: Array, way: Array) -> None:
         """Progress along the path needs motion: a full circle is not passed by standing still."""
