@@ -88,14 +88,15 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     if smoothing.overlap:  # vertices between collinear pieces may move like their neighbours
         joined &= ~(allowed & lines)
     s = np.append(0.0, np.cumsum(path.length))
-    shape = path
+    shape, tip_left, axis_left = path, tip_tolerance, axis_tolerance
     if smoothing.overlap:
-        movable = allowed & lines & ~joined
+        programmed = rounding.polyline_slopes(path.start, path.end, path.length)
+        movable = allowed & lines & ~joined & ~rounding.turning_back(programmed)
         bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
         shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
-        moved = np.abs(shape.end - path.end)[:-1]
-        tip_tolerance[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
-        axis_tolerance[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
+        moved = shape.end[:-1] - path.end[:-1]
+        tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(moved[:, :3], axis=1))
+        axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(moved[:, 3:], axis=1))
     slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
@@ -104,21 +105,21 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     curved[1:-1] &= (
         np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
     )
-    wanted = np.where(bumps, rounding.room(bend, tip_tolerance, axis_tolerance), 0.0)
+    wanted = np.where(bumps, rounding.room(bend, tip_left, axis_left), 0.0)
     wanted = np.where(curved, np.inf, wanted)
     reach = rounding.shared(wanted, path.length)
     most = reach[curved]
     if smoothing.overlap:
         walls = ~(bumps | (joined & lines))
         over = rounding.overlapping(np.where(bumps, wanted, 0.0), s, walls, curved)
-        over = rounding.narrowed(over, bend, s, tip_tolerance, axis_tolerance)
+        over = rounding.narrowed(over, bend, s, tip_left, axis_left)
         reach = np.where(bumps, np.maximum(over, 0.0), reach)
     reach = np.where(bumps, reach, 0.0)
     # bumps that reach over a corner take from a blend behind it what that corner leaves it
     most = np.minimum(most, rounding.clearance(reach, s)[curved])
 
     corner = np.flatnonzero(curved) - 1
-    d, controls = blend_distances(path, corner, most, tip_tolerance[corner + 1], axis_tolerance[corner + 1])
+    d, controls = blend_distances(path, corner, most, tip_left[corner + 1], axis_left[corner + 1])
     made = d > 0
     corner, d, controls = corner[made], d[made], controls[made]
     flows = joined | (reach > 0)

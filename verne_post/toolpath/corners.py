@@ -137,6 +137,12 @@ def clearance(reach: Array, s: Array) -> Array:
     return found
 
 
+def largest_around(moved: Array) -> Array:
+    """Largest of the values (n - 1,) of inner corners among those that a bump can reach: (n + 1,)."""
+    padded = np.pad(moved, PIECES + 1)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * PIECES + 1).max(axis=1))
+
+
 def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of pieces.
 
