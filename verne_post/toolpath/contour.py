@@ -23,8 +23,10 @@ Mask = NDArray[np.bool_]
 #: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for rounding corners.
 FAIRING_SHARE: Final = 0.35
 #: A segment shorter than this share of the bumps that bound it is given to its neighbour: only there does the contour
-#: bend so little on it that it is smooth across both.
+#: bend so little on it that it is smooth across both. Bumps narrower than ``NARROW_MM`` are over within a few control
+#: cycles: they need no segment of less than this share of their piece, and the time law does better without.
 MIN_SHARE: Final = 1e-3
+NARROW_MM: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,8 @@ def _segments(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) ->
     row_at_end[corner] = row_at_start[corner + 1] = np.arange(len(corner))
     index = np.arange(n, dtype=np.int32)
     inner, at, width = rounding.breakpoints(reach, s)
-    u, least = (at - s[inner]) / path.length[inner], MIN_SHARE * width / path.length[inner]
+    u = (at - s[inner]) / path.length[inner]
+    least = MIN_SHARE * np.where(width < NARROW_MM, 1.0, width / path.length[inner])
     inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
     inner, u, least = inner[inside], u[inside], least[inside]
     # begin of every part: the piece's own start, then its breakpoints; a part too short joins the one before
