@@ -124,9 +124,9 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
 def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Array | None:
     """Rows inside every limit, made from rows s (n,) that nearly are; None where that takes too many rounds."""
     z = _at_rest(s)
+    worst = excess(run, z, limits, cycle)
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
-        worst = excess(run, z, limits, cycle)
         bad = np.flatnonzero(worst > 1.0)
         if not len(bad):
             return z[REST:-REST] if (np.diff(z) >= 0).all() else None
@@ -136,25 +136,32 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         more = max(2 ** (attempt - 1) if attempt else 0, FAR_ROWS if far else 0)
         width = reach * (2 + attempt) // 2
         if more:
-            width = max(width, round(0.5 * np.cbrt(GENTLE * more * _pace(run, z, limits, cycle))))
+            around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
+            width = max(width, round(0.5 * np.cbrt(GENTLE * more * _pace(run, z, around, limits, cycle))))
         gaps = np.flatnonzero(np.diff(bad) > 2 * width + 2 * HELD)
-        low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0)
-        high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z))
-        pieces, done = [], 0
-        shifted: list[int] = []
-        for a, b in zip(low.tolist(), high.tolist(), strict=True):
-            pieces.append(z[done:a])
-            part = z[a:b]
-            needed = more if attempt or float(worst[a : b - REST].max()) > FAR else 0
-            shifted.append(len(pieces))
-            pieces.append(_with_more_rows(part, needed))
-            done = b
-        pieces.append(z[done:])
-        parts = _shifted([pieces[i] for i in shifted], run, limits, cycle)
-        for i, part in zip(shifted, parts, strict=True):
-            pieces[i] = part
-        z = np.concatenate(pieces)
+        low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0).tolist()
+        high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z)).tolist()
+        stretches = [
+            _with_more_rows(z[a:b], more if attempt or float(worst[a : b - REST].max()) > FAR else 0)
+            for a, b in zip(low, high, strict=True)
+        ]
+        stretches = _shifted(stretches, run, limits, cycle)
+        judged = excess(run, np.concatenate(stretches), limits, cycle)
+        # the held rows at both ends keep what differences across the ends are
+        ends = np.cumsum([len(part) for part in stretches]).tolist()
+        news = [judged[end - len(part) : end - REST] for part, end in zip(stretches, ends, strict=True)]
+        z = _replaced(z, low, high, stretches)
+        worst = _replaced(worst, low, [b - REST for b in high], news)
     return None
+
+
+def _replaced(whole: Array, low: list[int], high: list[int], parts: list[Array]) -> Array:
+    """``whole`` with each [low, high) replaced by a part."""
+    pieces, done = [], 0
+    for a, b, part in zip(low, high, parts, strict=True):
+        pieces += [whole[done:a], part]
+        done = b
+    return np.concatenate([*pieces, whole[done:]])
 
 
 def _at_rest(s: Array) -> Array:
@@ -172,13 +179,10 @@ def _feed_cap(run: Run, s: Array) -> Array:
     return np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
 
 
-def _pace(run: Run, s: Array, limits: Limits, cycle: float) -> float:
-    """Largest motion of a joint in one cycle over the motion that its jerk makes in one from rest."""
-    found = 0.0
-    for first in range(0, len(s) - 1, CHUNK_ROWS):
-        moved = np.abs(np.diff(joints_at(run, s[first : first + CHUNK_ROWS + 1]), axis=0))
-        found = max(found, float((moved / (limits.jerk * cycle**3)).max()))
-    return found
+def _pace(run: Run, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:
+    """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
+    q = joints_at(run, np.stack([s[rows], s[rows + 1]]).ravel()).reshape(2, len(rows), -1)
+    return float((np.abs(q[1] - q[0]) / (limits.jerk * cycle**3)).max())
 
 
 def _with_more_rows(part: Array, more: int) -> Array:
