@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
-from verne_post.timing.interior_point import X_CRAWL, X_MIN, Problem, solve
+from verne_post.timing.interior_point import X_MIN, Problem, solve
 from verne_post.timing.mending import legal_rows
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
 from verne_post.timing.spline_law import Law, Times
@@ -51,6 +51,8 @@ TAPER: Final = 30
 NEAR_ONE: Final = 0.98
 #: They slow down over so many units at the end of a window.
 RAMP: Final = 100
+#: X at the end of a window after which no next one was found at the usual one.
+CRAWL: Final = 0.01
 #: A row counts as tighter by this when the rate's highest derivative takes it from zero to its limit first.
 RESERVE: Final = 1.0
 #: A law that moves less than this share of its length has not begun to move.
@@ -80,6 +82,8 @@ class Pass:
     iterations : int
     window, ahead : int
         Knots that are kept of each solution, and those that look ahead.
+    slow : float
+        X at the end of a window that is not the last.
     """
 
     knot: int
@@ -91,6 +95,7 @@ class Pass:
     iterations: int
     window: int
     ahead: int
+    slow: float
 
 
 @dataclass(frozen=True)
@@ -103,20 +108,20 @@ class Effort:
 
 NORMAL: Final = Effort(
     passes=(
-        Pass(2, 2, (2, 0), 8.0, 30.0, 3e-1, 12, 1000, 300),
-        Pass(2, 2, (2, 0), 4.0, 10.0, 3e-1, 12, 1000, 300),
-        Pass(2, 4, (2, 3), 2.0, 3.0, 1e-2, 16, 1000, 300),
+        Pass(4, 2, (2, 3), 8.0, 30.0, 3e-1, 16, 500, 75, 0.03),
+        Pass(2, 2, (2, 3), 4.0, 10.0, 3e-1, 16, 1000, 150, 0.1),
+        Pass(2, 3, (2, 3), 2.0, 3.0, 3e-3, 20, 1000, 150, 0.3),
     ),
     shares=PLANNED,
 )
 #: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
 QUALITY: Final = Effort(
     passes=(
-        Pass(2, 2, (0, 0), 8.0, 30.0, 1e-1, 25, 1500, 300),
-        Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300),
-        Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300),
-        Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300),
-        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600),
+        Pass(2, 2, (0, 0), 8.0, 30.0, 1e-1, 25, 1500, 300, 0.1),
+        Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300, 0.1),
+        Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300, 0.1),
+        Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300, 0.1),
+        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600, 0.3),
     ),
     shares=(1.0, 1.0, 1.0),
 )
@@ -199,29 +204,47 @@ def retimed(
     knot = step.knot * unit
     n = int(np.ceil(law.duration / knot * (1 - 1e-12)))
     coefficients = np.ones(n + 3)
-    begin = 0
+    begin, careful = 0, -1
     while begin < n:
         end = min(begin + step.window + step.ahead, n)
         if n - end < step.ahead:
             end = n
         fixed = coefficients[begin : begin + 3].copy() if begin else np.empty(0)
-        problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, end < n)
-        start = np.full(end - begin + 3, NEAR_ONE)
-        if begin:  # what the window before has seen already
-            known = max(step.ahead // 2, 3)
-            start[:known] = coefficients[begin : begin + known]
-        if problem.crawls:  # as the solution will, slow down over the end of the window
-            ramp = np.geomspace(1.0, X_CRAWL, min(round(RAMP / step.knot), step.ahead // 2))
-            start[-len(ramp) :] *= ramp
+        slow = None if end == n else CRAWL if begin <= careful else step.slow
+        problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, slow)
+        start = _start(coefficients[begin : end + 3], step, begin > 0, slow)
         found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
+        if begin > careful and begin and not found.legal:
+            # the window before may have been too fast at its end: again, this time down to a crawl
+            careful = begin
+            begin -= step.window
+            continue
         coefficients[begin : end + 3] = found.coefficients
         begin = end if end == n else begin + step.window
     return Times.of_coefficients(coefficients, knot)
 
 
+def _start(known: Array, step: Pass, goes_on: bool, slow: float | None) -> Array:
+    """Coefficients that a window starts from; where it goes on, ``known`` begins with those of the window before."""
+    start = np.full(len(known), NEAR_ONE)
+    ramp = min(round(RAMP / step.knot), step.ahead // 2)
+    if goes_on:  # less and less of them: the window before slows down
+        seen = step.ahead - ramp
+        start[:seen] += (known[:seen] - NEAR_ONE) * _falling(seen)
+    if slow is not None:  # as the solution will, slow down over the end of the window
+        start[-ramp:] *= slow ** (1.0 - _falling(ramp))
+    return start
+
+
+def _falling(n: int) -> Array:
+    """From 1 to 0 in n values, even at both ends."""
+    f = np.linspace(0.0, 1.0, n)
+    return np.asarray(1.0 - f * f * (3.0 - 2.0 * f))
+
+
 def _problem(
     run: Run, law: Law, limits: Limits, cycle: float, unit: float, step: Pass,
-    shares: tuple[float, float, float], begin: int, end: int, fixed: Array, crawls: bool,
+    shares: tuple[float, float, float], begin: int, end: int, fixed: Array, slow: float | None,
 ) -> Problem:  # fmt: skip
     """Limits at the points of a window, from differences of rows a cycle apart: the acceptance metric itself."""
     delta = max(cycle, SHORTEST_DIFFERENCE * unit)
@@ -275,7 +298,7 @@ def _problem(
     acceleration_rows, jerk_rows = (
         _signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True)
     )
-    return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, crawls)
+    return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, slow)
 
 
 def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
