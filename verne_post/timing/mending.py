@@ -132,17 +132,14 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
             return z[REST:-REST] if (np.diff(z) >= 0).all() else None
         if attempt == ROUNDS:
             break
-        far = float(worst.max()) > FAR
-        more = max(2 ** (attempt - 1) if attempt else 0, FAR_ROWS if far else 0)
         width = reach * (2 + attempt) // 2
-        if more:
-            around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
-            width = max(width, round(0.5 * np.cbrt(GENTLE * more * _pace(run, z, around, limits, cycle))))
-        gaps = np.flatnonzero(np.diff(bad) > 2 * width + 2 * HELD)
-        low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0).tolist()
-        high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z)).tolist()
+        added = np.where(worst[bad] > FAR, FAR_ROWS, 0)
+        added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
+        around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
+        gentle = 0.5 * np.cbrt(GENTLE * added * _pace(run, z, around, limits, cycle))
+        low, high = _stretches(bad, np.maximum(width, np.round(gentle)).astype(np.intp), len(z))
         stretches = [
-            _with_more_rows(z[a:b], more if attempt or float(worst[a : b - REST].max()) > FAR else 0)
+            _with_more_rows(z[a:b], int(added[(bad >= a) & (bad < b)].max()))
             for a, b in zip(low, high, strict=True)
         ]
         stretches = _shifted(stretches, run, limits, cycle)
@@ -153,6 +150,15 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         z = _replaced(z, low, high, stretches)
         worst = _replaced(worst, low, [b - REST for b in high], news)
     return None
+
+
+def _stretches(bad: Ints, width: Ints, n: int) -> tuple[list[int], list[int]]:
+    """Where stretches of so many rows (m,) on each side of rows ``bad`` (m,) begin and end; those that touch are one."""
+    low = np.minimum.accumulate((bad - width)[::-1])[::-1]
+    high = np.maximum.accumulate(bad + REST + 1 + width)
+    gaps = np.flatnonzero(low[1:] > high[:-1] + HELD)
+    low, high = low[np.append(0, gaps + 1)], high[np.append(gaps, len(bad) - 1)]
+    return np.maximum(low, 0).tolist(), np.minimum(high, n).tolist()
 
 
 def _replaced(whole: Array, low: list[int], high: list[int], parts: list[Array]) -> Array:
@@ -209,12 +215,15 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
     damping = np.full(len(parts), DAMPING)
     trial = list(parts)
     left = np.arange(len(parts))
+    # shifts are small against a row's step: the slopes stay what they are
+    slopes = np.split(_slopes(run, np.concatenate(parts)), np.cumsum([len(part) for part in parts])[:-1])
     for attempt in range(STEPS + 1):
+        slope = np.concatenate([slopes[i] for i in left])
         z = np.concatenate([trial[i] for i in left])
         lengths = np.array([len(trial[i]) for i in left])
         ends = np.cumsum(lengths)
         owner = np.repeat(np.arange(len(left)), lengths)
-        model = _Model(z, owner, run, limits, cycle)
+        model = _Model(z, slope, owner, run, limits, cycle)
         now = model.merit(len(left))
         better = now < merit[left]
         for g in np.flatnonzero(better).tolist():
@@ -229,7 +238,7 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
         if len(back):
             for g in back.tolist():
                 z[ends[g] - lengths[g] : ends[g]] = best[left[g]]
-            model = _Model(z, owner, run, limits, cycle)
+            model = _Model(z, slope, owner, run, limits, cycle)
         change = model.shifts(damping[left])
         for g in np.flatnonzero(going).tolist():
             low, high = int(ends[g] - lengths[g]), int(ends[g])
@@ -239,18 +248,22 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
     return best
 
 
+def _slopes(run: Run, z: Array) -> Array:
+    """Derivatives of the joints by s (n, n_joints) at rows z (n,)."""
+    step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(z)), SHARE_OF_LENGTH * run.length)
+    step = np.where(z + step > run.length, -step, step)
+    return np.asarray((joints_at(run, z + step) - joints_at(run, z)) / step[:, None])
+
+
 class _Model:
     """The differences of rows along stretches laid end to end, over their limits, linear in shifts of the rows.
 
     ``values[o]`` has shape (n - o, m), ``gains[o]`` (n, m) or, for the feed, by difference.
     """
 
-    def __init__(self, z: Array, owner: Ints, run: Run, limits: Limits, cycle: float) -> None:
+    def __init__(self, z: Array, slope: Array, owner: Ints, run: Run, limits: Limits, cycle: float) -> None:
         self.owner, self.n = owner, len(z)
         q = joints_at(run, z)
-        step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(z)), SHARE_OF_LENGTH * run.length)
-        step = np.where(z + step > run.length, -step, step)
-        slope = (joints_at(run, z + step) - q) / step[:, None]
         self.values: list[Array] = []
         self.gains: list[Array] = []
         difference = q
