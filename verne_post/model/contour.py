@@ -129,6 +129,14 @@ class Contour:
         return int(self.run[-1]) + 1 if len(self.run) else 0
 
     @property
+    def flowing(self) -> NDArray[np.bool_]:
+        """Runs with a rounded corner in them (n_runs,)."""
+        first = np.flatnonzero(np.diff(self.run, prepend=-1))
+        if not len(first):
+            return np.empty(0, dtype=bool)
+        return np.asarray(np.logical_or.reduceat(self.bumped | (self.curve >= 0), first))
+
+    @property
     def n_rounded(self) -> int:
         """Corners that are not stops."""
         bumps = 0 if self.corners is None else int((self.corners.reach > 0).sum())

@@ -15,8 +15,8 @@ from verne_post.model.machine import Limits
 from verne_post.timing import scan
 from verne_post.timing.interior_point import X_MIN, Problem, solve
 from verne_post.timing.mending import legal_rows
-from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
-from verne_post.timing.spline_law import Law, Times
+from verne_post.timing.run_path import Run, grid_along, joints_at
+from verne_post.timing.spline_law import Law, Times, positions
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,10 @@ START_STEP: Final = 4
 START_SMOOTH: Final = 10
 #: Speeds below this (mm/s) are crossed at it where the first law is sampled.
 SLOWEST: Final = 1e-12
+#: The first law is made over so many segments at a time, with a look-ahead over so many more. A look-ahead that is
+#: shorter than the way to stop costs the first law some speed, which the passes give back.
+SECTION: Final = 8192
+LOOK_AHEAD: Final = 2048
 #: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
 START_EXCESS: Final = 4.0
 #: It is slowed down by this factor: knots are even in its time, and the slow spots of the law need many.
@@ -162,36 +166,62 @@ def flowing_law(run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL)
 
 def timed(run: Run, limits: Limits, cycle: float, effort: Effort) -> tuple[Law, Times, float]:
     """The law before its last re-timing, that re-timing, and the time scale (s)."""
-    grid = grid_along(run)
-    x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
-    unit = max(UNIT_S, cycle)
-    unit *= min(max((scan.duration(grid.s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
-    law = first_law(grid, x, START_STEP * unit)
+    law, unit = first_law(run, limits, max(UNIT_S, cycle))
     for index, step in enumerate(effort.passes):
         times = retimed(run, law, limits, cycle, unit, step, effort.shares)
         if index + 1 < len(effort.passes):
             at = np.arange(0.0, times.total + unit, unit)
-            law = Law.through_samples(law.s(times.sigma(np.minimum(at, times.total))), unit)
+            law = Law.through_samples(positions(law, times, np.minimum(at, times.total)), unit)
     return law, times, unit
 
 
-def first_law(grid: Grid, x: Array, step: float) -> Law:
-    """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly."""
+def first_law(run: Run, limits: Limits, unit: float) -> tuple[Law, float]:
+    """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly, and the time scale (s).
+
+    The run is scanned section by section, each with a look-ahead that ends at rest.
+    """
+    segments = len(run.breaks) - 1
+    samples: list[Array] = []
+    t_end, x_end = 0.0, 0.0
+    for first in range(0, segments, SECTION):
+        last = min(first + SECTION, segments)
+        s, x = _section(run, limits, first, last, min(last + LOOK_AHEAD, segments), x_end)
+        x_end = float(x[-1])
+        x = x / START_SLOWER**2
+        if not first:
+            unit *= min(max((scan.duration(s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
+        part, t_end = _sampled(s, x, START_STEP * unit, t_end)
+        samples.append(part)
+    rest = START_SMOOTH
+    padded = np.concatenate([np.zeros(rest), *samples, np.full(rest + 1, run.length)])
+    smooth = np.convolve(padded, np.full(rest, 1.0 / rest), mode="valid")
+    smooth[0], smooth[-1] = 0.0, run.length
+    return Law.of_samples(np.maximum.accumulate(smooth), START_STEP * unit), unit
+
+
+def _section(run: Run, limits: Limits, first: int, last: int, seen: int, x_start: float) -> tuple[Array, Array]:
+    """Grid points s and x = sd^2 of the scan's law over segments, which starts with ``x_start``.
+
+    The law is at rest at the end of segment ``seen``, excluded; what it does beyond ``last`` is not returned.
+    """
+    grid = grid_along(run, first, seen)
+    x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits), start=x_start)
+    end = float(run.breaks[last])
+    kept = grid.s < end
+    # even acceleration between grid points: x is linear in s
+    return np.append(grid.s[kept], end), np.append(x[kept], np.interp(end, grid.s, x))
+
+
+def _sampled(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
+    """Positions at the multiples of ``step`` in a law that begins at time ``begin``, and when it ends."""
     speed = np.sqrt(x)
-    ds = np.diff(grid.s)
-    dt = 2 * ds / np.maximum(speed[:-1] + speed[1:], SLOWEST)
-    t = np.append(0.0, np.cumsum(dt))
-    at = np.arange(0.0, t[-1] + step, step)
+    dt = 2 * np.diff(s) / np.maximum(speed[:-1] + speed[1:], SLOWEST)
+    t = begin + np.append(0.0, np.cumsum(dt))
+    at = step * np.arange(np.ceil(begin / step), np.ceil(t[-1] / step))
     interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(dt) - 1)
     tau = np.minimum(at - t[interval], dt[interval])
     acceleration = (speed[interval + 1] - speed[interval]) / np.maximum(dt[interval], np.finfo(float).tiny)
-    s = grid.s[interval] + speed[interval] * tau + 0.5 * acceleration * tau**2
-    s[-1] = grid.s[-1]
-    rest = START_SMOOTH
-    padded = np.concatenate([np.zeros(rest), np.clip(s, 0.0, grid.s[-1]), np.full(rest, grid.s[-1])])
-    smooth = np.convolve(padded, np.full(rest, 1.0 / rest), mode="valid")
-    smooth[0], smooth[-1] = 0.0, grid.s[-1]
-    return Law.of_samples(np.maximum.accumulate(smooth), step)
+    return np.clip(s[interval] + speed[interval] * tau + 0.5 * acceleration * tau**2, s[0], s[-1]), float(t[-1])
 
 
 # --- one pass ------------------------------------------------------------------------------------
@@ -327,7 +357,7 @@ def _by_phase(a: Array, k: int) -> Array:
 def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) -> Array:
     """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
-    s = law.s(times.sigma(np.arange(cycles + 1.0) * (times.total / cycles)))
+    s = positions(law, times, np.arange(cycles + 1.0) * (times.total / cycles))
     s = np.maximum.accumulate(np.clip(s, 0.0, length))
     moving = np.flatnonzero((s > AT_REST * length) & (s < (1 - AT_REST) * length))
     first, last = (int(moving[0]) - 1, int(moving[-1]) + 1) if len(moving) else (0, cycles)

@@ -30,8 +30,10 @@ UNBOUNDED: Final = 1e30
 X_UNBOUNDED: Final = 1e14
 
 
-def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int = WINDOW) -> Array:
-    """Squared speed x = sd^2 of the time-optimal law from rest to rest.
+def solve(
+    grid: Grid, limits: Limits, cap: Array | None = None, *, start: float = 0.0, window: int = WINDOW
+) -> Array:  # fmt: skip
+    """Squared speed x = sd^2 of the time-optimal law, at rest at the end of the grid.
 
     Parameters
     ----------
@@ -39,6 +41,8 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int =
     limits : Limits
     cap : ndarray, shape (n,), optional
         Keep x below this as well, mm2/s2.
+    start : float
+        x at the first point, mm2/s2; less where the grid does not let the law stop from it.
     window : int
         Grid points that are scanned one after the other; does not change the result.
 
@@ -50,7 +54,7 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int =
     x_cap = speed_caps(grid, limits)
     if cap is not None:
         x_cap = np.minimum(x_cap, cap)
-    x_cap[0] = x_cap[-1] = 0.0
+    x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     b, c = _affine(grid, limits)
     step = 2 * np.diff(grid.s)[:, None]
     # backward: from K at i + 1 to x at i
@@ -62,7 +66,7 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int =
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to x at i + 1
     offset, gain = step * b[:-1], np.maximum(room, 0.0)
-    return np.append(0.0, _scan_windows(controllable[1:], offset, gain, window))
+    return np.append(controllable[0], _scan_windows(controllable[1:], offset, gain, window, controllable[0]))
 
 
 def duration(s: Array, x: Array) -> float:
@@ -99,8 +103,8 @@ def _affine(grid: Grid, limits: Limits) -> tuple[Array, Array]:
     return np.where(moving, limits.acceleration / np.abs(slope), UNBOUNDED), np.where(moving, grid.d2 / slope, 0.0)
 
 
-def _scan_windows(cap: Array, offset: Array, gain: Array, window: int) -> Array:
-    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with 0 before the first."""
+def _scan_windows(cap: Array, offset: Array, gain: Array, window: int, start: float = 0.0) -> Array:
+    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with ``start`` before the first."""
     n, joints = offset.shape
     windows = -(-n // window)
     pad = windows * window - n
@@ -108,7 +112,8 @@ def _scan_windows(cap: Array, offset: Array, gain: Array, window: int) -> Array:
     offset = np.concatenate([offset, np.zeros((pad, joints))]).reshape(windows, window, joints)
     gain = np.concatenate([gain, np.zeros((pad, joints))]).reshape(windows, window, joints)
     values = np.empty((windows, window))
-    low, high = np.zeros(windows + 1), np.append(0.0, cap[:, -1])
+    low, high = np.zeros(windows + 1), np.append(start, cap[:, -1])
+    low[0] = start
     rows = np.arange(windows)
     while len(rows):
         certain = low[rows] == high[rows]
