@@ -28,6 +28,8 @@ Mask = NDArray[np.bool_]
 TURNS: Final = 2
 #: Points of a piece at which a branch is tried before the whole piece is judged.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+#: Pieces that are tried at a time.
+CHUNK_PIECES: Final = 2048
 #: Sections end at changes of legality only up to this many pieces: beyond it a program is hopeless, not long.
 MAX_SECTIONS: Final = 20_000
 
@@ -117,10 +119,13 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
 def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     """Whether each piece can be driven on a branch, C's travel aside."""
     n, k = len(path), len(TRIED)
-    piece = np.repeat(np.arange(n), k)
-    u = np.tile(TRIED, n)
-    angles = path.start[piece, 3:] + u[:, None] * (path.end[piece, 3:] - path.start[piece, 3:])
-    return np.asarray(legal(piece, u, branch.of(angles)).reshape(n, k).all(axis=1))
+    found = np.empty(n, dtype=bool)
+    for first in range(0, n, CHUNK_PIECES):
+        some = np.arange(first, min(first + CHUNK_PIECES, n))
+        piece, u = np.repeat(some, k), np.tile(TRIED, len(some))
+        angles = path.start[piece, 3:] + u[:, None] * (path.end[piece, 3:] - path.start[piece, 3:])
+        found[some] = legal(piece, u, branch.of(angles)).reshape(-1, k).all(axis=1)
+    return found
 
 
 def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
