@@ -7,6 +7,7 @@ rows, and in the end the whole run is slowed down, which always helps: every rat
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -142,14 +143,29 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
             _with_more_rows(z[a:b], int(added[(bad >= a) & (bad < b)].max()))
             for a, b in zip(low, high, strict=True)
         ]
-        stretches = _shifted(stretches, run, limits, cycle)
-        judged = excess(run, np.concatenate(stretches), limits, cycle)
-        # the held rows at both ends keep what differences across the ends are
-        ends = np.cumsum([len(part) for part in stretches]).tolist()
-        news = [judged[end - len(part) : end - REST] for part, end in zip(stretches, ends, strict=True)]
+        stretches, news = _mended_stretches(stretches, run, limits, cycle)
         z = _replaced(z, low, high, stretches)
         worst = _replaced(worst, low, [b - REST for b in high], news)
     return None
+
+
+def _mended_stretches(
+    parts: list[Array], run: Run, limits: Limits, cycle: float
+) -> tuple[list[Array], list[Array]]:  # fmt: skip
+    """Stretches shifted, and the :func:`excess` of each; so many at a time that memory stays bounded.
+
+    The held rows at both ends keep what differences across the ends are.
+    """
+    found: list[Array] = []
+    judged: list[Array] = []
+    group = np.cumsum([len(part) for part in parts]) // CHUNK_ROWS
+    for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
+        some = _shifted(parts[first:last], run, limits, cycle)
+        worst = excess(run, np.concatenate(some), limits, cycle)
+        ends = np.cumsum([len(part) for part in some]).tolist()
+        judged += [worst[end - len(part) : end - REST] for part, end in zip(some, ends, strict=True)]
+        found += some
+    return found, judged
 
 
 def _stretches(bad: Ints, width: Ints, n: int) -> tuple[list[int], list[int]]:
@@ -224,13 +240,14 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
         ends = np.cumsum(lengths)
         owner = np.repeat(np.arange(len(left)), lengths)
         model = _Model(z, slope, owner, run, limits, cycle)
-        now = model.merit(len(left))
-        better = now < merit[left]
+        now = model.merit(len(left), AIMED)
+        done = model.merit(len(left), ACCEPTED) == 0.0
+        better = done | (now < merit[left])
         for g in np.flatnonzero(better).tolist():
             best[left[g]] = trial[left[g]]
         damping[left] = np.where(better, np.maximum(0.1 * damping[left], DAMPING), 100.0 * damping[left])
         merit[left] = np.where(better, now, merit[left])
-        going = merit[left] > 0
+        going = ~done
         if not going.any() or attempt == STEPS:
             break
         # where the step was taken back, the next one starts from the best so far
@@ -283,12 +300,12 @@ class _Model:
         edge[HELD:-HELD] = owner[2 * HELD :] != owner[: -2 * HELD]
         self.edge = edge
 
-    def merit(self, count: int) -> Array:
-        """Sum of squares beyond the aims, for each stretch (count,)."""
-        by_feed: Array = np.maximum(self.feed - AIMED[0], 0.0) ** 2
+    def merit(self, count: int, bounds: tuple[float, float, float]) -> Array:
+        """Sum of squares beyond the bounds on velocity and feed, acceleration, and jerk, for each stretch (count,)."""
+        by_feed: Array = np.maximum(self.feed - bounds[0], 0.0) ** 2
         total = np.bincount(self.owner[:-1], by_feed, minlength=count).astype(float)
         for order, values in enumerate(self.values, start=1):
-            beyond: Array = (np.maximum(np.abs(values) - AIMED[order - 1], 0.0) ** 2).sum(axis=1)
+            beyond: Array = (np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2).sum(axis=1)
             total = total + np.bincount(self.owner[:-order], beyond, minlength=count)
         return total
 
