@@ -188,7 +188,9 @@ def test_an_approach_leads_to_the_branch_that_is_used(name):
     upper = machine.limits.upper.copy()
     upper[3] = math.radians(15.0)
     machine = replace(machine, limits=replace(machine.limits, upper=upper))
-    setpoints = made(f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 X20\nG53 G0 Z0", machine, approach="home", smoothing="off")
+    setpoints = made(
+        f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 X20\nG53 G0 Z0", machine, approach="home", smoothing="off"
+    )
     assert setpoints.values[:, 3].max() <= 15.0
     tip, axis = poses(setpoints, name)
     fed = setpoints.line == 3
