@@ -78,7 +78,7 @@ def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Ar
     lam = (POINTS / (2 * np.pi)) ** 4 * spacing**3
     for _ in range(ROUNDS):
         weight = np.where(held, HELD, 1.0)
-        change = np.stack([make_smoothing_spline(s, column, weight, lam)(s) for column in vertex.T], axis=1) - vertex
+        change = make_smoothing_spline(s, vertex, weight, lam)(s) - vertex
         change[held] = 0.0
         soft = np.flatnonzero(~held)
         ratio = np.maximum(
