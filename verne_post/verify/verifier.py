@@ -40,6 +40,7 @@ from verne_post.verify.projection import (
     deviation_nearby,
     paces,
     programmed_pose,
+    tool_axis,
     unwrapped_u,
 )
 
@@ -70,6 +71,15 @@ _ARC_OVER_CHORD: Final = 1.6
 def rounding_quanta(columns: tuple[Column, ...], fmt: SetpointFormat) -> Array:
     """One unit of the last decimal of each column, in file units."""
     return np.array([10.0**-d for d in fmt.decimals[: len(columns)]])
+
+
+def _across(axis: Array) -> Array:
+    """Two unit vectors (n, 2, 3) across each axis (n, 3), which need not be one."""
+    normal = axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    one = np.cross(normal, helper)
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    return np.stack([one, np.cross(normal, one)], axis=1)
 
 
 class Verifier:
@@ -128,7 +138,9 @@ class Verifier:
         self.chord_length = chord_lengths(path)
         self.tip_pace, self.turn_pace = paces(path)
         #: What a corner within its tolerance may add to a projection, as a share of the piece.
-        self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(path.length, ZERO_LENGTH_MM)
+        self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(
+            self.chord_length, ZERO_LENGTH_MM
+        )
         begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
         before = begins[path.dwell_run]
         where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
@@ -342,12 +354,19 @@ class Verifier:
         allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse
         turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
         doubtful = np.flatnonzero(
-            self.rounded[piece] & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
+            (self.rounded | (self.path.circle >= 0))[piece]
+            & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
         )
         if len(doubtful):
             some = Measured(measured.q[doubtful], measured.tip[doubtful], measured.angles[doubtful])
             tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
-                self.path, piece[doubtful], u[doubtful], some, allowed[doubtful], turned[doubtful]
+                self.path,
+                piece[doubtful],
+                u[doubtful],
+                some,
+                allowed[doubtful],
+                turned[doubtful],
+                self.chord_length[piece[doubtful]],
             )
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
@@ -374,16 +393,18 @@ class Verifier:
     ) -> None:
         """Order, completeness between items, and feed."""
         path = self.path
+        even = np.maximum(self.chord_length, ZERO_LENGTH_MM)
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / path.length[piece] + self.corner_u[piece]
+        noise_u = 2 * self.tip_noise / even[piece] + self.corner_u[piece]
         same = before_item == item
-        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u))
+        # each of two rows may stand aside of the piece, one ahead of its place and one behind
+        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u - self.corner_u[piece]))
         if len(back):
             row = int(back[0])
             self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
                        int(block.line[row]))  # fmt: skip
-        margin = noise_u + PATH_TIP_MM / path.length[piece]
+        margin = noise_u + PATH_TIP_MM / even[piece]
         outside = np.flatnonzero(~dwell & ((u < -margin) | (u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
@@ -391,7 +412,7 @@ class Verifier:
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
         budget, way = step * path.feed_time[piece], step * self.chord_length[piece]
-        slack = np.where(dwell, 0.0, 4 * self.tip_noise / path.length[piece] * path.feed_time[piece])
+        slack = np.where(dwell, 0.0, 4 * self.tip_noise / even[piece] * path.feed_time[piece])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
         before = now - moved
@@ -490,8 +511,19 @@ class Verifier:
         bound[:, :3] = (tip_bound[row] + PATH_TIP_MM + self.tip_noise + _BULGE * size[0])[:, None]
         turn = axis_bound[row] + PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise()
         bound[:, 3:] = (RADIAN_MM * turn + _BULGE * size[1])[:, None]
-        off = (np.concatenate([tip, RADIAN_MM * angles], axis=1) - before[row]) / bound
-        step = moved[row] / bound
+        first, step = before[row], moved[row]
+        # along a great circle the tool axis goes evenly; near the pole A and C do not
+        swung = np.flatnonzero(self.path.circle[piece] >= 0)
+        axis = np.concatenate([tip, RADIAN_MM * angles], axis=1)
+        if len(swung):
+            ends = [RADIAN_MM * tool_axis(at[swung, 3:] / RADIAN_MM) for at in (first, first + step)]
+            here = RADIAN_MM * tool_axis(angles[swung])
+            # two components tell the axis apart: those across the mean of both ends
+            across = _across(ends[0] + ends[1])
+            start, stop, place = (np.einsum("nij,nj->ni", across, vector) for vector in (*ends, here))
+            first[swung, 3:], step[swung, 3:], axis[swung, 3:] = start, stop - start, place
+        off = (axis - first) / bound
+        step /= bound
         along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
         off -= np.clip(along, 0.0, 1.0)[:, None] * step
         bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
@@ -527,7 +559,7 @@ class Verifier:
             self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
         if stops:
             piece = int(self.piece[new])
-            if piece >= 0 and abs(new_u) * path.length[piece] > PATH_TIP_MM + self.tip_noise:
+            if piece >= 0 and abs(new_u) * self.chord_length[piece] > PATH_TIP_MM + self.tip_noise:
                 what = f"the end of the piece before line {line} is not reached"
                 if old < 0:
                     what = "the file does not begin at the start pose"
@@ -565,7 +597,7 @@ class Verifier:
             self._note("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
             return
         piece = int(self.piece[last])
-        if piece >= 0 and abs(1.0 - self.u) * self.path.length[piece] > PATH_TIP_MM + self.tip_noise:
+        if piece >= 0 and abs(1.0 - self.u) * self.chord_length[piece] > PATH_TIP_MM + self.tip_noise:
             self._note("VP412", f"the file ends before the end of the motion of line {line}", line)
         if piece < 0 and self.dwelt < self.dwell_cycles[last] + 1:
             self._note("VP412", f"the dwell of line {line} is too short", line)
