@@ -22,7 +22,8 @@ def test_scan_and_toppra_agree(run) -> None:  # type: ignore[no-untyped-def]
     grid, top = grid_along(run), limits(3)
     ours = scan.duration(grid.s, scan.solve(grid, top))
     theirs = scan.duration(grid.s, toppra_backend.solve(grid, top))
-    assert theirs == pytest.approx(ours, rel=1e-6)
+    # toppra's programs are solved to 1e-6 or so of their scale, which shows where joints turn back on a coarse grid
+    assert theirs == pytest.approx(ours, rel=5e-6)
 
 
 @pytest.mark.filterwarnings("ignore")

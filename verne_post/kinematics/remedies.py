@@ -100,13 +100,7 @@ class _Moved:
 
 def of_line(joints: JointPath, line: int) -> JointPath:
     """The segments of one source line alone, in their order; none when the line has no motion."""
-    contour = joints.contour
-    kept = np.flatnonzero(contour.line == line)
-    only = replace(
-        contour, piece=contour.piece[kept], length=contour.length[kept], turn=contour.turn[kept],
-        run=contour.run[kept], dwell_run=contour.dwell_run[:0],
-    )  # fmt: skip
-    return replace(joints, contour=only)
+    return replace(joints, contour=joints.contour.only(np.flatnonzero(joints.contour.line == line)))
 
 
 def movable(line: JointPath) -> bool:

@@ -5,7 +5,7 @@ piece, or on the half of a corner that belongs to it. A *run* is a sequence of s
 run the pose is three times continuously differentiable by the path parameter s.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,6 +127,15 @@ class Contour:
     def n_runs(self) -> int:
         """Number of runs."""
         return int(self.run[-1]) + 1 if len(self.run) else 0
+
+    def only(self, segments: NDArray[np.integer]) -> "Contour":
+        """Some segments, in order, as a contour of their own without dwells; each run keeps its segments together."""
+        _runs, run = np.unique(self.run[segments], return_inverse=True)
+        return replace(
+            self, piece=self.piece[segments], curve=self.curve[segments], low=self.low[segments], high=self.high[segments],
+            length=self.length[segments], turn=self.turn[segments], run=run.astype(np.int32), bumped=self.bumped[segments],
+            dwell_run=self.dwell_run[:0],
+        )  # fmt: skip
 
     @property
     def flowing(self) -> NDArray[np.bool_]:

@@ -59,7 +59,7 @@ def unwrapped_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[
                         _fresh_of(arc, fresh), u_before)  # fmt: skip
     swung = np.flatnonzero(path.circle[piece] >= 0)
     if len(swung):
-        u[swung] = _swung_u(path, piece[swung], measured.tip[swung], _axis(measured.angles[swung]))
+        u[swung] = _swung_u(path, piece[swung], measured.tip[swung], tool_axis(measured.angles[swung]))
     joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[piece[joint]]]
@@ -122,7 +122,7 @@ def _swung_u(path: ToolPath, piece: Ints, tip: Array, axis: Array) -> Array:
 
 def _swing(path: ToolPath, piece: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of pieces, and the angle between them."""
-    k0, k1 = _axis(path.start[piece, 3:]), _axis(path.end[piece, 3:])
+    k0, k1 = tool_axis(path.start[piece, 3:]), tool_axis(path.end[piece, 3:])
     return k0, k1, np.arctan2(np.linalg.norm(np.cross(k0, k1), axis=1), np.sum(k0 * k1, axis=1))
 
 
@@ -205,7 +205,7 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
     """
     tip, angles = programmed_pose(path, piece, u)
     tip_off = np.linalg.norm(measured.tip - tip, axis=1)
-    axis_off = np.linalg.norm(_axis(measured.angles) - _axis(angles), axis=1)
+    axis_off = np.linalg.norm(tool_axis(measured.angles) - tool_axis(angles), axis=1)
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     swung = np.flatnonzero(path.circle[piece] >= 0)
     moved = rotary_off[swung] * np.abs(np.sin(angles[swung, 0]))
@@ -220,13 +220,15 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
 
 
 def deviation_nearby(
-    path: ToolPath, piece: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array
+    path: ToolPath, piece: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array, even_length: Array
 ) -> tuple[Array, Array, Array]:
     """As :func:`deviation`, at the pose near u whose larger share of the two bounds (mm, rad) is smallest.
 
+    ``even_length`` are the :func:`chord_lengths` of the pieces.
     A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
     """
-    reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / path.length[piece]
+    # by what goes evenly: near the pole C turns by much over little of a great circle
+    reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / even_length
     low, high = np.clip(u - reach, 0.0, 1.0), np.clip(u + reach, 0.0, 1.0)
     row = np.arange(len(piece))
     rows = np.repeat(row, NEARBY_POINTS)
@@ -241,6 +243,6 @@ def deviation_nearby(
     return tip[chosen], axis[chosen], rotary[chosen]
 
 
-def _axis(angles: Array) -> Array:
+def tool_axis(angles: Array) -> Array:
     a, c = angles[:, 0], angles[:, 1]
     return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)

@@ -40,6 +40,7 @@ from verne_post.verify.projection import (
     deviation_nearby,
     paces,
     programmed_pose,
+    tool_axis,
     unwrapped_u,
 )
 
@@ -72,6 +73,15 @@ _ARC_OVER_CHORD: Final = 1.6
 def rounding_quanta(columns: tuple[Column, ...], fmt: SetpointFormat) -> Array:
     """One unit of the last decimal of each column, in file units."""
     return np.array([10.0**-d for d in fmt.decimals[: len(columns)]])
+
+
+def _across(axis: Array) -> Array:
+    """Two unit vectors (n, 2, 3) across each axis (n, 3), which need not be one."""
+    normal = axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    one = np.cross(normal, helper)
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    return np.stack([one, np.cross(normal, one)], axis=1)
 
 
 class Verifier:
@@ -129,10 +139,12 @@ class Verifier:
         n = len(path)
         #: Shortest motion that a piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
         self.chord_length = chord_lengths(path)
-        self.told_by = np.where(self.chord_length > 0, self.chord_length, path.length)
+        self.told_by = np.maximum(np.where(self.chord_length > 0, self.chord_length, path.length), ZERO_LENGTH_MM)
         self.tip_pace, self.turn_pace, self.swing_pace = paces(path)
         #: What a corner within its tolerance may add to a projection, as a share of the piece.
-        self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(path.length, ZERO_LENGTH_MM)
+        self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(
+            self.chord_length, ZERO_LENGTH_MM
+        )
         begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
         before = begins[path.dwell_run]
         where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
@@ -353,12 +365,19 @@ class Verifier:
         allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse
         turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
         doubtful = np.flatnonzero(
-            self.rounded[piece] & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
+            (self.rounded | (self.path.circle >= 0))[piece]
+            & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
         )
         if len(doubtful):
             some = Measured(measured.q[doubtful], measured.tip[doubtful], measured.angles[doubtful])
             tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
-                self.path, piece[doubtful], u[doubtful], some, allowed[doubtful], turned[doubtful]
+                self.path,
+                piece[doubtful],
+                u[doubtful],
+                some,
+                allowed[doubtful],
+                turned[doubtful],
+                self.chord_length[piece[doubtful]],
             )
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
@@ -385,16 +404,18 @@ class Verifier:
     ) -> None:
         """Order, completeness between items, and feed."""
         path = self.path
+        even = self.told_by
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / self.told_by[piece] + self.corner_u[piece]
+        noise_u = 2 * self.tip_noise / even[piece] + self.corner_u[piece]
         same = before_item == item
-        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u))
+        # each of two rows may stand aside of the piece, one ahead of its place and one behind
+        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u - self.corner_u[piece]))
         if len(back):
             row = int(back[0])
             self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
                        int(block.line[row]))  # fmt: skip
-        margin = noise_u + PATH_TIP_MM / self.told_by[piece]
+        margin = noise_u + PATH_TIP_MM / even[piece]
         outside = np.flatnonzero(~dwell & ((u < -margin) | (u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
@@ -402,7 +423,7 @@ class Verifier:
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
         budget, way = step * path.feed_time[piece], step * self.chord_length[piece]
-        slack = np.where(dwell, 0.0, 4 * self.tip_noise / path.length[piece] * path.feed_time[piece])
+        slack = np.where(dwell, 0.0, 4 * self.tip_noise / even[piece] * path.feed_time[piece])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
         before = now - moved
@@ -526,8 +547,19 @@ class Verifier:
         bound[:, :3] = (tip_bound[row] + PATH_TIP_MM + self.tip_noise + _BULGE * size[0])[:, None]
         turn = axis_bound[row] + PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise()
         bound[:, 3:] = (RADIAN_MM * turn + _BULGE * size[1])[:, None]
-        off = (np.concatenate([tip, RADIAN_MM * angles], axis=1) - before[row]) / bound
-        step = moved[row] / bound
+        first, step = before[row], moved[row]
+        # along a great circle the tool axis goes evenly; near the pole A and C do not
+        swung = np.flatnonzero(self.path.circle[piece] >= 0)
+        axis = np.concatenate([tip, RADIAN_MM * angles], axis=1)
+        if len(swung):
+            ends = [RADIAN_MM * tool_axis(at[swung, 3:] / RADIAN_MM) for at in (first, first + step)]
+            here = RADIAN_MM * tool_axis(angles[swung])
+            # two components tell the axis apart: those across the mean of both ends
+            across = _across(ends[0] + ends[1])
+            start, stop, place = (np.einsum("nij,nj->ni", across, vector) for vector in (*ends, here))
+            first[swung, 3:], step[swung, 3:], axis[swung, 3:] = start, stop - start, place
+        off = (axis - first) / bound
+        step /= bound
         along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
         off -= np.clip(along, 0.0, 1.0)[:, None] * step
         bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
