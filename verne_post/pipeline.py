@@ -28,7 +28,7 @@ from verne_post.model.summary import Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
-from verne_post.timing.plan import RunPlan, plan_contour
+from verne_post.timing.plan import Planning, RunPlan, plan_contour
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.approach import with_approach
 from verne_post.toolpath.branches import BranchPlan, plan_branches
@@ -36,6 +36,7 @@ from verne_post.toolpath.build import build_path
 from verne_post.toolpath.contour import Smoothing, contour_pose, exact_contour, smooth_contour, speed_cap
 from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.rapids import with_joint_rapids
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -156,6 +157,8 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     findings = [] if branches is None else _branch_findings(path, branches, machine, options)
     if branches is not None and branches.changes and worst(findings) != "error":
         path = with_detours(path, branches.changes, machine)
+    if options.rapids == "joint":
+        path = with_joint_rapids(path, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
     return Program(machine, options, moves, _contour(path, moves, machine, options), tuple(findings))
@@ -307,7 +310,8 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     total = len(program.contour)
     told = None if progress is None else lambda done: progress("planning", done, total)
     limits = program.machine.limits
-    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, program.cycle, told)
+    planning = Planning(program.cycle, program.options.solver, program.options.quality)
+    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, told)
     return Plan(program, laws, timeline(program.contour, laws, program.cycle), tuple(findings))
 
 
@@ -446,6 +450,9 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         n_pieces=len(path),
         n_stops=contour.n_runs - 1,
         n_rounded=contour.n_rounded,
+        flow_time=float(plan.laws.flow_cycles.sum()) * plan.timeline.cycle,
+        flow_bound=plan.laws.flow_bound,
+        other_bound=plan.laws.other_bound,
         tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),
         feed_pieces=len(feeding),
         feed_reached=reached,

@@ -16,7 +16,7 @@ from .curves import Curve, assert_legal, cornered, limits, straight, wavy
 @pytest.mark.parametrize(("length", "feed"), [(0.01, np.inf), (1.0, 50.0), (30.0, 50.0), (300.0, np.inf), (2.0, 0.5)])
 def test_straight_lines_take_the_time_of_the_seven_phases(length: float, feed: float) -> None:
     run, top = straight(length, feed), limits(3)
-    s = flowing_law(run, top, 1e-3)
+    s = flowing_law(run, top, 1e-3).s
     assert_legal(run, s, top, 1e-3)
     best = duration(*(np.array([v]) for v in (length, min(feed, 833.0), 5000.0, 1e5)))[0]
     # 1 % of loss, and two cycles for the ends and the whole number of cycles
@@ -26,7 +26,7 @@ def test_straight_lines_take_the_time_of_the_seven_phases(length: float, feed: f
 @pytest.mark.parametrize("cycle", [125e-6, 5e-4, 1e-3, 2e-3, 1e-2])
 def test_every_cycle(cycle: float) -> None:
     run, top = cornered(1.0, 6, 0.2, 50.0), limits(3)
-    assert_legal(run, flowing_law(run, top, cycle), top, cycle)
+    assert_legal(run, flowing_law(run, top, cycle).s, top, cycle)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
@@ -34,7 +34,7 @@ def test_every_cycle(cycle: float) -> None:
 def test_every_scale(scale: float, share: float) -> None:
     run = wavy(1.5 * scale, 4.0)
     top = limits(3, acceleration=5000 * share, jerk=1e5 * share * share)
-    s = flowing_law(run, top, 1e-3)
+    s = flowing_law(run, top, 1e-3).s
     assert_legal(run, s, top, 1e-3)
     grid = grid_along(run)
     assert (len(s) - 1) * 1e-3 >= 0.98 * law_duration(grid.s, second_order(grid, top))
@@ -42,7 +42,7 @@ def test_every_scale(scale: float, share: float) -> None:
 
 def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
     run, top = cornered(1.0, 12, 0.25, 50.0), limits(3)
-    s, fine = flowing_law(run, top, 1e-3), flowing_law(run, top, 1e-3, QUALITY)
+    s, fine = flowing_law(run, top, 1e-3).s, flowing_law(run, top, 1e-3, QUALITY).s
     assert_legal(run, s, top, 1e-3)
     assert_legal(run, fine, top, 1e-3)
     assert len(s) <= 1.02 * len(fine)
@@ -50,7 +50,7 @@ def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
 
 def test_a_feed_that_changes_is_kept_on_both_sides() -> None:
     run, top = straight(30.0, lambda s: np.where((s > 10) & (s < 20), 8.0, 100.0)), limits(3)  # type: ignore[arg-type]
-    s = flowing_law(run, top, 1e-3)
+    s = flowing_law(run, top, 1e-3).s
     assert_legal(run, s, top, 1e-3)
     speed = np.diff(s) / 1e-3
     middle = 0.5 * (s[1:] + s[:-1])
@@ -60,7 +60,7 @@ def test_a_feed_that_changes_is_kept_on_both_sides() -> None:
 
 def test_a_run_over_several_windows() -> None:
     run, top = wavy(120.0, 60.0, 12.0), limits(3)
-    s = flowing_law(run, top, 1e-3)
+    s = flowing_law(run, top, 1e-3).s
     assert len(s) > 9000
     assert_legal(run, s, top, 1e-3)
 
@@ -78,12 +78,12 @@ def test_random_runs() -> None:
         run = Curve(scale, joints, scale * 10.0 ** rng.uniform(-0.3, 2), int(10 * waves) + 1)
         top = limits(3, *(b * 10.0 ** rng.uniform(-1, 1) for b in (833.0, 5000.0, 1e5)))
         cycle = float(rng.choice([5e-4, 1e-3, 4e-3]))
-        assert_legal(run, flowing_law(run, top, cycle), top, cycle)
+        assert_legal(run, flowing_law(run, top, cycle).s, top, cycle)
 
 
 def test_rows_that_are_beyond_the_limits_are_mended_in_place() -> None:
     run, top = straight(30.0), limits(3)
-    s = flowing_law(run, top, 1e-3)
+    s = flowing_law(run, top, 1e-3).s
     spoilt = s.copy()
     spoilt[len(s) // 2] += 5e-5  # 0.15 to 1.5 times the jerk limit in the four differences around
     assert_legal(run, mending.legal_rows(run, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
@@ -92,7 +92,7 @@ def test_rows_that_are_beyond_the_limits_are_mended_in_place() -> None:
 @pytest.mark.parametrize("apart", range(83, 90))
 def test_stretches_that_nearly_touch_stay_in_order(apart: int) -> None:
     run, top = straight(30.0, 60.0), limits(3)
-    spoilt = flowing_law(run, top, 1e-3)
+    spoilt = flowing_law(run, top, 1e-3).s
     spoilt[[200, 200 + apart]] += 3.5e-5  # 1.05 times the jerk limit at constant speed
     assert_legal(run, mending.legal_rows(run, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
 

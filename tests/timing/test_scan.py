@@ -12,9 +12,10 @@ from .curves import Curve, limits, straight, wavy
 
 
 def ratios(grid, limits, x):  # type: ignore[no-untyped-def]
-    """Acceleration over its limit at the beginning of every step, (n - 1, joints)."""
-    u = np.diff(x) / (2 * np.diff(grid.s))
-    return np.abs(grid.d1[:-1] * u[:, None] + grid.d2[:-1] * x[:-1, None]) / limits.acceleration
+    """Acceleration over its limit at both ends of every step: the larger, (n - 1, joints)."""
+    u = np.diff(x)[:, None] / (2 * np.diff(grid.s)[:, None])
+    ends = [np.abs(grid.d1[k] * u + grid.d2[k] * x[k, None]) for k in (slice(None, -1), slice(1, None))]
+    return np.maximum(*ends) / limits.acceleration
 
 
 def test_straight_line_takes_the_time_of_the_trapezoid() -> None:

@@ -48,6 +48,12 @@ class Options:
         Corners of finely divided curves reach over each other, every corner is rounded by itself, or is a stop.
     tolerance, orientation_tolerance : float or None
         Default of G64 in mm and rad, in place of the machine file's.
+    solver : {"scan", "toppra", "both"}
+        Of the second-order problem.
+    quality : bool
+        Plan finely and without margin, at many times the cost.
+    rapids : {"line", "joint"}
+        Straight for the tip, or linear in the joints.
     orientation : str
         How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
     allow_rewind : bool
@@ -70,6 +76,9 @@ class Options:
     smoothing: str = "spline"
     tolerance: float | None = None
     orientation_tolerance: float | None = None
+    solver: str = "scan"
+    quality: bool = False
+    rapids: str = "line"
     orientation: str = "auto"
     allow_rewind: bool = False
     block_delete: bool = False

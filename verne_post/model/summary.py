@@ -23,6 +23,11 @@ class Summary:
         Pieces with a feed, and those that reach it.
     n_rounded : int
         Corners that are rounded.
+    flow_time, flow_bound : float
+        Time of the runs with rounded corners, and their second-order bound: what no law inside the limits on velocity and
+        acceleration can be faster than, s.
+    other_bound : float or None
+        The bound by the other solver, where both were asked.
     tolerance : tuple of float
         Largest tip (mm) and axis (rad) tolerance of rounded corners, 0 where there are none.
     start : tuple of float
@@ -43,6 +48,9 @@ class Summary:
     feed_pieces: int
     feed_reached: int
     n_rounded: int
+    flow_time: float
+    flow_bound: float
+    other_bound: float | None
     tolerance: tuple[float, float]
     start: tuple[float, ...]
     frames: tuple[Frame, ...]

@@ -25,6 +25,8 @@ class Verification:
     feed_line: int = 0
     tip_deviation_mm: float = 0.0
     axis_deviation_deg: float = 0.0
+    #: Seconds below the programmed feed, by what was nearest to its limit then: ("jerk", "rho2"), ...
+    slow: dict[tuple[str, str], float] = field(default_factory=dict)
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)
 

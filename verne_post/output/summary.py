@@ -35,6 +35,13 @@ def paragraph(summary: Summary) -> str:
         + f", {summary.n_stops} stops between them.",
         f"The machine must stand at the first row: {start}.",
     ]
+    if summary.flow_bound > 0:
+        gap = 100 * (summary.flow_time / summary.flow_bound - 1)
+        text = f"Motion with rounded corners takes {summary.flow_time:.3f} s, {gap:.1f} % more than without jerk limits"
+        if summary.other_bound is not None:
+            apart = summary.other_bound / summary.flow_bound - 1
+            text += f" ({summary.flow_bound:.4f} s; toppra finds the same to {apart:+.1e})"
+        parts.append(text + ".")
     verdict = summary.verification
     if verdict is not None:
         worst = []
@@ -48,7 +55,12 @@ def paragraph(summary: Summary) -> str:
             f"axis {verdict.axis_deviation_deg:.6f} deg."
         )
     if summary.feed_pieces:
-        parts.append(f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves.")
+        text = f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves"
+        if verdict is not None and verdict.slow:
+            first = sorted(verdict.slow.items(), key=lambda item: -item[1])[:3]
+            why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
+            text += f"; {sum(verdict.slow.values()):.3f} s are below it, nearest to its limit then: {why}"
+        parts.append(text + ".")
     parts += _offsets(summary)
     parts += _stops(summary)
     if options.decimals is not None:
@@ -117,6 +129,11 @@ def meta(summary: Summary) -> str:
             "approach": summary.options.approach,
             "smoothing": summary.options.smoothing,
             "orientation": summary.options.orientation,
+            "tolerance_mm": summary.options.tolerance,
+            "orientation_tolerance_rad": summary.options.orientation_tolerance,
+            "rapids": summary.options.rapids,
+            "solver": summary.options.solver,
+            "quality": summary.options.quality,
             "allow_rewind": summary.options.allow_rewind,
             "accept_rounding": summary.options.accept_rounding,
             "block_delete": summary.options.block_delete,
@@ -141,6 +158,9 @@ def meta(summary: Summary) -> str:
         "pieces": summary.n_pieces,
         "stops": summary.n_stops,
         "corners_rounded": summary.n_rounded,
+        "flowing_s": summary.flow_time,
+        "second_order_bound_s": summary.flow_bound,
+        "second_order_bound_toppra_s": summary.other_bound,
         "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
         "first_row": list(summary.start),
         "feed_moves": {"all": summary.feed_pieces, "feed_reached": summary.feed_reached},
@@ -152,6 +172,7 @@ def meta(summary: Summary) -> str:
             "jerk_ratio": dict(zip(joints, verdict.jerk_ratio.tolist(), strict=True)),
             "feed_ratio": verdict.feed_ratio,
             "feed_line": verdict.feed_line,
+            "below_feed_s": {f"{kind} of {joint}": seconds for (kind, joint), seconds in sorted(verdict.slow.items())},
             "tip_deviation_mm": verdict.tip_deviation_mm,
             "axis_deviation_deg": verdict.axis_deviation_deg,
         }

@@ -5,6 +5,7 @@ re-times it in a few passes, coarse to fine, each on the law of the pass before.
 stays on the path whatever happens here. Rows that are still beyond a limit are mended one stretch at a time.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -32,6 +33,8 @@ SHORTEST_DIFFERENCE: Final = 0.125
 #: Spacing of the first law's samples, in units, and how many of them are averaged.
 START_STEP: Final = 4
 START_SMOOTH: Final = 10
+#: A window that is re-timed to take so many times as long has lost its way: the problem is not convex.
+CRAWLING: Final = 1.3
 #: Speeds below this (mm/s) are crossed at it where the first law is sampled.
 SLOWEST: Final = 1e-12
 #: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
@@ -122,8 +125,30 @@ QUALITY: Final = Effort(
 )
 
 
-def flowing_law(run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL) -> Array:
-    """Path parameter s of every row of a run, from rest to rest.
+#: Solvers of the second-order problem by name: grid, limits and an optional cap on x to x.
+Solver = Callable[[Grid, Limits, Array | None], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class FlowingLaw:
+    """The law of one run.
+
+    Attributes
+    ----------
+    s : ndarray, shape (n,)
+        Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the run's length.
+    bound : float
+        Time of the second-order optimum of the same run, s: no law inside the limits is faster.
+    """
+
+    s: Array
+    bound: float
+
+
+def flowing_law(
+    run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL, solver: Solver = scan.solve
+) -> FlowingLaw:
+    """Plan a run from rest to rest.
 
     Parameters
     ----------
@@ -133,11 +158,8 @@ def flowing_law(run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL)
         Control cycle, s.
     effort : Effort
         How finely to plan.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        s at t = 0, cycle, 2 cycle, ...; the first is 0, the last the run's length.
+    solver : callable
+        Of the second-order problem.
 
     Raises
     ------
@@ -147,18 +169,27 @@ def flowing_law(run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL)
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    law, times, unit = timed(run, limits, cycle, effort)
+    grid = grid_along(run)
+    bound = scan.duration(grid.s, solver(grid, limits, None))
+    law, times, unit = timed(run, grid, limits, cycle, effort, solver)
 
     def rows(slower: float) -> Array:
         return _without_creeping(run, _rows(law, times, run.length, cycle, slower), limits, cycle)
 
-    return legal_rows(run, rows, limits, cycle, unit)
+    return FlowingLaw(legal_rows(run, rows, limits, cycle, unit), bound)
 
 
-def timed(run: Run, limits: Limits, cycle: float, effort: Effort) -> tuple[Law, Times, float]:
-    """The law before its last re-timing, that re-timing, and the time scale (s)."""
+def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
+    """Time of the second-order optimum of a run, s."""
     grid = grid_along(run)
-    x = scan.solve(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
+    return scan.duration(grid.s, solver(grid, limits, None))
+
+
+def timed(
+    run: Run, grid: Grid, limits: Limits, cycle: float, effort: Effort, solver: Solver
+) -> tuple[Law, Times, float]:
+    """The law before its last re-timing, that re-timing, and the time scale (s)."""
+    x = solver(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
     unit = max(UNIT_S, cycle)
     unit *= min(max((scan.duration(grid.s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
     law = first_law(grid, x, START_STEP * unit)
@@ -213,10 +244,18 @@ def retimed(
         if problem.crawls:  # as the solution will, slow down over the end of the window
             ramp = np.geomspace(1.0, X_CRAWL, min(round(RAMP / step.knot), step.ahead // 2))
             start[-len(ramp) :] *= ramp
-        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
-        coefficients[begin : end + 3] = found.coefficients
+        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations).coefficients
+        if _crawls(found, step.window):  # the law as it is needs less mending than one that all but stands
+            found = np.ones(end - begin + 3)
+            found[: len(fixed)] = fixed
+        coefficients[begin : end + 3] = found
         begin = end if end == n else begin + step.window
     return Times.of_coefficients(coefficients, knot)
+
+
+def _crawls(coefficients: Array, kept: int) -> bool:
+    """A solution that has lost its way slows down far more than re-timing a law near the optimum ever needs."""
+    return bool(np.mean(np.maximum(coefficients[:kept], X_MIN) ** -0.5) > CRAWLING)
 
 
 def _problem(

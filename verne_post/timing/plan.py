@@ -37,6 +37,10 @@ class RunPlan:
         Path parameter of each row of the flowing runs, mm.
     reached : ndarray of bool, shape (n_pieces,)
         The piece's feed is reached somewhere on it.
+    flow_bound : float
+        Sum of the second-order bounds of the flowing runs, s.
+    other_bound : float or None
+        The same by the other solver, where both were asked.
     """
 
     laws: RunLaws
@@ -44,6 +48,27 @@ class RunPlan:
     flow_cycles: NDArray[np.int64]
     flow_s: Array
     reached: NDArray[np.bool_]
+    flow_bound: float
+    other_bound: float | None
+
+
+@dataclass(frozen=True)
+class Planning:
+    """How to plan.
+
+    Attributes
+    ----------
+    cycle : float
+        Control cycle, s.
+    solver : {"scan", "toppra", "both"}
+        Of the second-order problem; "both" plans with the scan and lets toppra give the bound as well.
+    quality : bool
+        Plan finely and without margin: practically the third-order optimum, at many times the cost.
+    """
+
+    cycle: float
+    solver: str = "scan"
+    quality: bool = False
 
 
 class ContourRun:
@@ -81,7 +106,7 @@ class ContourRun:
 
 
 def plan_contour(
-    joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, cycle: float,
+    joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, planning: Planning,
     progress: Callable[[int], None] | None = None,
 ) -> RunPlan:  # fmt: skip
     """Plan every run of a contour.
@@ -92,8 +117,7 @@ def plan_contour(
     first, second, third : ndarray, shape (n, n_joints)
         Largest derivatives of the joints by w over each segment.
     limits : Limits
-    cycle : float
-        Control cycle, s.
+    planning : Planning
     progress : callable, optional
         Told how many segments have been planned.
 
@@ -113,17 +137,25 @@ def plan_contour(
     flow_first = np.full(len(flowing), -1, dtype=np.int64)
     flow_cycles = np.zeros(len(flowing), dtype=np.int64)
     rows, count = [], 0
+    flow_bound, other_bound = 0.0, 0.0
+    cycle = planning.cycle
     for run in np.flatnonzero(flowing).tolist():
-        from verne_post.timing.flowing import flowing_law  # scipy is only imported where something flows
+        # scipy, and toppra even more so, are only imported where they are needed
+        from verne_post.timing import flowing as flow
 
         run_path = ContourRun(joints, int(begins[run]), int(begins[run + 1]))
         try:
-            s = flowing_law(run_path, limits, cycle)
-        except ValueError as error:
+            effort = flow.QUALITY if planning.quality else flow.NORMAL
+            law = flow.flowing_law(run_path, limits, cycle, effort, _solver(planning.solver))
+            flow_bound += law.bound
+            if planning.solver == "both":
+                other_bound += flow.second_order_bound(run_path, limits, _solver("toppra"))
+        except (ValueError, RuntimeError) as error:
             line = int(contour.line[begins[run]])
             text = f"no time law found for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
         # differences over four rows must not see the end of one motion and the beginning of the next
+        s = law.s
         before, after = run > 0, run + 1 < len(flowing) and not flowing[run + 1]
         s = np.concatenate([s[:1].repeat(REST_ROWS * before), s, s[-1:].repeat(REST_ROWS * after)])
         flow_first[run], flow_cycles[run] = count, len(s) - 1
@@ -136,7 +168,19 @@ def plan_contour(
         if progress is not None:
             progress(int(begins[run + 1]))
     flow_s = np.concatenate(rows) if rows else np.empty(0)
-    return RunPlan(laws, flow_first, flow_cycles, flow_s, reached)
+    both = planning.solver == "both"
+    return RunPlan(laws, flow_first, flow_cycles, flow_s, reached, flow_bound, other_bound if both else None)
+
+
+def _solver(name: str) -> Callable[..., Array]:
+    """The second-order solver that plans."""
+    if name == "toppra":
+        from verne_post.timing import toppra_backend
+
+        return toppra_backend.solve
+    from verne_post.timing import scan
+
+    return scan.solve
 
 
 def _flowing(joints: JointFunctions, begins: Ints) -> NDArray[np.bool_]:

@@ -1,13 +1,18 @@
 """The time-optimal law under velocity and acceleration limits, by an exact reachability scan.
 
-At each grid point i with x = sd^2 and u = sdd every joint demands |q' u + q'' x| <= a. With symmetric limits
-rest is always feasible, and the largest x_i from which x_(i+1) <= K can be reached is
+Between grid points i and i + 1 the path acceleration u is constant, so the squared speeds x and K at both are tied by
+K = x + 2 D u. Every joint demands |q' u + q'' x| <= a at both ends of the step, which is |A K + B x| <= a with
 
-    x_i = min(cap_i, min_j (K + 2 D b_j) / (1 - 2 D c_j)),   b = a / |q'|,  c = q'' / q',  D = s_(i+1) - s_i,
+    A = q' / (2 D),  B = q'' - A  at the beginning,      A = q' / (2 D) + q'',  B = -q' / (2 D)  at the end.
 
-a minimum of increasing affine maps. The forward pass has the same form. Such maps are monotone, so a window
-scanned from its largest and from its smallest start value brackets the truth, and where the two meet
-the value no longer depends on what came before: windows are scanned side by side and joined exactly.
+With symmetric limits rest is always feasible. The largest x from which some K up to a given one can be reached is
+
+    x = min(cap, V, min over A B <= 0 of (a + |A| K) / |B|),
+
+V being the largest x of any K, a corner of two lines. Scanned backwards this gives what is controllable; forwards,
+K = min(controllable, min (a - sgn(A) B x) / |A|) gives the law. Such maps keep brackets, so a window scanned from its
+largest and its smallest start value encloses the truth, and where the two meet the value no longer depends on
+what came before: windows are scanned side by side and joined exactly.
 """
 
 from typing import Final
@@ -22,12 +27,12 @@ Array = NDArray[np.float64]
 
 #: Grid points per window: enough steps to forget the start, few enough Python steps.
 WINDOW: Final = 512
-#: A joint that moves less than this per mm does not limit the acceleration.
-STILL: Final = 1e-12
-#: Stands for the acceleration of a joint that bounds none.
-UNBOUNDED: Final = 1e30
+#: A line of (x, K) whose slope is beyond this bounds K or x alone.
+STEEP: Final = 1e9
 #: Stands for the squared speed where nothing bounds it.
 X_UNBOUNDED: Final = 1e14
+#: Grid points whose corners V are sought at a time.
+CHUNK: Final = 1 << 10
 
 
 def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int = WINDOW) -> Array:
@@ -51,18 +56,13 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int =
     if cap is not None:
         x_cap = np.minimum(x_cap, cap)
     x_cap[0] = x_cap[-1] = 0.0
-    b, c = _affine(grid, limits)
-    step = 2 * np.diff(grid.s)[:, None]
+    lines = _lines(grid, limits)
+    x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))
     # backward: from K at i + 1 to x at i
-    room = 1.0 - step * c[:-1]
-    bounded = room > 0
-    gain = np.where(bounded, 1.0 / np.where(bounded, room, 1.0), 0.0)
-    offset = np.where(bounded, step * b[:-1] * gain, np.inf)
-    reach = _scan_windows(x_cap[:-1][::-1], offset[::-1], gain[::-1], window)
+    reach = _scan_windows(x_cap[:-1][::-1], _reversed(_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
-    # forward: from x at i to x at i + 1
-    offset, gain = step * b[:-1], np.maximum(room, 0.0)
-    return np.append(0.0, _scan_windows(controllable[1:], offset, gain, window))
+    # forward: from x at i to K at i + 1
+    return np.append(0.0, _scan_windows(controllable[1:], _rising_in_x(lines), window))
 
 
 def duration(s: Array, x: Array) -> float:
@@ -72,59 +72,131 @@ def duration(s: Array, x: Array) -> float:
 
 
 def speed_caps(grid: Grid, limits: Limits) -> Array:
-    """Largest x (n,) that feed, velocities and the acceleration limits among themselves allow."""
+    """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.minimum(grid.speed**2, ((limits.velocity / np.abs(grid.d1)) ** 2).min(axis=1))
-        x = np.minimum(x, X_UNBOUNDED)
-        b, c = _affine(grid, limits)
-        # u must exist: -b_j - c_j x <= b_k - c_k x for every pair of joints
-        for j in range(b.shape[1]):
-            for k in range(b.shape[1]):
-                slope = c[:, k] - c[:, j]
-                x = np.where(slope > 0, np.minimum(x, (b[:, j] + b[:, k]) / slope), x)
-        still = np.abs(grid.d1) <= STILL
-        return np.minimum(x, np.where(still, limits.acceleration / np.abs(grid.d2), np.inf).min(axis=1))
+        return np.minimum(x, X_UNBOUNDED)
 
 
 def jerk_caps(grid: Grid, limits: Limits) -> Array:
-    """The x (n,) at which even motion alone takes the whole jerk, (J / |q'''|)^(2/3)."""
+    """The x (n,) at which even motion alone takes the whole jerk, (J / |third derivative|)^(2/3)."""
     with np.errstate(divide="ignore"):
         return np.cbrt((limits.jerk / np.abs(grid.d3)) ** 2).min(axis=1)
 
 
-def _affine(grid: Grid, limits: Limits) -> tuple[Array, Array]:
-    """B = a / |q'| and c = q'' / q' for each joint; a joint that stands still bounds nothing."""
-    moving = np.abs(grid.d1) > STILL
-    slope = np.where(moving, grid.d1, 1.0)
-    return np.where(moving, limits.acceleration / np.abs(slope), UNBOUNDED), np.where(moving, grid.d2 / slope, 0.0)
+def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
+    """A and B over a of every step, shape (n - 1, 2 n_joints): |A K + B x| <= 1."""
+    half = (0.5 / np.diff(grid.s))[:, None]
+    begin, end = half * grid.d1[:-1], half * grid.d1[1:]
+    a = np.concatenate([begin, end + grid.d2[1:]], axis=1)
+    b = np.concatenate([grid.d2[:-1] - begin, -end], axis=1)
+    over = np.tile(1.0 / limits.acceleration, 2)
+    return a * over, b * over
 
 
-def _scan_windows(cap: Array, offset: Array, gain: Array, window: int) -> Array:
-    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with 0 before the first."""
-    n, joints = offset.shape
+def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Offset and gain of the bounds x <= offset + gain K that rise with K; the others are infinite."""
+    a, b = lines
+    rising = (a * b <= 0) & (np.abs(a) < STEEP * np.abs(b))
+    size = np.where(rising, np.abs(b), 1.0)
+    return np.where(rising, 1.0 / size, np.inf), np.where(rising, np.abs(a) / size, 0.0)
+
+
+def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Offset and gain of the bounds K <= offset + gain x; the gain is negative where a larger x leaves less K."""
+    a, b = lines
+    bounding = np.abs(a) * STEEP > np.abs(b)
+    size = np.where(bounding, a, 1.0)
+    return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
+
+
+def _reversed(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+    return lines[0][::-1], lines[1][::-1]
+
+
+def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
+    """V (n,): the largest x for which any K at all is left; infinite where ``cap`` (n,) is below it anyway.
+
+    Bounds of x that rise with K meet the falling ones, and those from below, in corners; the lowest corner is V.
+    Bounds on K alone count as falling.
+    """
+    a, b = lines
+    found = np.full(len(a), np.inf)
+    # where even motion at the cap keeps all limits, x = K = cap is possible
+    tight = np.flatnonzero((np.abs(a + b).max(axis=1) * cap) > 1.0)
+    for first in range(0, len(tight), CHUNK):
+        rows = tight[first : first + CHUNK]
+        found[rows] = _corners_of(a[rows], b[rows])
+    return found
+
+
+def _corners_of(a: Array, b: Array) -> Array:
+    sign = np.where(b < 0, -1.0, 1.0)
+    up_a, up_b = (a * sign)[:, :, None], (b * sign)[:, :, None]  # up_a K + up_b x <= 1 bounds x from above
+    p, q = np.concatenate([a, -a], axis=1)[:, None, :], np.concatenate([b, -b], axis=1)[:, None, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = up_a * q - p * up_b
+        k, x = (q - up_b) / determinant, (up_a - p) / determinant
+        # along a rising line a larger K breaks the other line, which is not one that rises itself
+        corner = (up_a <= 0) & (determinant < 0) & ((q <= 0) | (p > 0)) & (k > 0) & (x > 0)
+        falling = np.where(up_a[:, :, 0] > 0, 1.0 / up_b[:, :, 0], np.inf).min(axis=1)  # at K = 0 already
+    return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
+
+
+def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int) -> Array:
+    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with 0 before the first, y never below 0."""
+    n, count = lines[0].shape
     windows = -(-n // window)
     pad = windows * window - n
-    cap = np.append(cap, np.zeros(pad)).reshape(windows, window)
-    offset = np.concatenate([offset, np.zeros((pad, joints))]).reshape(windows, window, joints)
-    gain = np.concatenate([gain, np.zeros((pad, joints))]).reshape(windows, window, joints)
-    values = np.empty((windows, window))
-    low, high = np.zeros(windows + 1), np.append(0.0, cap[:, -1])
+
+    def steps_first(line: Array) -> Array:
+        """By step, line and window: what one step needs lies together."""
+        full = np.concatenate([line, np.zeros((pad, count))]).reshape(windows, window, count)
+        return np.ascontiguousarray(full.transpose(1, 2, 0))
+
+    caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
+    offset, gain = (steps_first(line) for line in lines)
+    values = np.empty((window, windows))
+    low, high = np.zeros(windows + 1), np.append(0.0, caps[-1])
     rows = np.arange(windows)
     while len(rows):
         certain = low[rows] == high[rows]
-        both = _run(cap[rows], offset[rows], gain[rows], np.stack([low[rows], high[rows]]))
-        values[rows] = both[1]
-        low[rows + 1], high[rows + 1] = both[0, :, -1], both[1, :, -1]
+        every = len(rows) == windows
+        some = (caps, offset, gain) if every else (caps[:, rows], offset[:, :, rows], gain[:, :, rows])
+        both = _run(*some, np.stack([low[rows], high[rows]]))
+        values[:, rows] = both[:, 1]
+        low[rows + 1], high[rows + 1] = both[-1]
         # a window is final once its start was certain; the first of the others becomes so in every round
         rows = rows[~certain]
-    return values.ravel()[:n]
+    return np.asarray(values.T.ravel()[:n])
 
 
 def _run(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
-    """Scan windows (w, m) side by side from start values (k, w); returns (k, w, m)."""
+    """Scan windows side by side from the low and the high start values.
+
+    A bound that falls takes the other end of the bracket.
+
+    Parameters
+    ----------
+    cap : ndarray, shape (m, w)
+    offset, gain : ndarray, shape (m, lines, w)
+    start : ndarray, shape (2, w)
+
+    Returns
+    -------
+    ndarray, shape (m, 2, w)
+    """
     y = start
-    found = np.empty((len(start), *cap.shape))
-    for i in range(cap.shape[1]):
-        y = np.minimum(cap[:, i], (offset[:, i] + gain[:, i] * y[..., None]).min(axis=-1))
-        found[..., i] = y
+    found = np.empty((len(cap), *start.shape))
+    falling = np.asarray((gain < 0).any(axis=(1, 2)))
+    bound = np.empty((2, *gain.shape[1:]))
+    for i in range(len(cap)):
+        if falling[i]:
+            np.multiply(gain[i], np.where(gain[i] < 0, y[::-1, None], y[:, None]), out=bound)
+        else:
+            np.multiply(gain[i], y[:, None], out=bound)
+        bound += offset[i]
+        y = found[i]
+        np.minimum(cap[i], bound.min(axis=1), out=y)
+        np.maximum(y, 0.0, out=y)
     return found

@@ -20,7 +20,7 @@ LARGEST_SPEED: Final = 7.0
 LARGEST_X: Final = 1e4
 
 
-def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, interpolated: bool = True) -> Array:
+def solve(grid: Grid, limits: Limits, cap: Array | None = None) -> Array:
     """Squared speed x = sd^2 of the time-optimal law from rest to rest; see :func:`scan.solve`.
 
     Parameters
@@ -29,8 +29,6 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, interpolated:
     limits : Limits
     cap : ndarray, shape (n,), optional
         Keep x below this as well, mm2/s2.
-    interpolated : bool
-        Hold the acceleration limits at both ends of each step, else at its beginning only, as the scan does.
 
     Returns
     -------
@@ -85,7 +83,7 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, interpolated:
 
     acceleration = JointAccelerationConstraint(
         np.stack([-limits.acceleration, limits.acceleration], axis=1),
-        discretization_scheme=DiscretizationType.Interpolation if interpolated else DiscretizationType.Collocation,
+        discretization_scheme=DiscretizationType.Interpolation,
     )
     toppra.setup_logging("ERROR")
     algorithm = TOPPRA([SpeedCap(), acceleration], Path(), gridpoints=scaled, solver_wrapper="seidel")

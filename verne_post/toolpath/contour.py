@@ -1,6 +1,6 @@
 """ToolPath -> Contour: where the tool flows, where it stops, and the poses along it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -14,12 +14,16 @@ from verne_post.toolpath import corners as rounding
 from verne_post.toolpath.blend import STRETCH, blend_distances, tangent
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.evaluate import bernstein, bernstein_slope, pose
+from verne_post.toolpath.fairing import faired
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
-#: A segment shorter than this share of its piece is given to its neighbour: the contour is smooth across both.
+#: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for rounding corners.
+FAIRING_SHARE: Final = 0.35
+#: A segment shorter than this share of the bumps that bound it is given to its neighbour: only there does the contour
+#: bend so little on it that it is smooth across both.
 MIN_SHARE: Final = 1e-3
 
 
@@ -81,8 +85,18 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     lines = np.zeros(n + 1, dtype=bool)
     lines[1:-1] = straight[1:] & straight[:-1]
 
+    if smoothing.overlap:  # vertices between collinear pieces may move like their neighbours
+        joined &= ~(allowed & lines)
     s = np.append(0.0, np.cumsum(path.length))
-    slope = rounding.polyline_slopes(path.start, path.end, path.length)
+    shape = path
+    if smoothing.overlap:
+        movable = allowed & lines & ~joined
+        bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
+        shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
+        moved = np.abs(shape.end - path.end)[:-1]
+        tip_tolerance[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
+        axis_tolerance[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
+    slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
     bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
@@ -100,6 +114,8 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
         over = rounding.narrowed(over, bend, s, tip_tolerance, axis_tolerance)
         reach = np.where(bumps, np.maximum(over, 0.0), reach)
     reach = np.where(bumps, reach, 0.0)
+    # bumps that reach over a corner take from a blend behind it what that corner leaves it
+    most = np.minimum(most, rounding.clearance(reach, s)[curved])
 
     corner = np.flatnonzero(curved) - 1
     d, controls = blend_distances(path, corner, most, tip_tolerance[corner + 1], axis_tolerance[corner + 1])
@@ -116,10 +132,32 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     piece = parts["piece"]
     share = np.where(parts["curve"] >= 0, 0.5, parts["high"] - parts["low"])
     return Contour(
-        path=path, shape=path, turn=_turn(path)[piece] * share, run=run[piece],
+        path=path, shape=shape, turn=_turn(path)[piece] * share, run=run[piece],
         corners=Corners(s, reach, bend) if (reach > 0).any() else None, controls=controls,
         tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=_dwell_runs(path, run), **parts,
     )  # fmt: skip
+
+
+def _fairing_bounds(path: ToolPath, moves: Moves, tip_tolerance: Array) -> Array:
+    """How far vertices (n + 1,) may be moved: a share of the tolerance, and the Q of G64 where it is said."""
+    merge = np.array([np.inf if control.merge is None else control.merge for control in moves.controls])
+    control = np.where(path.move >= 0, moves.control[path.move], 0)
+    bound = FAIRING_SHARE * tip_tolerance
+    bound[1:-1] = np.minimum(bound[1:-1], np.minimum(merge[control[:-1]], merge[control[1:]]))
+    return np.asarray(bound)
+
+
+def _faired(path: ToolPath, s: Array, movable: Mask, tip_bound: Array, axis_bound: Array) -> ToolPath:
+    """The path with the vertices of finely divided feed moves faired."""
+    fed = path.feed_time > 0
+    movable = movable.copy()
+    movable[1:-1] &= fed[1:] & fed[:-1]
+    vertex = np.concatenate([path.start[:1], path.end])
+    moved = faired(vertex, s, movable, tip_bound, axis_bound)
+    start, end = path.start.copy(), path.end.copy()
+    rows = np.flatnonzero(movable)
+    start[rows], end[rows - 1] = moved[rows], moved[rows]
+    return replace(path, start=start, end=end)
 
 
 def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Mask, Array, Array]:
@@ -176,16 +214,16 @@ def _segments(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) ->
     row_at_end, row_at_start = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
     row_at_end[corner] = row_at_start[corner + 1] = np.arange(len(corner))
     index = np.arange(n, dtype=np.int32)
-    inner, at = rounding.breakpoints(reach, s)
-    u = (at - s[inner]) / path.length[inner]
-    inside = (u > at_start[inner] + MIN_SHARE) & (u < 1.0 - at_end[inner] - MIN_SHARE)
-    inner, u = inner[inside], u[inside]
+    inner, at, width = rounding.breakpoints(reach, s)
+    u, least = (at - s[inner]) / path.length[inner], MIN_SHARE * width / path.length[inner]
+    inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
+    inner, u, least = inner[inside], u[inside], least[inside]
     # begin of every part: the piece's own start, then its breakpoints; a part too short joins the one before
     piece = np.concatenate([index, inner])
-    low = np.concatenate([at_start, u])
+    low, least = np.concatenate([at_start, u]), np.concatenate([np.zeros(n), least])
     order = np.lexsort((low, piece))
-    piece, low = piece[order], low[order]
-    near = np.append(False, (piece[1:] == piece[:-1]) & (np.diff(low) < MIN_SHARE))
+    piece, low, least = piece[order], low[order], least[order]
+    near = np.append(False, (piece[1:] == piece[:-1]) & (np.diff(low) < np.minimum(least[1:], least[:-1])))
     piece, low = piece[~near], low[~near]
     last = np.append(piece[1:] != piece[:-1], True)
     high = np.where(last, 1.0 - at_end[piece], np.append(low[1:], 1.0))

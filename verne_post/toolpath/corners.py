@@ -127,6 +127,16 @@ def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
     return np.where(wall, 0.0, np.minimum(wanted, np.minimum(reach_left, reach_right)))
 
 
+def clearance(reach: Array, s: Array) -> Array:
+    """Distance (n + 1,) from each corner to the nearest bump of another corner, mm; bumps reach over ``PIECES`` pieces."""
+    found = np.full(len(s), np.inf)
+    for shift in range(1, min(PIECES, len(s) - 1) + 1):
+        apart = s[shift:] - s[:-shift]
+        found[:-shift] = np.minimum(found[:-shift], apart - reach[shift:])
+        found[shift:] = np.minimum(found[shift:], apart - reach[:-shift])
+    return found
+
+
 def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of pieces.
 
@@ -192,11 +202,12 @@ def displacement_slope(reach: Array, bend: Array, s: Array, piece: Ints, at: Arr
     return total
 
 
-def breakpoints(reach: Array, s: Array) -> tuple[Ints, Array]:
-    """Where bumps begin and end: the piece that each lies on, and its s; those at corners left out."""
+def breakpoints(reach: Array, s: Array) -> tuple[Ints, Array, Array]:
+    """Where bumps begin and end: the piece that each lies on, its s, and the reach of its bump."""
     n = len(s) - 1
     some = np.flatnonzero(reach > 0)
-    at = np.concatenate([s[some] - reach[some], s[some] + reach[some]])
-    at = at[(at > s[0]) & (at < s[-1])]
+    at, width = np.concatenate([s[some] - reach[some], s[some] + reach[some]]), np.tile(reach[some], 2)
+    inside = (at > s[0]) & (at < s[-1])
+    at, width = at[inside], width[inside]
     piece = np.clip(np.searchsorted(s, at, side="right") - 1, 0, n - 1)
-    return piece, at
+    return piece, at, width

@@ -96,7 +96,7 @@ def pieces_of(steps: Sequence[Step], like: ToolPath, piece: int) -> ToolPath:
     end = np.array([step.end for step in steps]).reshape(n, 5)
     joints = [step.joints for step in steps if step.joints is not None]
     length = np.array([
-        _metric(step.end - step.start if step.joints is None else step.joints[1] - step.joints[0]) for step in steps
+        metric_length(step.end - step.start if step.joints is None else step.joints[1] - step.joints[0]) for step in steps
     ])  # fmt: skip
     linear = np.array([step.joints is None for step in steps], dtype=bool)
     n_joints = joints[0].shape[1] if joints else 0
@@ -119,8 +119,11 @@ def pieces_of(steps: Sequence[Step], like: ToolPath, piece: int) -> ToolPath:
     )
 
 
-def _metric(delta: Array) -> float:
-    return float(np.hypot(np.linalg.norm(delta[:-2]), ROTARY_METRIC_MM * np.linalg.norm(delta[-2:])))
+def metric_length(delta: Array) -> Array:
+    """Metric length (...) of differences (..., k) whose last two are table angles, mm."""
+    return np.hypot(
+        np.linalg.norm(delta[..., :-2], axis=-1), ROTARY_METRIC_MM * np.linalg.norm(delta[..., -2:], axis=-1)
+    )
 
 
 def part(path: ToolPath, first: int, last: int) -> ToolPath:

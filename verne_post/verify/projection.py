@@ -17,6 +17,10 @@ Ints = NDArray[np.integer]
 
 #: Weight of a radian against a millimetre in the projection.
 RADIAN_MM: Final = 50.0
+#: Where a pose near a corner may be attributed to, a stretch of the piece is searched at so many points, so many times
+#: finer: to a millionth of a stretch that is a few tolerances long.
+NEARBY_POINTS: Final = 17
+NEARBY_ROUNDS: Final = 7
 #: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
 ARC_STEPS: Final = 2
 
@@ -121,8 +125,11 @@ def _swing(path: ToolPath, piece: Ints) -> tuple[Array, Array, Array]:
 
 
 def chord_lengths(path: ToolPath) -> Array:
-    """Length (n,) of each piece that its tip and its tool axis, or its A and C where they are linear, go evenly; mm."""
-    length = path.length.copy()
+    """Length (n,) of each piece that its tip and its tool axis, or its A and C where they are linear, go evenly; mm.
+
+    0 for JOINT pieces, whose tip goes as it will: there the limits on the joints' speed keep rows from being left out.
+    """
+    length = np.where(path.kind == PieceKind.JOINT, 0.0, path.length)
     swung = np.flatnonzero(path.circle >= 0)
     tip = np.linalg.norm(path.end[swung, :3] - path.start[swung, :3], axis=1)
     length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
@@ -188,6 +195,28 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
         tip_off[joint] = off[:, :-2].max(axis=1)
         axis_off[joint] = rotary_off[joint] = off[:, -2:].max(axis=1)
     return tip_off, axis_off, rotary_off
+
+
+def deviation_nearby(
+    path: ToolPath, piece: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array
+) -> tuple[Array, Array, Array]:
+    """As :func:`deviation`, at the pose near u whose larger share of the two bounds (mm, rad) is smallest.
+
+    A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
+    """
+    reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / path.length[piece]
+    low, high = np.clip(u - reach, 0.0, 1.0), np.clip(u + reach, 0.0, 1.0)
+    row = np.arange(len(piece))
+    rows = np.repeat(row, NEARBY_POINTS)
+    many = Measured(measured.q[rows], measured.tip[rows], measured.angles[rows])
+    for _ in range(NEARBY_ROUNDS):
+        at = low[:, None] + np.linspace(0.0, 1.0, NEARBY_POINTS) * (high - low)[:, None]
+        tip, axis, rotary = deviation(path, piece[rows], at.ravel(), many)
+        share = np.maximum(tip / tip_bound[rows], np.maximum(axis, rotary) / angle_bound[rows]).reshape(at.shape)
+        best = np.argmin(share, axis=1)
+        low, high = at[row, np.maximum(best - 1, 0)], at[row, np.minimum(best + 1, NEARBY_POINTS - 1)]
+    chosen = row * NEARBY_POINTS + best
+    return tip[chosen], axis[chosen], rotary[chosen]
 
 
 def _axis(angles: Array) -> Array:

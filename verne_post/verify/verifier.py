@@ -32,7 +32,15 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.verify.projection import RADIAN_MM, Measured, chord_lengths, deviation, paces, unwrapped_u
+from verne_post.verify.projection import (
+    RADIAN_MM,
+    Measured,
+    chord_lengths,
+    deviation,
+    deviation_nearby,
+    paces,
+    unwrapped_u,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -49,6 +57,8 @@ _TIP_PER_RADIAN_MM: Final = 1000.0
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
+#: A row that takes less than this share of its cycle at the programmed feed is slow.
+SLOW: Final = 0.999
 #: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
 _ARC_OVER_CHORD: Final = 1.6
 
@@ -180,10 +190,17 @@ class Verifier:
         difference = values
         names = (("VP401", "velocity", VELOCITY_RATIO), ("VP402", "acceleration", ACCELERATION_RATIO),
                  ("VP403", "jerk", JERK_RATIO))  # fmt: skip
+        nearest, self.binding = np.zeros(len(values) - _REST_ROWS), np.zeros(len(values) - _REST_ROWS, dtype=np.int64)
         for order, (code, name, ratio) in enumerate(names):
             difference = np.diff(difference, axis=0) / dt
             # only differences that end in a new row: the others have been judged before
             size = np.abs(difference[_REST_ROWS - 1 - order :])
+            share = size / self.limit[order]
+            joint_of_row = share.argmax(axis=1)
+            top = share[np.arange(len(share)), joint_of_row]
+            nearer = top > nearest
+            nearest = np.where(nearer, top, nearest)
+            self.binding = np.where(nearer, order * len(self.columns) + joint_of_row, self.binding)
             self.worst[order] = np.maximum(self.worst[order], size.max(axis=0))
             bound = ratio * self.limit[order] + self.noise[order]
             for joint in np.flatnonzero((size > bound).any(axis=0)):
@@ -326,6 +343,14 @@ class Verifier:
         coarse = self.tip_noise if any(noise.any() for noise in self.noise) else 0.0
         allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse
         turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
+        doubtful = np.flatnonzero(
+            self.rounded[piece] & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
+        )
+        if len(doubtful):
+            some = Measured(measured.q[doubtful], measured.tip[doubtful], measured.angles[doubtful])
+            tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
+                self.path, piece[doubtful], u[doubtful], some, allowed[doubtful], turned[doubtful]
+            )
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
         result.axis_deviation_deg = max(result.axis_deviation_deg, float(axis_off.max()) / RAD_PER_DEG)
@@ -384,6 +409,7 @@ class Verifier:
                 way[at] = 0.0
         budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
+        self._count_slow(budget + slack)
         self._judge_chords(block, np.linalg.norm(moved, axis=1), way)
 
     def _judge_feed(self, block: SetpointBlock, budget: Array, slack: Array) -> None:
@@ -416,6 +442,15 @@ class Verifier:
                     limit=FEED_RATIO,
                     unit="of the feed",
                 )
+
+    def _count_slow(self, budget: Array) -> None:
+        """Rows of feed moves that fall short of the feed, by the limit that was nearest."""
+        slow = (budget > 0) & (budget < SLOW * self.fmt.cycle)
+        count = np.bincount(self.binding[slow], minlength=3 * len(self.columns))
+        for index in np.flatnonzero(count).tolist():
+            kind, joint = divmod(index, len(self.columns))
+            key = (("velocity", "acceleration", "jerk")[kind], self.columns[joint].joint)
+            self.result.slow[key] = self.result.slow.get(key, 0.0) + float(count[index]) * self.fmt.cycle
 
     def _chord_time(self, piece: Ints, moved: Array) -> Array:
         """Seconds (n,) that steps (n, 5) in tip and weighted angles take at the feed of pieces (n,), 0 for rapids."""

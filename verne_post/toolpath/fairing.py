@@ -1,0 +1,83 @@
+"""Fairing: vertices of finely divided curves moved a little, so that their decimals do not shake the machine.
+
+CAM systems write points with three or four decimals. At 0.2 mm from point to point that is an error of several
+thousandths in direction at every vertex, which costs jerk. A smoothing spline through tip and table angles takes out
+what is shorter than a dozen points; no vertex moves by more than a share of its tolerance, and sharp corners, stops
+and the ends of a stretch do not move at all.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Waves shorter than so many points are taken out.
+POINTS: Final = 12.0
+#: A stretch has at least so many vertices that may move.
+SHORTEST: Final = 8
+#: A vertex where the tip turns by more than this (rad) is a feature of the part.
+FEATURE: Final = np.radians(15.0)
+#: A piece so many times longer than the median of its stretch does not divide a curve finely.
+LONG_PIECE: Final = 4.0
+#: Weight of vertices that hold still against those that move.
+HELD: Final = 1e9
+
+
+def faired(vertex: Array, s: Array, movable: Mask, tip_bound: Array, axis_bound: Array) -> Array:
+    """Vertices (n + 1, 5), moved within bounds.
+
+    Parameters
+    ----------
+    vertex : ndarray, shape (n + 1, 5)
+        Tip (mm) and nominal angles (rad) at the corners of a path.
+    s : ndarray, shape (n + 1,)
+        Metric length at the corners, mm.
+    movable : ndarray of bool, shape (n + 1,)
+        Corners between straight feed moves that may be rounded.
+    tip_bound, axis_bound : ndarray, shape (n + 1,)
+        How far each may move, mm and rad; above 0 where it is movable.
+    """
+    soft = movable & ~_features(vertex, s)
+    moved = vertex.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], soft, [False]]).astype(np.int8)))
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if last - first >= SHORTEST:
+            rows = slice(first - 1, last + 1)  # the vertices at both ends hold still
+            moved[rows] = _stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])
+    return moved
+
+
+def _features(vertex: Array, s: Array) -> Mask:
+    """Vertices that are sharp corners of the part, or stand beside a piece far longer than its neighbours."""
+    found = np.zeros(len(s), dtype=bool)
+    way = np.diff(vertex[:, :3], axis=0)
+    size = np.linalg.norm(way, axis=1)
+    cosine = np.sum(way[1:] * way[:-1], axis=1)
+    sine = np.linalg.norm(np.cross(way[1:], way[:-1]), axis=1)
+    found[1:-1] = (np.arctan2(sine, cosine) > FEATURE) & (size[1:] > 0) & (size[:-1] > 0)
+    length = np.diff(s)
+    longer = np.maximum(length[1:], length[:-1]) > LONG_PIECE * np.minimum(length[1:], length[:-1])
+    found[1:-1] |= longer
+    return found
+
+
+def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Array:
+    """One stretch, its ends held."""
+    from scipy.interpolate import make_smoothing_spline
+
+    weight = np.ones(len(s))
+    weight[[0, -1]] = HELD
+    # a cubic smoothing spline passes waves of length L by 1 / (1 + lam h (2 pi / L)^4)
+    spacing = float(np.median(np.diff(s)))
+    lam = (POINTS / (2 * np.pi)) ** 4 * spacing**3
+    change = np.stack([make_smoothing_spline(s, column, weight, lam)(s) for column in vertex.T], axis=1) - vertex
+    change[[0, -1]] = 0.0
+    inner = slice(1, -1)
+    ratio = np.maximum(
+        np.linalg.norm(change[inner, :3], axis=1) / tip_bound[inner],
+        np.linalg.norm(change[inner, 3:], axis=1) / axis_bound[inner],
+    )
+    return np.asarray(vertex + change / max(float(ratio.max()), 1.0))
