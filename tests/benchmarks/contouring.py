@@ -34,7 +34,7 @@ from verne_post.model.summary import Summary
 from verne_post.output.setpoints import FORMATS
 from verne_post.pipeline import Plan, convert, judge_program, plan_program, read_program
 from verne_post.timing import flowing, scan, toppra_backend
-from verne_post.timing.plan import ContourRun, plan_contour
+from verne_post.timing.plan import ContourRun, Planning, plan_contour
 from verne_post.timing.run_path import grid_along
 
 Array = NDArray[np.float64]
@@ -227,8 +227,8 @@ def reference_gap(plan: Plan) -> float:
     for number, run in enumerate(runs(plan)):
         if plan.laws.flow_first[number] < 0:
             continue
-        best += len(flowing.flowing_law(run, plan.program.machine.limits, plan.program.cycle, flowing.QUALITY)) - 1
-        ours += len(flowing.flowing_law(run, plan.program.machine.limits, plan.program.cycle)) - 1
+        best += len(flowing.flowing_law(run, plan.program.machine.limits, plan.program.cycle, flowing.QUALITY).s) - 1
+        ours += int(plan.laws.flow_cycles[number])
     return ours / best - 1 if best else float("nan")
 
 
@@ -237,7 +237,9 @@ def law_cost(plan: Plan) -> float:
     program = plan.program
     bounds, _findings = judge_program(program)
     begin = time.process_time()
-    plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits, program.cycle)
+    plan_contour(
+        program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits, Planning(program.cycle)
+    )
     return 1e3 * (time.process_time() - begin) / moving_time(plan)
 
 
@@ -316,7 +318,7 @@ def toppra_table(machine: Machine) -> str:
             times.append(time.process_time() - begin)
         begin = time.process_time()
         try:
-            other = toppra_backend.solve(grid, limits, interpolated=False)
+            other = toppra_backend.solve(grid, limits)
         except RuntimeError as error:
             rows.append([part.name, f"{len(grid.s)}", f"{1e3 * min(times):.1f}", "-", "-", str(error)])
             continue

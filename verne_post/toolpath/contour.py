@@ -87,31 +87,35 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
 
     if smoothing.overlap:  # vertices between collinear pieces may move like their neighbours
         joined &= ~(allowed & lines)
-    s = np.append(0.0, np.cumsum(path.length))
-    shape = path
-    if smoothing.overlap:
-        movable = allowed & lines & ~joined
-        bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
-        shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
-        moved = np.abs(shape.end - path.end)[:-1]
-        tip_tolerance[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
-        axis_tolerance[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
-    slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
-    bend = rounding.bends(slope)
-    bend[~lines] = 0.0
-    bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
     curved = allowed & ~lines & ~joined
     curved[1:-1] &= (
         np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
     )
-    wanted = np.where(bumps, rounding.room(bend, tip_tolerance, axis_tolerance), 0.0)
+    s = np.append(0.0, np.cumsum(path.length))
+    shape = path
+    tip_left, axis_left = tip_tolerance.copy(), axis_tolerance.copy()  # to corners, by vertices that have moved
+    if smoothing.overlap:
+        movable = allowed & lines & ~joined
+        # a piece that runs on into another, or into a blend, keeps its direction, which was matched as programmed
+        kept = joined | curved
+        movable[1:-1] &= ~(kept[2:] | kept[:-2])
+        bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
+        shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
+        moved = np.abs(shape.end - path.end)[:-1]
+        tip_left[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
+        axis_left[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
+    slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
+    bend = rounding.bends(slope)
+    bend[~lines] = 0.0
+    bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
+    wanted = np.where(bumps, rounding.room(bend, tip_left, axis_left), 0.0)
     wanted = np.where(curved, np.inf, wanted)
     reach = rounding.shared(wanted, path.length)
     most = reach[curved]
     if smoothing.overlap:
         walls = ~(bumps | (joined & lines))
         over = rounding.overlapping(np.where(bumps, wanted, 0.0), s, walls, curved)
-        over = rounding.narrowed(over, bend, s, tip_tolerance, axis_tolerance)
+        over = rounding.narrowed(over, bend, s, tip_left, axis_left)
         reach = np.where(bumps, np.maximum(over, 0.0), reach)
     reach = np.where(bumps, reach, 0.0)
     # bumps that reach over a corner take from a blend behind it what that corner leaves it
