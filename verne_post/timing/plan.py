@@ -17,8 +17,8 @@ Ints = NDArray[np.integer]
 
 #: Rows of rest added where a flowing run follows or precedes another; the row at the stop itself is the third.
 REST_ROWS: Final = 2
-#: A feed counts as reached at this share of it.
-REACHED: Final = 0.999
+#: A feed counts as reached at this share of it, which laws come to from below; the same share makes a row slow (verify).
+REACHED: Final = 0.99
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,8 +57,9 @@ _TIP_PER_RADIAN_MM: Final = 1000.0
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
-#: A row that takes less than this share of its cycle at the programmed feed is slow.
-SLOW: Final = 0.999
+#: A row that takes less than this share of its cycle at the programmed feed is slow. Laws come to the feed from below, to
+#: within two thousandths: nobody could see those.
+SLOW: Final = 0.99
 #: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
 _ARC_OVER_CHORD: Final = 1.6
 
