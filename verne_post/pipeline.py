@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
-from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE
 from verne_post.gcode.read import interpreted_until_error, state_after
 from verne_post.gcode.state import Setup, State
 from verne_post.kinematics.joint_path import JointPath
@@ -24,7 +24,7 @@ from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.model.summary import Summary
+from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
@@ -36,6 +36,7 @@ from verne_post.toolpath.build import build_path
 from verne_post.toolpath.contour import Smoothing, contour_pose, exact_contour, smooth_contour, speed_cap
 from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.free_turn import with_free_turn
 from verne_post.toolpath.rapids import with_joint_rapids
 from verne_post.verify.verifier import Verifier
 
@@ -55,6 +56,7 @@ class Program:
     moves: Moves
     contour: Contour
     findings: tuple[Finding, ...] = ()
+    free_turn: FreeTurn | None = None
 
     @property
     def path(self) -> ToolPath:
@@ -154,6 +156,9 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     _refuse_stops(moves, path, options)
+    turn = None
+    if options.free_c:
+        path, turn = _turned(moves, path, machine)
     findings = [] if branches is None else _branch_findings(path, branches, machine, options)
     if branches is not None and branches.changes and worst(findings) != "error":
         path = with_detours(path, branches.changes, machine)
@@ -161,7 +166,7 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
         path = with_joint_rapids(path, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
-    return Program(machine, options, moves, _contour(path, moves, machine, options), tuple(findings))
+    return Program(machine, options, moves, _contour(path, moves, machine, options), tuple(findings), turn)
 
 
 def _contour(path: ToolPath, moves: Moves, machine: Machine, options: Options) -> Contour:
@@ -185,14 +190,16 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
     """
     limits, module = machine.limits, machine.module
     errors = np.array([margin.error_below for margin in machine.margins])
+    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     chosen: list[BranchPlan] = []
+    planned: list[NDArray[np.int32]] = []  # the move of each planned piece: some may have no length in the end
 
     def planner(path: ToolPath) -> tuple[Array, Array] | None:
         def legal(piece: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
             tip, _angles = pose(path, piece, u)
             q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[piece])
             with np.errstate(invalid="ignore"):
-                inside = ((q >= limits.lower) & (q <= limits.upper))[:, :-1].all(axis=1)
+                inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
                 clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
             return ok & inside & clear
 
@@ -200,11 +207,45 @@ def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[Tool
         if plan is None:
             return None
         chosen.append(plan)
+        planned.append(path.move)
         taken = path.free.any() or (options.allow_rewind and not any(change.feeding for change in plan.changes))
         return (plan.start, plan.end) if taken else None
 
     path = build_path(moves, machine.coordinates, options.orientation, planner)
-    return path, chosen[0] if chosen else None
+    if not chosen:
+        return path, None
+    plan, piece = chosen[0], np.searchsorted(planned[0], path.move)
+    changes = tuple(
+        replace(change, piece=int(np.searchsorted(path.move, planned[0][change.piece]))) for change in plan.changes
+    )
+    return path, BranchPlan(plan.start[piece], plan.end[piece], changes, plan.departs[piece], plan.legal)
+
+
+def _turned(moves: Moves, path: ToolPath, machine: Machine) -> tuple[ToolPath, FreeTurn]:
+    """The path with the C that keeps farthest from every limit."""
+    limits = machine.limits
+    travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
+    half = 0.5 * (limits.upper - limits.lower)[travel]
+    measured = [
+        (index, margin) for index, margin in enumerate(machine.margins) if np.isfinite(margin.error_below)
+        and margin.warn_below > margin.error_below
+    ]  # fmt: skip
+    kept = [index for index, _margin in measured]
+    error = np.array([margin.error_below for _index, margin in measured])
+    scale = np.array([margin.warn_below for _index, margin in measured]) - error
+
+    def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
+        q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
+        inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
+        geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
+        found = np.concatenate([inside, geometry], axis=1)
+        found[~ok] = -np.inf
+        return found
+
+    names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
+    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
+    c_range = float(limits.lower[-1]), float(limits.upper[-1])
+    return with_free_turn(path, moves.fixes_c, margins, tuple(names), c_range)
 
 
 def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options: Options) -> list[Finding]:
@@ -220,20 +261,18 @@ def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options
     for change in plan.changes:
         line = int(path.line[change.piece])
         at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
+        fine = options.allow_rewind and not change.feeding
         if at_pole:
-            what, fine = (
-                f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg",
-                True,
-            )
+            what = f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg"
+            fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:
             what = f"the table must go from ({shown(change.before)}) to ({shown(change.after)}) deg before this line"
-            fine = options.allow_rewind and not change.feeding
-            if not fine:
-                what += (
-                    "; the tool feeds here, lift it"
-                    if change.feeding
-                    else "; --allow-rewind adds a retract, turn and return"
-                )
+        if not fine:
+            what += (
+                "; the tool feeds here, lift it"
+                if change.feeding
+                else "; --allow-rewind adds a retract, turn and return"
+            )
         found.append(
             finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
         )
@@ -304,7 +343,8 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     SolverError
         When a time law cannot be found.
     """
-    bounds, findings = judge_program(program, progress)
+    bounds, judged = judge_program(program, progress)
+    findings = sorted([*program.findings, *judged], key=lambda item: (item.line or 0, item.code))
     if worst(findings) == "error":
         raise InputError(*findings)
     total = len(program.contour)
@@ -461,4 +501,5 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         events=moves.events,
         format=fmt,
         verification=verdict,
+        free_turn=program.free_turn,
     )

@@ -65,6 +65,7 @@ SPAN_TAIL: Final = 1e-10
 
 #: A great circle of tool axes that passes the pole nearer than this (rad) goes through it: C then stays, and the axis
 #: leaves the circle by no more than that, half of what verification accepts. Around the pole C would spin half a turn.
+#: A programmed axis that is this near is vertical: six decimals of I and J leave 7e-7.
 POLE_CROSSING: Final = 1e-5
 #: Two tool axes this near to opposite (rad) leave the great circle between them open.
 OPPOSITE: Final = 1e-6

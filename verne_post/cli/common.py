@@ -47,6 +47,8 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
                           "linear (angles); auto: as the poses were programmed, I J K or A C."),
         click.option("--allow-rewind", is_flag=True,
                      help="The table may rewind C or change sides where a limit needs it, with a retract, between feed moves."),
+        click.option("--free-c", is_flag=True,
+                     help="For a tool that is vertical throughout: turn the part to where the smallest margin is largest."),
         click.option("--block-delete", is_flag=True, help="Skip blocks that begin with a slash."),
         click.option("--optional-stop", is_flag=True, help="M1 stops."),
     ]  # fmt: skip
@@ -95,6 +97,7 @@ def build_options(name: str, **given: Any) -> "Options":
         orientation_tolerance=_radians(given.get("orientation_tolerance")),
         orientation=given.get("orientation", "auto"),
         allow_rewind=given.get("allow_rewind", False),
+        free_c=given.get("free_c", False),
         block_delete=given.get("block_delete", False),
         optional_stop=given.get("optional_stop", False),
         source_name=name,

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
 _MAX_M_CODES: Final = 4
 MAX_DWELL_S: Final = 86_400.0
-_Z: Final = 2
+_X, _Y, _Z = 0, 1, 2
 _A, _C = 3, 5
 _ROTARY: Final = (3, 4, 5)
 #: So many turns of one arc at most.
@@ -267,13 +267,18 @@ class Interpreter(FrameCodes):
         moving = [axis for axis in axes if state.absolute or block.words[AXES[axis]] != 0.0]
         if not state.absolute:
             self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
+        if state.vector is not None or state.vectors:
+            self._check_vector_axes(block, moving, machine=False)
         via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
+        if _C in moving:
+            self.recorder.fix_c(block.line)
         for axis in moving:
             value = self._axis_value(block, axis)
             via[axis] = value if state.absolute else via[axis] + value
             state.known[axis] = True
         self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
         chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        self._leave_vector_for_machine(block, chosen, g_name(code))
         self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
 
     # --- motion ----------------------------------------------------------------------------------
@@ -287,6 +292,7 @@ class Interpreter(FrameCodes):
         if state.vector is not None or state.vectors:
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
+            self._leave_vector_for_machine(block, axes, "G53")
             self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
         if motion in (20, 30):
@@ -295,6 +301,8 @@ class Interpreter(FrameCodes):
             self._require_known(block, axes, "an incremental move")
         start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
         end = list(start)
+        if _C in axes:
+            self.recorder.fix_c(block.line)
         for axis in axes:
             value = self._axis_value(block, axis)
             end[axis] = value if state.absolute else end[axis] + value
@@ -310,12 +318,6 @@ class Interpreter(FrameCodes):
         """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
         state = self.state
         rotary = [axis for axis in axes if axis in _ROTARY]
-        if machine and state.vector is not None and [axis for axis in axes if axis != _Z]:
-            letter = AXES[next(axis for axis in axes if axis != _Z)]
-            raise BlockError(
-                "VP017", f"G53 {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
-                "or end tool vectors with G43.4 or G49 and name A and C", block.columns[letter],
-            )  # fmt: skip
         if not rotary:
             return
         letter = AXES[rotary[0]]
@@ -329,7 +331,20 @@ class Interpreter(FrameCodes):
                 "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
                 "name A and C together", block.columns[letter],
             )  # fmt: skip
-        state.vector = None
+        if not machine:
+            state.vector = None
+
+    def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
+        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, nothing else is told."""
+        if self.state.vector is None or not set(axes) - {_Z}:
+            return
+        if not {_X, _Y, _A, _C} <= set(axes):
+            letter = AXES[next(axis for axis in axes if axis != _Z)]
+            raise BlockError(
+                "VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
+                "or X, Y, A and C together after G43.4 or G49", block.columns.get(letter),
+            )  # fmt: skip
+        self.state.vector = None
 
     def _pointed(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""
@@ -390,6 +405,8 @@ class Interpreter(FrameCodes):
         """Move the named axes to machine coordinates; the others keep theirs."""
         state, coordinates = self.state, self.setup.coordinates
         self._start_of_motion(kind, absolute=True, machine=True)
+        if {_X, _Y, _C} & set(targets):
+            self.recorder.fix_c(line)
         machine = coordinates.to_machine(np.array(state.position), state.frame)
         for axis, value in targets.items():
             machine[axis] = value

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 #: Shorter stretches are cheaper in the general interpreter.
 MIN_LINES: Final = 8
-_F, _G, _N = 9, 10, 11
+_C, _F, _G, _N = 5, 9, 10, 11
 _ROTARY: Final = [3, 4, 5]
 
 
@@ -125,6 +125,8 @@ def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State
         end[rows],
         np.where(rapid, np.nan, shown)[rows],
     )
+    if present[:n, _C].any():
+        recorder.fix_c(int(lines.first_line + first + np.argmax(present[:n, _C])))
     state.motion = 10 * int(motion[-1])
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = [float(v) for v in end[-1]]

@@ -100,6 +100,8 @@ class Recorder:
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
+    #: First line that names C, or sends X or Y to machine coordinates.
+    fixes_c: int | None = None
     count: int = 0
 
     def frame_index(self, frame: Frame) -> int:
@@ -144,6 +146,11 @@ class Recorder:
         )
         self.count += n
 
+    def fix_c(self, line: int) -> None:
+        """Note that a line leaves C no longer open."""
+        if self.fixes_c is None:
+            self.fixes_c = line
+
     def event(self, line: int, kind: str, **data: object) -> None:
         """Record something that is not motion."""
         self.events.append(Event(line, kind, self.count, data))
@@ -187,5 +194,5 @@ class Recorder:
         )
         return Moves(
             arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
-            start=np.array(start, dtype=float), start_frame=first_frame, **table,
+            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, **table,
         )  # fmt: skip

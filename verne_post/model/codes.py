@@ -258,8 +258,10 @@ CODES: Final[dict[str, Code]] = _table(
         "VP301",
         "flip, rewind or another branch",
         "error",
-        "The motion needs another table solution, or another turn of C, than the one programmed.",
-        "Post the program so that it stays on one branch.",
+        "The table must change to its other solution (-A, C + 180), rewind C, or leave the programmed A and C, to keep a "
+        "limit; or C turns under a standing, vertical tool (a warning). With --allow-rewind a change between feed moves "
+        "is a warning too, and a retract, turn and return are added.",
+        "Lift the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
     (

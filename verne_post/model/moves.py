@@ -153,6 +153,9 @@ class Moves:
     vector : ndarray, shape (n, 3)
         Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
         A and C of ``end`` are then one of the pairs that give this axis.
+    fixes_c : int or None
+        First source line that names C, or sends X or Y to machine coordinates, where C decides what place of the part
+        that is; None where the program leaves C open.
     start : ndarray, shape (9,)
         Where the program starts, program coordinates of ``start_frame``.
     start_frame : Frame
@@ -174,6 +177,7 @@ class Moves:
     events: tuple[Event, ...]
     start: Array
     start_frame: Frame
+    fixes_c: int | None = None
 
     def __len__(self) -> int:
         return len(self.line)

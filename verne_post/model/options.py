@@ -58,6 +58,8 @@ class Options:
         How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
     allow_rewind : bool
         The table may rewind or change sides between feed moves, with a retract.
+    free_c : bool
+        Under a tool that is vertical throughout, turn the part to where the smallest margin is largest.
     block_delete : bool
         Skip blocks that begin with a slash.
     optional_stop : bool
@@ -81,6 +83,7 @@ class Options:
     rapids: str = "line"
     orientation: str = "auto"
     allow_rewind: bool = False
+    free_c: bool = False
     block_delete: bool = False
     optional_stop: bool = False
     source_name: str = "program"

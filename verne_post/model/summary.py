@@ -9,6 +9,21 @@ from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.verification import Verification
 
 
+@dataclass(frozen=True)
+class FreeTurn:
+    """What `--free-c` chose: C in rad (nominal, workpiece sense), and the smallest margin at the old and the new C.
+
+    A margin is 0 at its limit and 1 in the middle of a travel, or where a warning begins (toolpath.free_turn); minus
+    infinity where the program cannot be reached. ``nearest`` names the smallest one at the new C.
+    """
+
+    before: float
+    chosen: float
+    margin_before: float
+    margin: float
+    nearest: str
+
+
 @dataclass(frozen=True, eq=False)
 class Summary:
     """Facts of one conversion.
@@ -36,6 +51,8 @@ class Summary:
         Work systems in use.
     verification : Verification or None
         None when nothing was written (`check`).
+    free_turn : FreeTurn or None
+        None without `--free-c`.
     """
 
     source: bytes
@@ -57,3 +74,4 @@ class Summary:
     events: tuple[Event, ...]
     format: SetpointFormat
     verification: Verification | None
+    free_turn: FreeTurn | None = None

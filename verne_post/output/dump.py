@@ -43,6 +43,8 @@ def _move(table: Moves, row: int) -> dict[str, object]:
         return {"line": int(table.line[row]), "kind": "dwell", "seconds": float(table.feed[row])}
     found["feed"] = None if kind == MoveKind.RAPID else float(table.feed[row])
     found["feed_mode"] = _MODES[FeedMode(table.feed_mode[row])]
+    if np.isfinite(table.vector[row, 0]):
+        found["axis"] = table.vector[row].tolist()
     if kind == MoveKind.ARC:
         arc = int(table.arc[row])
         found["plane"] = PLANE_NAMES[table.arcs.plane[arc]]

@@ -61,6 +61,7 @@ def paragraph(summary: Summary) -> str:
             why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
             text += f"; {sum(verdict.slow.values()):.3f} s are below it, nearest to its limit then: {why}"
         parts.append(text + ".")
+    parts += _free_turn(summary)
     parts += _offsets(summary)
     parts += _stops(summary)
     if options.decimals is not None:
@@ -84,6 +85,23 @@ def _offsets(summary: Summary) -> list[str]:
         if place not in said:
             said.append(place)
     return [f"Work offset: {'; '.join(said)}."]
+
+
+def _free_turn(summary: Summary) -> list[str]:
+    turn = summary.free_turn
+    if turn is None:
+        return []
+    factor = summary.machine.columns[-1].factor
+    if turn.chosen == turn.before:
+        return [
+            f"C stays at {turn.before * factor:.3f} deg: no other C has a larger smallest margin than "
+            f"{turn.margin:.3f} ({turn.nearest})."
+        ]
+    old = f"{turn.margin_before:.3f}" if np.isfinite(turn.margin_before) else "out of reach"
+    return [
+        f"C stands at {turn.chosen * factor:.3f} deg: the smallest margin is {turn.margin:.3f} ({turn.nearest}), "
+        f"in place of {old} at C {turn.before * factor:.3f} (0 at a limit, 1 in the middle of a travel)."
+    ]
 
 
 def _stops(summary: Summary) -> list[str]:
@@ -136,6 +154,7 @@ def meta(summary: Summary) -> str:
             "quality": summary.options.quality,
             "allow_rewind": summary.options.allow_rewind,
             "accept_rounding": summary.options.accept_rounding,
+            "free_c": summary.options.free_c,
             "block_delete": summary.options.block_delete,
             "optional_stop": summary.options.optional_stop,
             "tools": {
@@ -165,6 +184,15 @@ def meta(summary: Summary) -> str:
         "first_row": list(summary.start),
         "feed_moves": {"all": summary.feed_pieces, "feed_reached": summary.feed_reached},
     }
+    if (turn := summary.free_turn) is not None:
+        factor = machine.columns[-1].factor
+        data["free_c"] = {
+            "c_deg_before": turn.before * factor,
+            "c_deg": turn.chosen * factor,
+            "margin_before": turn.margin_before if np.isfinite(turn.margin_before) else None,
+            "margin": turn.margin,
+            "nearest": turn.nearest,
+        }
     if verdict is not None:
         data["verification"] = {
             "velocity_ratio": dict(zip(joints, verdict.velocity_ratio.tolist(), strict=True)),

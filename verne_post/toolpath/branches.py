@@ -7,27 +7,32 @@ it, and another one is taken only where the named one breaks a limit.
 Pieces that must share a branch unless the table rewinds form a *section*; sections end where the tool is vertical
 (C is free there), where it crosses the pole, and, when no section-wide branch is legal, where the legality changes.
 The path through the sections is the least of, in this order: pieces beyond a hard limit, rewinds while the tool
-feeds, other rewinds, pieces off the programmed branch, rotary travel.
+feeds, other rewinds, pieces off the programmed branch, turns in place under a vertical tool, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, ZERO_ANGLE
 from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.evaluate import pose
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Turns of C that a free section may be away from where it would go on, where C is unlimited.
+#: Turns of C that a free section may be away from where it would go on, where C is unlimited; and as many more as C
+#: winds up on the way, up to a bound: the work grows with their square.
 TURNS: Final = 2
+MORE_TURNS: Final = 8
 #: Points of a piece at which a branch is tried before the whole piece is judged.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+#: Rotary travel counts in steps of this, rad, so that equal ways are equal and the first branch, as programmed, is kept.
+TRAVEL_STEP: Final = 1e-6
 #: Sections end at changes of legality only up to this many pieces: beyond it a program is hopeless, not long.
 MAX_SECTIONS: Final = 20_000
 
@@ -93,6 +98,10 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
         Travel of C, rad; infinite where it is unlimited.
     """
     free, n = path.free, len(path)
+    onward = _onward(path)
+    start = path.start.copy()
+    start[onward, 3:] = path.end[onward, 3:]
+    path = replace(path, start=start)
     possible = {flip: _possible(path, legal, Branch(flip, 0)) for flip in (0,)}
     low, high = c_range
     inside = (np.minimum(path.start[:, 4], path.end[:, 4]) >= low) & (
@@ -104,14 +113,27 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
     states = _states(path, c_range)
     breaks = _breaks(path, vertical)
-    plan = _through(path, _sections(breaks, vertical, n), vertical, states, possible, c_range)
-    if not plan.legal:
+    plan = _through(path, _sections(breaks, vertical, n), onward, states, possible, c_range)
+    if not plan.legal or any(_rewinds(change) for change in plan.changes):
         finer = _finer_breaks(path, breaks, states, possible, c_range)
         if len(finer) <= MAX_SECTIONS:
-            plan = _through(path, _sections(finer, vertical, n), vertical, states, possible, c_range)
+            plan = _through(path, _sections(finer, vertical, n), onward, states, possible, c_range)
     if not plan.legal and not free.any():
         return None
     return plan
+
+
+def _rewinds(change: Change) -> bool:
+    """The table must go elsewhere under a tilted tool."""
+    return max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) > POLE_SINE
+
+
+def _onward(path: ToolPath) -> Mask:
+    """Rapids whose A and C words end a stretch of tool axes: they begin wherever the table stands."""
+    found = ~path.free & (path.feed_time == 0) & (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
+    found[1:] &= path.free[:-1]
+    found[:1] = False
+    return found
 
 
 def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
@@ -119,7 +141,7 @@ def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     n, k = len(path), len(TRIED)
     piece = np.repeat(np.arange(n), k)
     u = np.tile(TRIED, n)
-    angles = path.start[piece, 3:] + u[:, None] * (path.end[piece, 3:] - path.start[piece, 3:])
+    _tip, angles = pose(path, piece, u)
     return np.asarray(legal(piece, u, branch.of(angles)).reshape(n, k).all(axis=1))
 
 
@@ -128,16 +150,19 @@ def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
     low, high = c_range
     c = np.concatenate([path.start[:, 4], path.end[:, 4]])
     found = []
+    free_turns = TURNS + min(int(np.ceil(np.ptp(c) / (2 * np.pi))), MORE_TURNS)
     for flip in (0, 1):
         if np.isfinite(low) or np.isfinite(high):
             shifted_low, shifted_high = c.min() + flip * np.pi, c.max() + flip * np.pi
             first = (
-                int(np.ceil((max(low, -1e6) - shifted_high) / (2 * np.pi) - ZERO_ANGLE)) if np.isfinite(low) else -TURNS
+                int(np.ceil((max(low, -1e6) - shifted_high) / (2 * np.pi) - ZERO_ANGLE))
+                if np.isfinite(low)
+                else -free_turns
             )
-            last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else TURNS
+            last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else free_turns
             turns: Iterable[int] = range(min(first, 0), max(last, 0) + 1)
         else:
-            turns = range(-TURNS, TURNS + 1) if path.free.any() else (0,)
+            turns = range(-free_turns, free_turns + 1) if path.free.any() else (0,)
         found += [Branch(flip, turn) for turn in turns]
     return sorted(found, key=lambda branch: (branch.flip, abs(branch.turns), branch.turns))
 
@@ -179,7 +204,7 @@ def _good(path: ToolPath, branch: Branch, possible: dict[int, Mask], c_range: tu
 
 
 def _through(
-    path: ToolPath, sections: list[tuple[int, int]], vertical: Mask, states: list[Branch],
+    path: ToolPath, sections: list[tuple[int, int]], onward: Mask, states: list[Branch],
     possible: dict[int, Mask], c_range: tuple[float, float],
 ) -> BranchPlan:  # fmt: skip
     """The best branch of every section (dynamic programming), and the angles that follow."""
@@ -195,12 +220,15 @@ def _through(
     finish = np.stack([branch.of(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
     own = [
-        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0.0) for s in range(len(states))] for k in range(len(firsts))
+        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0, 0 if k else s) for s in range(len(states))]
+        for k in range(len(firsts))
     ]
     best = own[0]
     came: list[list[int]] = []
     for k in range(1, len(firsts)):
-        bridged = bool(lasts[k - 1] < firsts[k])  # vertical pieces in between
+        bridged = bool(
+            lasts[k - 1] < firsts[k] or onward[firsts[k]]
+        )  # vertical pieces in between, or the table may go on
         fed = bool(feeding[lasts[k - 1] - 1] and feeding[firsts[k]])
         here, back = [], []
         for s in range(len(states)):
@@ -218,28 +246,40 @@ def _through(
     for back in reversed(came):
         chosen.append(back[chosen[-1]])
     chosen.reverse()
-    return _laid_out(path, sections, vertical, [states[s] for s in chosen], legal=total[0] == 0)
+    return _laid_out(path, sections, onward, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-_Cost = tuple[int, int, int, int, float]
+#: Pieces beyond a limit, rewinds while the tool feeds, other rewinds, pieces off the programmed branch, turns of C in
+#: place under a vertical tool, rotary travel; where all of that is equal, the first piece stays as it is.
+_Cost = tuple[int, int, int, int, int, int, int]
 
 
 def _added(a: _Cost, b: _Cost) -> _Cost:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4])
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6])
 
 
 def _passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
     """Cost of going from one pair of angles to another between sections."""
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
-    if tilt + turn <= 2 * ZERO_ANGLE:
-        return (0, 0, 0, 0, 0.0)
+    travel = round((tilt + turn) / TRAVEL_STEP)
+    if _meets(before, after):
+        return (0, 0, 0, 0, 0, 0, 0)
     if bridged:
-        return (0, 0, 0, 0, turn)
-    return (0, int(fed), 1, 0, tilt + turn)
+        return (0, 0, 0, 0, 0, travel, 0)
+    if max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE and tilt <= ZERO_ANGLE:
+        return (0, 0, 0, 0, 1, travel, 0)
+    return (0, int(fed), 1, 0, 0, travel, 0)
+
+
+def _meets(before: Array, after: Array) -> bool:
+    """One pair of angles goes on where the other ends; under a vertical tool within what the axis may be off later."""
+    upright = max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE
+    away = np.abs(after - before)
+    return bool(away[0] <= ZERO_ANGLE and away[1] <= (POLE_CROSSING if upright else ZERO_ANGLE))
 
 
 def _laid_out(
-    path: ToolPath, sections: list[tuple[int, int]], vertical: Mask, chosen: list[Branch], *, legal: bool
+    path: ToolPath, sections: list[tuple[int, int]], onward: Mask, chosen: list[Branch], *, legal: bool
 ) -> BranchPlan:
     """Angles of every piece on the chosen branches, vertical stretches turned in between."""
     n = len(path)
@@ -249,13 +289,20 @@ def _laid_out(
         start[first:last], end[first:last] = branch.of(start[first:last]), branch.of(end[first:last])
         departs[first:last] = ~path.free[first:last] & (branch != Branch(0, 0))
     changes = []
-    if sections[0][0] > 0:  # a vertical beginning already stands as it will leave
-        start[: sections[0][0], 1] = end[: sections[0][0], 1] = start[sections[0][0], 1]
+    if (leave := sections[0][0]) > 0:  # a vertical beginning already stands as it will leave
+        if not onward[leave]:
+            start[:leave, 1] = end[:leave, 1] = start[leave, 1]
+        start[leave] = end[leave - 1]
     for (_first, last), (following, _end) in pairwise(sections):
         before, after = end[last - 1], start[following]
         if last < following:
-            _turn_between(path, start, end, last, following, float(before[1]), float(after[1]))
-        elif np.abs(after - before).max() > ZERO_ANGLE:
+            target = before if onward[following] else after  # such a rapid turns C itself
+            _turn_between(path, start, end, last, following, float(before[1]), float(target[1]))
+        if onward[following]:
+            start[following] = end[following - 1]
+        elif last < following:
+            continue
+        elif not _meets(before, after):
             fed = bool(path.feed_time[last - 1] > 0 and path.feed_time[following] > 0)
             pairs = tuple((float(pair[0]), float(pair[1])) for pair in (before, after))
             changes.append(Change(following, pairs[0], pairs[1], fed))

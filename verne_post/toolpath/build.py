@@ -83,13 +83,15 @@ def build_path(
     start = np.concatenate([start[:, :3], chosen[0]], axis=1)
     end_kept = np.concatenate([end_kept[:, :3], chosen[1]], axis=1)
     first = np.concatenate([first[:3], start[0, 3:]])
+    still = _moving(end_kept - start) | (moves.kind[row] == MoveKind.ARC)  # a turn may have become superfluous
+    row, start, end_kept = row[still], start[still], end_kept[still]
     return _assembled(moves, row, start, end_kept, arcs, first, frame_length, orientation)
 
 
 def across_the_pole(start: Array, end: Array, free: Mask) -> None:
     """Angles of free pieces that touch or cross the pole: C stays, and A goes through zero. Changes both in place.
 
-    The pieces arrive with the tilt in [0, pi] and C less than half a turn away from the piece before.
+    The pieces arrive with the tilt on one side of the pole and C less than half a turn away from the piece before.
     """
     vertical_start, vertical_end = (np.abs(np.sin(angles[:, 3])) <= POLE_SINE for angles in (start, end))
     leaving = free & vertical_start & ~vertical_end
@@ -171,6 +173,8 @@ def _great_circles(
     upright = (np.abs(np.sin(start[:, 3])) <= POLE_SINE) | (np.abs(np.sin(end[:, 3])) <= POLE_SINE)
     if (bad := np.flatnonzero(wanted & ~free & turning & (upright | (start[:, 3] * end[:, 3] < 0)))).size:
         raise _no_circle(moves, row[bad[0]], "passes the pole, where C turns")
+    if (bad := np.flatnonzero(wanted & free & _opposite(start, end))).size:
+        raise _no_circle(moves, row[bad[0]], "is not defined between opposite tool axes")
     which = np.flatnonzero(wanted & turning & ~upright & (start[:, 3] * end[:, 3] > 0))
     if not len(which):
         return circle, none
@@ -178,7 +182,7 @@ def _great_circles(
     cosine = np.sum(k0 * k1, axis=1)
     across = k1 - cosine[:, None] * k0
     sine = np.linalg.norm(across, axis=1)
-    if (bad := np.flatnonzero((sine < OPPOSITE) & (cosine < 0))).size:
+    if (bad := np.flatnonzero(_opposite(start[which], end[which]))).size:
         raise _no_circle(moves, row[which[bad[0]]], "is not defined between opposite tool axes")
     if (bad := np.flatnonzero(np.abs(end[which, 4] - start[which, 4]) >= np.pi)).size:
         raise _no_circle(
@@ -187,6 +191,12 @@ def _great_circles(
     which, k0, across, sine, cosine = (a[sine > ZERO_ANGLE] for a in (which, k0, across, sine, cosine))
     circle[which] = np.arange(len(which))
     return circle, GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine))
+
+
+def _opposite(start: Array, end: Array) -> Mask:
+    """Where the tool axes at both ends point opposite ways."""
+    k0, k1 = axis_of_angles(start[:, 3], start[:, 4]), axis_of_angles(end[:, 3], end[:, 4])
+    return np.asarray(np.linalg.norm(k0 + k1, axis=1) < OPPOSITE)
 
 
 def _no_circle(moves: Moves, move: np.intp, why: str) -> InputError:

@@ -21,6 +21,8 @@ RADIAN_MM: Final = 50.0
 #: finer: to a millionth of a stretch that is a few tolerances long.
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
+#: A rotary angle this far off (rad) is one of another branch: those are half a turn away at least.
+OTHER_BRANCH: Final = 1.0
 #: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
 ARC_STEPS: Final = 2
 
@@ -136,8 +138,11 @@ def chord_lengths(path: ToolPath) -> Array:
     return length
 
 
-def paces(path: ToolPath) -> tuple[Array, Array]:
-    """Seconds per mm of the tip and, where it stands, per rad of A and C together, at the feed: each (n,), else 0."""
+def paces(path: ToolPath) -> tuple[Array, Array, Array]:
+    """Seconds that each piece takes at its feed, over its motion: three arrays (n,), two of them 0 for every piece.
+
+    Per mm of the tip; where that stands, per rad of A and C together; and on a great circle per rad of the tool axis.
+    """
     delta = path.end - path.start
     turn = np.linalg.norm(delta[:, 3:], axis=1)
     tip = np.linalg.norm(delta[:, :3], axis=1)
@@ -145,7 +150,13 @@ def paces(path: ToolPath) -> tuple[Array, Array]:
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
     by_tip = tip > ZERO_LENGTH_MM
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(by_tip, path.feed_time / tip, 0.0), np.where(by_tip, 0.0, path.feed_time / turn)
+        tip_pace = np.where(by_tip, path.feed_time / tip, 0.0)
+        turn_pace = np.where(by_tip, 0.0, path.feed_time / turn)
+    swing_pace = np.zeros(len(path))
+    swung = np.flatnonzero((path.circle >= 0) & ~by_tip)
+    swing_pace[swung] = path.feed_time[swung] / _swing(path, swung)[2]
+    turn_pace[swung] = 0.0
+    return tip_pace, turn_pace, swing_pace
 
 
 def _swung_angles(path: ToolPath, piece: Ints, u: Array) -> Array:
@@ -172,11 +183,8 @@ def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
     return point, grow * toward + radius * arcs.sweep[row][:, None] * across + arcs.rise[row]
 
 
-def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
-    """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
-
-    For JOINT pieces: sliders (mm), and twice the larger table angle.
-    """
+def programmed_pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) and nominal angles (n, 2) at u of pieces that are no JOINT pieces."""
     programmed = path.start[piece] + u[:, None] * (path.end[piece] - path.start[piece])
     tip, angles = programmed[:, :3], programmed[:, 3:]
     arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
@@ -185,9 +193,23 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
     swung = np.flatnonzero(path.circle[piece] >= 0)
     if len(swung):
         angles[swung] = _swung_angles(path, piece[swung], u[swung])
+    return tip, angles
+
+
+def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
+    """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
+
+    Along a great circle the rotary angle counts by what it moves the tool axis: near the pole C turns fast there, and the
+    smallest error of u is large in C. A C that is far off, on another branch, counts in full.
+    For JOINT pieces: sliders (mm), and twice the larger table angle.
+    """
+    tip, angles = programmed_pose(path, piece, u)
     tip_off = np.linalg.norm(measured.tip - tip, axis=1)
     axis_off = np.linalg.norm(_axis(measured.angles) - _axis(angles), axis=1)
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
+    swung = np.flatnonzero(path.circle[piece] >= 0)
+    moved = rotary_off[swung] * np.abs(np.sin(angles[swung, 0]))
+    rotary_off[swung] = np.where(rotary_off[swung] < OTHER_BRANCH, moved, rotary_off[swung])
     joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[piece[joint]]]

@@ -39,6 +39,7 @@ from verne_post.verify.projection import (
     deviation,
     deviation_nearby,
     paces,
+    programmed_pose,
     unwrapped_u,
 )
 
@@ -60,6 +61,11 @@ _FEED_ROWS: Final = (1, 16, 256, 4096)
 #: A row that takes less than this share of its cycle at the programmed feed is slow. Laws come to the feed from below, to
 #: within two thousandths: nobody could see those.
 SLOW: Final = 0.99
+#: Where a piece between two rows is looked at; no multiples of a turn, for arcs of several.
+_BETWEEN: Final = (0.17, 0.41, 0.68, 1.0)
+#: What lies between two rows is at most half the way between them from the nearer one; the way is known from the step
+#: itself and the one before, and a corner is a little longer than its chord.
+_BULGE: Final = 0.6
 #: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
 _ARC_OVER_CHORD: Final = 1.6
 
@@ -113,6 +119,8 @@ class Verifier:
         self.line: int | None = None
         self.dwelt = 0
         self.pose: Array | None = None
+        self.axis: Array | None = None
+        self.moved = np.zeros(5)
         self.feed_totals, self.feed_slacks = np.zeros(1), np.zeros(1)
         self.lost = False
 
@@ -122,7 +130,8 @@ class Verifier:
         n = len(path)
         #: Shortest motion that a piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
         self.chord_length = chord_lengths(path)
-        self.tip_pace, self.turn_pace = paces(path)
+        self.told_by = np.where(self.chord_length > 0, self.chord_length, path.length)
+        self.tip_pace, self.turn_pace, self.swing_pace = paces(path)
         #: What a corner within its tolerance may add to a projection, as a share of the piece.
         self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(path.length, ZERO_LENGTH_MM)
         begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
@@ -324,7 +333,7 @@ class Verifier:
     def _rows_of_item(self, q: Array, item: int, u_before: float, *, fresh: bool) -> int:
         """How many of the following rows lie before the end of a piece."""
         piece = int(self.piece[item])
-        close = 1.0 - self.tip_noise / self.path.length[piece]
+        close = 1.0 - self.tip_noise / self.told_by[piece]
         for begin in range(0, len(q), _LOOK_AHEAD):
             some = q[begin : begin + _LOOK_AHEAD]
             at = np.full(len(some), piece)
@@ -379,14 +388,14 @@ class Verifier:
         path = self.path
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / path.length[piece] + self.corner_u[piece]
+        noise_u = 2 * self.tip_noise / self.told_by[piece] + self.corner_u[piece]
         same = before_item == item
         back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u))
         if len(back):
             row = int(back[0])
             self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
                        int(block.line[row]))  # fmt: skip
-        margin = noise_u + PATH_TIP_MM / path.length[piece]
+        margin = noise_u + PATH_TIP_MM / self.told_by[piece]
         outside = np.flatnonzero(~dwell & ((u < -margin) | (u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
@@ -397,8 +406,11 @@ class Verifier:
         slack = np.where(dwell, 0.0, 4 * self.tip_noise / path.length[piece] * path.feed_time[piece])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
+        before = now - moved
         self.pose = now[-1]
-        chord = self._chord_time(piece, moved)
+        swung = self._swung(measured.angles)
+        chord = self._chord_time(piece, moved, swung)
+        between: list[tuple[int, int, float]] = []
         for at in np.flatnonzero(~same).tolist():
             budget[at], way[at], slack[at] = self._change(
                 block, at, item, float(before_u[at]), float(u[at]), float(slack[at])
@@ -406,8 +418,15 @@ class Verifier:
             passed = self._pieces_between(int(before_item[at]), int(item[at]))
             if self.rounded[passed].any():
                 # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
-                chord[at] = min(float(self._chord_time(np.array([one]), moved[at : at + 1])[0]) for one in passed)
+                chord[at] = min(
+                    float(self._chord_time(np.array([one]), moved[at : at + 1], swung[at : at + 1])[0])
+                    for one in passed
+                )
                 way[at] = 0.0
+                if not self.stop_before[item[at]]:
+                    between += self._between(at, passed, float(before_u[at]), float(u[at]))
+        self._judge_between(block, between, before, moved)
+        self.moved = moved[-1]
         budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
         self._count_slow(budget + slack)
@@ -453,16 +472,72 @@ class Verifier:
             key = (("velocity", "acceleration", "jerk")[kind], self.columns[joint].joint)
             self.result.slow[key] = self.result.slow.get(key, 0.0) + float(count[index]) * self.fmt.cycle
 
-    def _chord_time(self, piece: Ints, moved: Array) -> Array:
-        """Seconds (n,) that steps (n, 5) in tip and weighted angles take at the feed of pieces (n,), 0 for rapids."""
+    def _swung(self, angles: Array) -> Array:
+        """Angle (n,) by which the tool axis has turned since the row before, rad."""
+        a, c = angles[:, 0], angles[:, 1]
+        axis = np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+        before = np.vstack([axis[:1] if self.axis is None else self.axis[None], axis[:-1]])
+        self.axis = axis[-1]
+        return np.linalg.norm(axis - before, axis=1)
+
+    def _chord_time(self, piece: Ints, moved: Array, swung: Array) -> Array:
+        """Seconds (n,) that steps take at the feed of pieces (n,), 0 for rapids.
+
+        Steps are given by tip and weighted angles (n, 5), and by the angle of the tool axis (n,).
+        """
         by_tip = np.linalg.norm(moved[:, :3], axis=1) * self.tip_pace[piece]
         by_turn = np.linalg.norm(moved[:, 3:], axis=1) / RADIAN_MM * self.turn_pace[piece]
-        return np.asarray(by_tip + by_turn)
+        return np.asarray(by_tip + by_turn + swung * self.swing_pace[piece])
 
     def _pieces_between(self, before: int, after: int) -> list[int]:
         """Pieces that a step from one item to a later one touches."""
         items = range(max(before, 0), after + 1)
         return [int(self.piece[one]) for one in items if self.piece[one] >= 0]
+
+    def _between(self, row: int, passed: list[int], old_u: float, new_u: float) -> list[tuple[int, int, float]]:
+        """Places (row, piece, u) that the step to a row passes; of straight pieces the ends tell everything."""
+        found = []
+        for piece in passed:
+            low = min(max(old_u, 0.0), 1.0) if piece == passed[0] else 0.0
+            high = min(max(new_u, 0.0), 1.0) if piece == passed[-1] else 1.0
+            straight = self.path.arc[piece] < 0 and self.path.circle[piece] < 0
+            if not (straight and piece == passed[-1]):
+                found += [(row, piece, low + part * (high - low)) for part in (_BETWEEN[-1:] if straight else _BETWEEN)]
+        return found
+
+    def _judge_between(
+        self, block: SetpointBlock, places: list[tuple[int, int, float]], before: Array, moved: Array
+    ) -> None:
+        """What the program has between two rows must lie near the straight step between them.
+
+        A pose of the step within both bounds has a sum of squared shares of at most 2, and so has the nearest one.
+        """
+        if not places:
+            return
+        row, piece = (np.array([place[k] for place in places], dtype=np.int64) for k in (0, 1))
+        tip, angles = programmed_pose(self.path, piece, np.array([place[2] for place in places]))
+        size = np.stack([np.linalg.norm(moved[:, :3], axis=1), np.linalg.norm(moved[:, 3:], axis=1)])
+        last = np.stack([np.linalg.norm(self.moved[:3]), np.linalg.norm(self.moved[3:])])
+        size = np.maximum(size, np.concatenate([last[:, None], size[:, :-1]], axis=1))[:, row]
+        # the pieces that a step passes share their corners, and each corner its tolerance
+        tip_bound, axis_bound = np.zeros(len(moved)), np.zeros(len(moved))
+        np.maximum.at(tip_bound, row, self.tip_tolerance[piece])
+        np.maximum.at(axis_bound, row, self.axis_tolerance[piece])
+        bound = np.empty((len(row), 5))
+        bound[:, :3] = (tip_bound[row] + PATH_TIP_MM + self.tip_noise + _BULGE * size[0])[:, None]
+        turn = axis_bound[row] + PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise()
+        bound[:, 3:] = (RADIAN_MM * turn + _BULGE * size[1])[:, None]
+        off = (np.concatenate([tip, RADIAN_MM * angles], axis=1) - before[row]) / bound
+        step = moved[row] / bound
+        along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
+        off -= np.clip(along, 0.0, 1.0)[:, None] * step
+        bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
+        if len(bad):
+            worst = int(row[bad[0]])
+            line = int(self.path.line[piece[bad[0]]])
+            self._note(
+                "VP412", f"row {block.first + worst}: the motion of line {line} is left out", int(block.line[worst])
+            )
 
     def _judge_chords(self, block: SetpointBlock, moved: Array, way: Array) -> None:
         """Progress along the path needs motion: a full circle is not passed by standing still."""
@@ -489,7 +564,7 @@ class Verifier:
             self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
         if stops:
             piece = int(self.piece[new])
-            if piece >= 0 and abs(new_u) * path.length[piece] > PATH_TIP_MM + self.tip_noise:
+            if piece >= 0 and abs(new_u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise:
                 what = f"the end of the piece before line {line} is not reached"
                 if old < 0:
                     what = "the file does not begin at the start pose"
@@ -507,7 +582,7 @@ class Verifier:
                 way += share * float(self.chord_length[piece])
         if old >= 0 and self.piece[old] >= 0:
             last = int(self.piece[old])
-            slack += float(2 * self.tip_noise / path.length[last] * path.feed_time[last])
+            slack += float(2 * self.tip_noise / self.told_by[last] * path.feed_time[last])
         return spent, way, slack
 
     def _rows_before(self, item: Ints, row: int) -> int:
@@ -527,7 +602,7 @@ class Verifier:
             self._note("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
             return
         piece = int(self.piece[last])
-        if piece >= 0 and abs(1.0 - self.u) * self.path.length[piece] > PATH_TIP_MM + self.tip_noise:
+        if piece >= 0 and abs(1.0 - self.u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise:
             self._note("VP412", f"the file ends before the end of the motion of line {line}", line)
         if piece < 0 and self.dwelt < self.dwell_cycles[last] + 1:
             self._note("VP412", f"the dwell of line {line} is too short", line)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import angles_of_axis, rotate_x, rotate_z, wrapped
-from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
 
@@ -102,12 +102,17 @@ class TiltingTable:
     def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with A and C words that hold a tool axis (3,) given in program directions.
 
-        The pair with tilt in [0, pi]; C by less than half a turn from the point's, and the point's own at the pole.
+        The pair goes on where the point's own words stand: the tilt on the same side of the pole, positive from an
+        upright tool, C less than half a turn away. Nearer to the pole than POLE_CROSSING the axis is vertical, with the
+        point's own C: the same axis a hair away would ask for any C.
         """
         tip, angles = self.to_table(np.array(program), frame)
         tilt, turn = (float(angle) for angle in angles_of_axis(rotate_z(np.asarray(vector), self._turn(frame))))
-        if math.sin(tilt) <= POLE_SINE:
+        if math.sin(tilt) <= POLE_CROSSING:
             tilt, turn = (0.0 if tilt < 1.0 else math.pi), float(angles[1])
+        elif math.sin(angles[0]) < -POLE_SINE:
+            tilt, turn = -tilt, turn + math.pi
+        tilt += 2 * math.pi * round((float(angles[0]) - tilt) / (2 * math.pi))
         turn = float(angles[1] + wrapped(turn - angles[1]))
         found = self.from_table(tip, np.array([tilt, turn]), frame)
         return [*program[:3], float(found[3]), program[4], float(found[5]), *program[6:]]

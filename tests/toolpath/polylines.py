@@ -1,0 +1,83 @@
+"""Programs made of points, their contours, and references for what a rounded corner may do."""
+
+import numpy as np
+
+import verne_post
+from verne_post.model.contour import Contour
+from verne_post.model.options import Options, WorkOffset
+from verne_post.pipeline import read_program
+from verne_post.toolpath.contour import contour_pose
+
+MACHINE = verne_post.load_machine()
+
+
+def contour_of(source: str, mode: str = "spline", tip: float | None = None, axis: float | None = None) -> Contour:
+    """The contour of a program; tolerances in mm and rad."""
+    options = Options(
+        tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((7.0, -3.0, 60.0))},
+        smoothing=mode, tolerance=tip, orientation_tolerance=axis,
+    )  # fmt: skip
+    return read_program(source.encode(), MACHINE, options).contour
+
+
+def program_of(points: np.ndarray, tolerance: float, feeds: np.ndarray | None = None) -> str:
+    """G1 through points (n, 5) in mm and degrees, with the feeds (n,) that lead to them."""
+    feeds = np.full(len(points), 1000.0) if feeds is None else feeds
+    words = ("X%.9f Y%.9f Z%.9f A%.9f C%.9f" % tuple(point) for point in points)
+    lines = [
+        f"G1 {word} F{feed:g}" if k else f"G0 {word}" for k, (word, feed) in enumerate(zip(words, feeds, strict=True))
+    ]
+    return "\n".join([f"G21 G90 G94 G17 G64 P{tolerance:.9f}", *lines, "M2", ""])
+
+
+def flat(xy: np.ndarray) -> np.ndarray:
+    """Points (n, 2) at Z40 under a vertical tool."""
+    return np.column_stack([xy, np.full(len(xy), 40.0), np.zeros((len(xy), 2))])
+
+
+def poses_at(contour: Contour, s: np.ndarray, side: str) -> np.ndarray:
+    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of a segment those of the segment on this side."""
+    ends = np.cumsum(contour.length)
+    segment = np.clip(np.searchsorted(ends, s, side="left" if side == "before" else "right"), 0, len(contour) - 1)
+    w = np.clip((s - (ends - contour.length)[segment]) / contour.length[segment], 0.0, 1.0)
+    return np.hstack(contour_pose(contour, segment, w))
+
+
+def shares_of_tolerance(contour: Contour, per_segment: int = 9) -> np.ndarray:
+    """For poses along all segments the larger share (m,) of tip and angle tolerance, at the best pose of the own piece.
+
+    The larger of two norms of linear functions of u is convex: a ternary search finds its minimum.
+    """
+    segment = np.repeat(np.arange(len(contour)), per_segment)
+    w = np.tile(np.linspace(0.0, 1.0, per_segment), len(contour))
+    here = np.hstack(contour_pose(contour, segment, w))
+    path, piece = contour.path, contour.piece[segment]
+    start, way = path.start[piece], path.end[piece] - path.start[piece]
+    tip = np.maximum(contour.tip_tolerance[piece], 1e-9)  # 1 nm where nothing is allowed
+    axis = np.maximum(contour.axis_tolerance[piece], 1e-9)
+
+    def share(u: np.ndarray) -> np.ndarray:
+        off = here - start - u[:, None] * way
+        return np.maximum(np.linalg.norm(off[:, :3], axis=1) / tip, np.linalg.norm(off[:, 3:], axis=1) / axis)
+
+    low, high = np.zeros(len(piece)), np.ones(len(piece))
+    for _ in range(64):
+        left, right = low + (high - low) / 3, high - (high - low) / 3
+        better = share(left) < share(right)
+        low, high = np.where(better, low, left), np.where(better, right, high)
+    return share(0.5 * (low + high))
+
+
+def jumps(contour: Contour, points: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Jumps (n, 4, 5) of the pose and its first three derivatives by s at s = ``points``, each times width^k / k!.
+
+    One-sided derivatives from polynomials of degree 7 over ``width`` (n,) on each side.
+    """
+    nodes = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7))  # Chebyshev points, ends included
+    taylor = np.linalg.inv(np.vander(nodes, increasing=True))[:4]  # values -> c0 .. c3 of sum c_k x^k
+    sides = []
+    for sign, side in ((1.0, "after"), (-1.0, "before")):
+        s = points[:, None] + sign * nodes * width[:, None]
+        values = poses_at(contour, s.ravel(), side).reshape(len(points), 8, 5)
+        sides.append(np.einsum("kj,njc->nkc", taylor, values) * (sign ** np.arange(4))[:, None])
+    return np.abs(sides[0] - sides[1])

@@ -1,0 +1,376 @@
+"""Branches of the table against brute force over every sequence of branches, and what happens at the pole."""
+
+import itertools
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.gcode import interpret_program
+from verne_post.model.findings import InputError
+from verne_post.model.options import Options
+from verne_post.pipeline import check, convert, machine_setup, read_program
+from verne_post.toolpath.branches import plan_branches
+from verne_post.toolpath.build import build_path
+from verne_post.toolpath.evaluate import pose
+
+HEAD = "G21 G90 G94 G17 F3000\n"
+MACHINE = verne_post.load_machine()
+SERIAL = verne_post.load_machine("serial")
+
+
+def axis_of(a, c):
+    a, c = np.asarray(a), np.asarray(c)
+    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
+
+
+def vector(tilt, turn):
+    i, j, k = axis_of(math.radians(tilt), math.radians(turn))
+    return f"I{i:.12f} J{j:.12f} K{k:.12f}"
+
+
+def with_ranges(machine, a=None, c=None):
+    """The machine with other ranges of A and C, degrees."""
+    lower, upper = machine.limits.lower.copy(), machine.limits.upper.copy()
+    for joint, pair in ((3, a), (4, c)):
+        if pair is not None:
+            lower[joint], upper[joint] = np.radians(pair)
+    return replace(machine, limits=replace(machine.limits, lower=lower, upper=upper))
+
+
+def program(body, machine=SERIAL, **options):
+    return read_program(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0, **options))
+
+
+def degrees(path):
+    """Angles at both ends of every piece."""
+    return np.degrees(np.stack([path.start[:, 3:], path.end[:, 3:]], axis=1))
+
+
+def found(prog):
+    return [(item.code, item.severity, item.line) for item in prog.findings]
+
+
+# --- against brute force ----------------------------------------------------------------------------
+
+
+def provisional(body):
+    moves = interpret_program(f"{HEAD}{body}\nM2\n".encode(), machine_setup(SERIAL, Options(tool_length=50.0)))
+    return build_path(moves, SERIAL.coordinates)
+
+
+def random_body(rng):
+    """Up to six moves between tilted and vertical axes, rapids among them."""
+    lines = []
+    for k in range(rng.integers(3, 6)):
+        word = "G0" if rng.random() < 0.3 else "G1"
+        tilt = 0.0 if rng.random() < 0.3 else rng.uniform(5, 60)
+        lines.append(f"{word} X{10 * k} Y{rng.uniform(-9, 9):.3f} Z60 {vector(tilt, rng.uniform(-180, 180))}")
+    return "G43.5\n" + "\n".join(lines)
+
+
+def pair_on(flip, turns, pair):
+    a, c = pair
+    return (-a, c + math.pi + 2 * math.pi * turns) if flip else (a, c + 2 * math.pi * turns)
+
+
+def legal_by(a_range):
+    low, high = np.radians(a_range)
+
+    def legal(piece, u, angles):
+        return (angles[:, 0] >= low - 1e-9) & (angles[:, 0] <= high + 1e-9)
+
+    return legal
+
+
+def cost_of(path, a_range, c_range, branches):
+    """(illegal pieces, fed rewinds, rewinds, turns in place, travel) of one branch for each tilted piece."""
+    upright = (np.abs(path.start[:, 3:4]) < 1e-9) & (np.abs(path.end[:, 3:4]) < 1e-9)
+    tilted = np.flatnonzero(~upright[:, 0])
+    (a0, a1), (c0, c1) = np.radians(a_range), np.radians(c_range)
+    total = [0, 0, 0, 0, 0.0]
+    before, last = None, -1
+    for piece, (flip, turns) in zip(tilted, branches, strict=True):
+        u = np.linspace(0, 1, 5)
+        _tip, angles = pose(path, np.full(5, piece), u)
+        on = np.array([pair_on(flip, turns, pair) for pair in angles])
+        inside = (on[:, 0] > a0 - 1e-9) & (on[:, 0] < a1 + 1e-9) & (on[:, 1] > c0 - 1e-8) & (on[:, 1] < c1 + 1e-8)
+        total[0] += not inside.all()
+        if before is not None:
+            tilt, turn = np.abs(on[0] - before)
+            if tilt + turn > 1e-8:
+                total[4] += tilt + turn
+                standing = piece == last + 1
+                if standing and max(abs(on[0, 0]), abs(before[0])) < 1e-9:
+                    total[3] += 1
+                elif standing:
+                    total[2] += 1
+                    total[1] += bool(path.feed_time[piece] > 0 and path.feed_time[last] > 0)
+        before, last = on[-1], piece
+    return tuple(total[:4]), total[4]
+
+
+def branch_at(path, plan, piece):
+    """Which branch of the provisional angles the plan has chosen for a piece."""
+    return next(
+        (flip, turns)
+        for flip, turns in itertools.product((0, 1), range(-4, 5))
+        if np.allclose(pair_on(flip, turns, path.end[piece, 3:]), plan.end[piece], atol=1e-8)
+    )
+
+
+@pytest.mark.parametrize("a_range", [(-95, 95), (-95, 20), (-30, 40)])
+@pytest.mark.parametrize("c_range", [(-360, 360), (-200, 200), (-1e9, 1e9)], ids=["360", "200", "unlimited"])
+def test_no_sequence_of_branches_is_better(a_range, c_range):
+    """Every branch of every tilted piece, tried one by one; sums of angles agree to their rounding."""
+    rng = np.random.default_rng(int(c_range[1]) % 1000 + a_range[1])
+    limited = c_range[1] < 1e6
+    for _ in range(6):
+        path = provisional(random_body(rng))
+        plan = plan_branches(path, legal_by(a_range), tuple(np.radians(c_range)) if limited else (-math.inf, math.inf))
+        states = [(flip, turns) for flip in (0, 1) for turns in (-1, 0, 1)]
+        upright = (np.abs(path.start[:, 3]) < 1e-9) & (np.abs(path.end[:, 3]) < 1e-9)
+        tilted = np.flatnonzero(~upright)
+        if not 0 < len(tilted) <= 4:
+            continue
+        every = [cost_of(path, a_range, c_range, some) for some in itertools.product(states, repeat=len(tilted))]
+        chosen = [branch_at(path, plan, piece) for piece in tilted]
+        counts, travel = cost_of(path, a_range, c_range, chosen)
+        best = min(every)
+        assert counts <= best[0]
+        assert (counts[0] == 0) == plan.legal
+        if counts == best[0] and not counts[2]:  # where a rewind happens is not chosen by its length
+            assert travel <= best[1] + 1e-6
+
+
+# --- the pole ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("word", ["G0", "G1"])
+@pytest.mark.parametrize("off", [0.0, 1e-7, 5e-6])
+def test_straight_through_the_pole_c_stands_still(word, off):
+    """Exactly, and within what verification accepts: A goes through zero, C stays, the axis leaves the circle by less."""
+    i = math.sqrt(0.25 - off**2)
+    body = f"G43.5 G0 X0 Y0 Z60 I-{i:.12f} J{off:.12f} K0.866025403784\n{word} X20 I{i:.12f} J{off:.12f} K0.866025403784\nX30 {vector(50, 90)}"
+    prog = program(body)
+    assert found(prog) == []
+    a, c = degrees(prog.path)[..., 0], degrees(prog.path)[..., 1]
+    assert a[0, 0] * a[0, 1] < 0
+    assert np.ptp(c) <= np.degrees(2 * off / 0.5) + 1e-9  # what the two azimuths differ by
+    u = np.linspace(0, 1, 101)
+    _tip, angles = pose(prog.path, np.zeros(101, dtype=int), u)
+    turned = math.pi / 3 * u - math.pi / 6  # from -30 to 30 degrees about y
+    on_circle = np.stack([np.sin(turned), 0 * u, np.cos(turned)], axis=1)
+    assert np.linalg.norm(axis_of(angles[:, 0], angles[:, 1]) - on_circle, axis=1).max() <= 1e-5 + off
+
+
+def test_past_the_pole_the_axis_is_on_the_great_circle_and_c_turns():
+    """A tenth of a degree beside it C must turn by nearly half a turn; nothing flips."""
+    k0 = np.array([-0.5, 0.0017, 0.0]) + [0, 0, math.sqrt(0.75 - 0.0017**2)]
+    body = f"G43.5 G0 X0 Y0 Z60 I{k0[0]:.12f} J{k0[1]} K{k0[2]:.12f}\nG1 X20 I{-k0[0]:.12f} J{k0[1]} K{k0[2]:.12f}"
+    path = program(body).path
+    assert path.circle[0] == 0
+    u = np.linspace(0, 1, 501)
+    _tip, angles = pose(path, np.zeros(501, dtype=int), u)
+    k1 = k0 * [-1, 1, 1]
+    omega = math.acos(k0 @ k1)
+    slerp = (np.sin((1 - u) * omega)[:, None] * k0 + np.sin(u * omega)[:, None] * k1) / math.sin(omega)
+    assert np.abs(axis_of(angles[:, 0], angles[:, 1]) - slerp).max() < 1e-9
+    assert (angles[:, 0] > 0).all()
+    assert 170 < np.degrees(abs(angles[-1, 1] - angles[0, 1])) < 180
+
+
+@pytest.mark.parametrize("word", ["G0", "G1"])
+def test_a_corner_at_the_pole_turns_c_in_place_and_says_so(word):
+    """There the tool stands, vertical: C goes to where the next move tilts, the tip keeps its place."""
+    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\n{word} X20 {vector(0, 0)}\nX40 {vector(30, 60)}"
+    prog = program(body)
+    assert found(prog) == [("VP301", "warning", 4)]
+    assert "C turns under the standing" in prog.findings[0].message
+    assert "C 0.000 to A 0.000, C 60.000" in prog.findings[0].message
+    path = prog.path
+    assert degrees(path)[:, :, 1].tolist() == pytest.approx(np.array([[0, 0], [0, 60], [60, 60]]), abs=1e-9)
+    np.testing.assert_array_equal(path.start[1, :3], path.end[1, :3])
+    np.testing.assert_array_equal(path.start[1:], path.end[:-1])
+
+
+def test_a_corner_straight_through_the_pole_needs_no_turn():
+    prog = program(f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 I0 J0 K1\nX40 {vector(30, 180)}")
+    assert found(prog) == []
+    assert degrees(prog.path).reshape(-1, 2) == pytest.approx(np.array([[30, 0], [0, 0], [0, 0], [-30, 0]]), abs=1e-9)
+
+
+def test_noise_in_a_vector_turns_nothing():
+    """C a hundred-millionth of a turn off at the pole goes into the next move; nothing is said."""
+    prog = program(
+        "G43.5 G0 X0 Y0 Z60 I0.0000000002 J0.5 K0.866025403784\nG0 X20 I0 J0 K1\nX40 I0 J0.5 K0.866025403784"
+    )
+    assert found(prog) == []
+    assert len(prog.path) == 2
+    np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])
+
+
+@pytest.mark.parametrize("words", ["A0 C10", "A20 C10", "A0 C0"])
+@pytest.mark.parametrize("before", ["", "G1 X5 I0 J0.6 K0.8\nG1 X10 I0 J0 K1\n"], ids=["upright", "tilted before"])
+def test_words_after_a_vertical_stretch_turn_the_table_in_their_own_rapid(before, words):
+    """The stretch keeps its C; a rapid that leads nowhere new is no piece."""
+    prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\n{before}G1 X20\nG43.4 G0 {words}\nG1 X30")
+    assert found(prog) == []
+    assert prog.path.length.min() > 0
+    assert degrees(prog.path)[-1, 1] == pytest.approx([float(word[1:]) for word in words.split()], abs=1e-9)
+    assert np.ptp(degrees(prog.path)[prog.path.free][..., 1]) == 0
+    np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])
+
+
+def test_a_vertical_stretch_turns_over_its_rapids_only():
+    up = "I0 J0 K1"
+    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {up}\nX30\nG0 X40\nX50\nG1 X60\nX80 {vector(30, 60)}"
+    prog = program(body)
+    assert found(prog) == []
+    c = degrees(prog.path)[:, :, 1]
+    assert c == pytest.approx(np.array([[0, 0], [0, 0], [0, 30], [30, 60], [60, 60], [60, 60]]), abs=1e-9)
+    np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])
+
+
+def test_a_vertical_stretch_without_rapids_turns_over_all_of_it():
+    up = "I0 J0 K1"
+    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {up}\nX30\nX60\nX80 {vector(30, 60)}"
+    c = degrees(program(body).path)[:, :, 1]
+    assert c == pytest.approx(np.array([[0, 0], [0, 15], [15, 60], [60, 60]]), abs=1e-9)
+
+
+def test_a_vertical_tool_keeps_c_still():
+    """Throughout, at the start, and at the end."""
+    up = "I0 J0 K1"
+    assert np.ptp(degrees(program(f"G43.5 G0 X0 Y0 Z60 {up}\nG1 X20\nG3 X40 I10 J0\nG0 Z80").path)[..., 1]) == 0
+    body = f"G43.5 G0 X0 Y0 Z60 {up}\nG1 X20\nX40 {vector(30, 75)}\nX60 {up}\nG0 Z80\nG1 X0"
+    prog = program(body)
+    assert found(prog) == []
+    assert degrees(prog.path)[..., 1] == pytest.approx(75.0, abs=1e-9)
+
+
+# --- limits ---------------------------------------------------------------------------------------
+
+
+def test_the_other_table_solution_where_the_tilt_needs_it():
+    tilted = with_ranges(SERIAL, a=(-95, 20))
+    prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\nG1 X20 {vector(30, 90)}\nX40\nG49 G0 A0 C0", tilted)
+    assert found(prog) == []  # the last rapid begins where the table stands
+    assert prog.path.end[1, 3:] == pytest.approx(np.radians([-30.0, -90.0]), abs=1e-9)
+    assert prog.path.end[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-12)
+    np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])
+
+
+@pytest.mark.parametrize("machine", [SERIAL, with_ranges(SERIAL, c=(-360, 360))], ids=["unlimited", "360"])
+def test_two_turns_go_from_end_to_end_of_the_range(machine):
+    """A spiral of two turns fits into [-360, 360] only from one end; the plan must look ahead for it."""
+    turns = "\n".join(f"X{k} {vector(20, 30 * k)}" for k in range(1, 24))
+    prog = program(f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 {turns}", machine)
+    assert found(prog) == []
+    c = degrees(prog.path)[..., 1]
+    assert c[-1, 1] - c[0, 0] == pytest.approx(690.0)
+    assert np.abs(c).max() <= 360.0 or machine is SERIAL
+    assert check(
+        f"{HEAD}G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 {turns}\nM2\n".encode(), machine, Options(tool_length=50.0)
+    ).ok
+
+
+def test_three_turns_need_a_rewind():
+    """Where the tool feeds it is an error; over a rapid one that --allow-rewind mends, with both candidates named."""
+    limited = with_ranges(SERIAL, c=(-360, 360))
+    lines = [f"X{k} {vector(20, 30 * k)}" for k in range(1, 36)]
+    fed = f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 " + "\n".join(lines)
+    prog = program(fed, limited, allow_rewind=True)
+    assert {item[:2] for item in found(prog)} == {("VP301", "error")}
+    assert "the tool feeds here" in prog.findings[0].message
+    assert len(prog.findings) == 1
+
+    lifted = f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 " + "\n".join(
+        [*lines[:18], "G0 Z90", "Z60", "G1 X19", *lines[18:]]
+    )
+    prog = program(lifted, limited)
+    assert len(prog.findings) == 1
+    assert prog.findings[0].severity == "error"
+    assert "--allow-rewind" in prog.findings[0].message
+    numbers = [float(x) for x in re.findall(r"[AC] (-?[\d.]+)", prog.findings[0].message)]
+    assert len(numbers) == 4
+    before, after = np.radians(numbers).reshape(2, 2)
+    assert axis_of(*before) == pytest.approx(axis_of(*after), abs=1e-4)
+    source = f"{HEAD}{lifted}\nM2\n".encode()
+    result = convert(source, replace(limited, cycle=0.004), Options(tool_length=50.0, allow_rewind=True))
+    assert result.ok
+    assert [(item.code, item.severity) for item in result.findings] == [("VP301", "warning")]
+
+
+def test_findings_of_branches_reach_the_result():
+    """A flip where the tool feeds is refused with the error of the planner, and nothing is written."""
+    limited = with_ranges(MACHINE, c=(-200, 200))
+    turns = "\n".join(f"X{10 * k} {vector(30, 90 * k)}" for k in range(1, 6))
+    result = convert(
+        f"{HEAD}G43.5 G0 X0 Y0 Z110 {vector(30, 0)}\nG1 {turns}\nM2\n".encode(), limited, Options(tool_length=80.0)
+    )
+    assert not result.ok
+    assert result.exit_code == 1
+    assert {item.code for item in result.findings} == {"VP301"}
+
+
+# --- A and C words --------------------------------------------------------------------------------
+
+
+def test_words_that_keep_the_limits_stay_as_they_are():
+    for machine in (SERIAL, with_ranges(SERIAL, c=(-360, 360))):
+        prog = program("G0 X0 Y0 Z60 A95 C360\nG1 X10 A-95\nX20 C-360", machine)  # exactly at the limits
+        assert found(prog) == []
+        assert degrees(prog.path)[:, 1] == pytest.approx(np.array([[-95, 360], [-95, -360]]), abs=1e-9)
+
+
+def test_words_beyond_a_limit_are_an_error_that_allow_rewind_mends():
+    limited = with_ranges(SERIAL, c=(-360, 360))
+    body = "G0 X0 Y0 Z60 A20 C300\nG1 X10 C350\nG0 Z90\nC400\nG1 X30 C500"
+    source = f"{HEAD}{body}\nM2\n".encode()
+    refused = check(source, limited, Options(tool_length=50.0))
+    assert {item.code for item in refused.findings} == {"VP103", "VP301"}
+    mended = convert(source, replace(limited, cycle=0.004), Options(tool_length=50.0, allow_rewind=True))
+    assert mended.ok
+    assert mended.setpoints is not None
+    assert np.abs(mended.setpoints.values[:, 4]).max() <= 360.0
+    assert mended.setpoints.values[-1, 4] % 360 == pytest.approx(
+        500.0 % 360 if mended.setpoints.values[-1, 3] > 0 else (500.0 + 180) % 360
+    )
+
+
+def test_a_turn_of_words_at_the_pole_is_not_made_without_leave():
+    """Words under a vertical tool that leave the range are refused, not turned back in silence."""
+    limited = with_ranges(SERIAL, c=(-360, 360))
+    result = check(
+        f"{HEAD}G0 X0 Y0 Z60 A0 C300\nG1 X10 C350\nG0 X20\nC400\nG1 X30\nM2\n".encode(),
+        limited,
+        Options(tool_length=50.0),
+    )
+    assert not result.ok
+    assert all(item.severity == "error" for item in result.findings)
+
+
+def test_words_and_vectors_meet_where_both_stand():
+    """From words to vectors and back without a turn of the table where the axes are the same."""
+    body = f"G43.4 G0 X0 Y0 Z60 A-30 C20\nG1 X10\nG43.5 G1 X20 {vector(-30, 20)}\nX30 {vector(-40, 20)}\nG43.4 G1 X40 A-20 C20"
+    prog = program(body)
+    assert found(prog) == []
+    a = degrees(prog.path)[:, :, 0]
+    assert a == pytest.approx(np.array([[-30, -30], [-30, -30], [-30, -40], [-40, -20]]), abs=1e-8)
+    assert np.ptp(degrees(prog.path)[..., 1]) < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (f"G43.5 G0 X0 Y0 Z60 {vector(60, 0)}\nG1 X10 {vector(-120, 0)}", "opposite"),
+        ("G43.5 G0 X0 Y0 Z600 I0 J0 K1\nG1 X10 I0 J0 K-1", "opposite"),
+    ],
+)
+def test_opposite_axes_have_no_great_circle(body, words):
+    with pytest.raises(InputError, match=words):
+        program(body)

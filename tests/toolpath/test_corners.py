@@ -1,0 +1,250 @@
+"""Rounded corners of polylines: smooth to the third derivative, within tolerance, and never over a stop."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from verne_post.model.contour import Contour
+from verne_post.toolpath import corners
+from verne_post.toolpath.build import ROTARY_METRIC_MM
+
+from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
+
+# --- the bump itself ------------------------------------------------------------------------------
+
+
+def test_the_bump_is_the_kernel_integrated_numerically() -> None:
+    """G(x) = integral of (x - v)+ k(v) dv - x+ with k = 15/16 (1 - v^2)^2, by Gauss points: exact for polynomials."""
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    x = np.linspace(-1.3, 1.3, 53)
+    reach = np.clip(x, -1.0, 1.0)  # (x - v)+ is zero beyond v = x
+    v = -1.0 + 0.5 * (reach + 1.0)[:, None] * (nodes + 1.0)
+    kernel = 15.0 / 16.0 * (1.0 - v**2) ** 2
+    smoothed = 0.5 * (reach + 1.0) * ((x[:, None] - v) * kernel @ weights)
+    slope = 0.5 * (reach + 1.0) * (kernel @ weights)
+    np.testing.assert_allclose(corners.bump(x), smoothed - np.maximum(x, 0.0), atol=1e-14)
+    np.testing.assert_allclose(corners.bump_slope(x), slope - np.heaviside(x, 0.5), atol=1e-14)
+    assert corners.bump(np.zeros(1))[0] == pytest.approx(corners.APEX, abs=1e-16)
+    assert corners.bump(x).max() == corners.bump(np.zeros(1))[0]
+
+
+# --- reaches -----------------------------------------------------------------------------------------
+
+LENGTHS = st.floats(1e-6, 1e3)
+WANTED = st.one_of(st.just(0.0), st.just(np.inf), st.floats(1e-7, 1e4))
+
+
+@given(st.lists(st.tuples(LENGTHS, WANTED), min_size=1, max_size=12), WANTED)
+@settings(max_examples=150, deadline=None)
+def test_shared_reaches_do_not_overlap_and_nobody_gets_less_than_half(
+    rows: list[tuple[float, float]], last: float
+) -> None:
+    length = np.array([row[0] for row in rows])
+    wanted = np.array([0.0, *(row[1] for row in rows[1:]), 0.0])
+    reach = corners.shared(wanted, length)
+    assert (reach >= 0).all()
+    assert (reach <= wanted).all()
+    assert (reach[:-1] + reach[1:] <= length * (1 + 1e-15)).all()
+    fair = np.minimum(wanted[1:-1], 0.5 * np.minimum(length[1:], length[:-1]))
+    assert (reach[1:-1] >= fair).all()
+    # a corner between corners that want nothing has the whole of the shorter piece
+    alone = (wanted[:-2] == 0) & (wanted[2:] == 0)
+    np.testing.assert_array_equal(
+        reach[1:-1][alone], np.minimum(wanted[1:-1], np.minimum(length[1:], length[:-1]))[alone]
+    )
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_overlapping_reaches_stop_at_walls(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    s = np.append(0.0, np.cumsum(10.0 ** rng.uniform(-5, 2, n)))
+    wall = rng.random(n + 1) < 0.3
+    wall[[0, -1]] = True
+    tight = wall & (rng.random(n + 1) < 0.5)
+    wanted = np.where(rng.random(n + 1) < 0.2, np.inf, 10.0 ** rng.uniform(-5, 3, n + 1))
+    reach = corners.overlapping(wanted, s, wall, tight)
+    assert (reach[wall] == 0).all()
+    assert (reach[~wall] > 0).all()
+    assert (reach <= wanted).all()
+    for k in np.flatnonzero(~wall):
+        for j in np.flatnonzero(wall):
+            assert reach[k] <= abs(s[j] - s[k]) * (1 + 1e-12) + 1e-12
+            if tight[j]:  # half of the piece on this side of the wall stays free
+                piece = s[j + 1] - s[j] if j < k else s[j] - s[j - 1]
+                assert reach[k] <= abs(s[j] - s[k]) - 0.5 * piece + 1e-12 * s[-1]
+        assert reach[k] <= s[min(k + corners.PIECES, n)] - s[k] + 1e-12
+        assert reach[k] <= s[k] - s[max(k - corners.PIECES, 0)] + 1e-12
+    clear = corners.clearance(reach, s)
+    for k in range(n + 1):
+        others = np.delete(np.arange(n + 1), k)
+        assert clear[k] == pytest.approx((np.abs(s[others] - s[k]) - reach[others]).min(), abs=1e-9 * s[-1])
+
+
+# --- whole contours ------------------------------------------------------------------------------------
+
+
+def random_walk(rng: np.random.Generator) -> np.ndarray:
+    return flat(rng.uniform(-20, 20, 2) + np.cumsum(rng.normal(size=(30, 2)), axis=0))
+
+
+def uneven(rng: np.random.Generator) -> np.ndarray:
+    """1 um next to 100 mm."""
+    length = np.where(np.arange(12) % 2, 10.0 ** rng.uniform(-3, -1, 12), rng.uniform(50, 100, 12))
+    heading = np.cumsum(rng.uniform(-2, 2, 12))
+    steps = length[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
+    return flat(np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)]))
+
+
+def five_axis(rng: np.random.Generator) -> np.ndarray:
+    tip = np.cumsum(rng.normal(size=(25, 3)) * 0.5, axis=0) + [0, 0, 40]
+    return np.column_stack([tip, np.cumsum(rng.normal(size=(25, 2)) * [0.3, 2.0], axis=0)])
+
+
+def rotary_only(rng: np.random.Generator) -> np.ndarray:
+    return np.column_stack([np.tile([3.0, 4.0, 40.0], (20, 1)), np.cumsum(rng.normal(size=(20, 2)), axis=0)])
+
+
+def turn_and_go(rng: np.random.Generator) -> np.ndarray:
+    """Tip moves and rotations by turns: corners between the two."""
+    steps = np.zeros((20, 5))
+    steps[::2, :3] = rng.normal(size=(10, 3))
+    steps[1::2, 3:] = rng.normal(size=(10, 2))
+    return np.cumsum(steps, axis=0) + [0, 0, 40, 0, 0]
+
+
+def noisy_cam(rng: np.random.Generator) -> np.ndarray:
+    """Many points a step apart, off the curve by about the tolerance: bumps overlap."""
+    t = np.linspace(0, 2, 60)
+    return flat(np.column_stack([20 * np.cos(t), 20 * np.sin(t)]) + rng.normal(size=(60, 2)) * 0.01)
+
+
+def spikes(rng: np.random.Generator) -> np.ndarray:
+    points = np.column_stack([np.arange(40) * 0.3, np.zeros(40)])
+    points[rng.integers(1, 39, 6), 1] = rng.uniform(-1, 1, 6)
+    return flat(points)
+
+
+def zigzag(rng: np.random.Generator) -> np.ndarray:
+    """Corners of 0.1 to 179 degrees, and reversals."""
+    turn = np.radians([0.1, 1.0, 10.0, 45.0, 90.0, 120.0, 150.0, 154.0, 155.0, 170.0, 179.0, 180.0])
+    heading = np.cumsum(turn * np.where(np.arange(12) % 2, 1, -1))
+    steps = rng.uniform(0.5, 3, (12, 1)) * np.column_stack([np.cos(heading), np.sin(heading)])
+    return flat(np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)]))
+
+
+def duplicates(rng: np.random.Generator) -> np.ndarray:
+    """Every direction several times, so that pieces join, and points given twice."""
+    heading = np.repeat(np.cumsum(rng.uniform(-2, 2, 8)), 3)
+    points = np.vstack([[0.0, 0.0], np.cumsum(np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)])
+    return flat(np.repeat(points, 2, axis=0))
+
+
+SHAPES = [random_walk, uneven, five_axis, rotary_only, turn_and_go, noisy_cam, spikes, zigzag, duplicates]
+
+
+def ends_of_bumps(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
+    """Where the derivatives may jump: s of corners and of the ends of bumps, and the width to the next on each side."""
+    assert contour.corners is not None
+    s, reach = contour.corners.s, contour.corners.reach
+    every = np.sort(np.concatenate([s, s[1:-1] - reach[1:-1], s[1:-1] + reach[1:-1]]))
+    every = every[np.append(True, np.diff(every) > 1e-9)]
+    width = np.minimum(np.diff(every)[:-1], np.diff(every)[1:])
+    stops = np.cumsum(contour.length)[:-1][np.diff(contour.run) > 0]
+    at = every[1:-1]
+    flowing = np.array([not np.isclose(stops, one, rtol=0, atol=1e-9).any() for one in at])
+    return at[flowing], width[flowing] * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_contours_are_smooth_and_within_tolerance(shape: Callable[..., np.ndarray], mode: str) -> None:
+    for seed in range(2):
+        rng = np.random.default_rng([seed, len(shape.__name__)])
+        tolerance = 10.0 ** rng.uniform(-3, -1)
+        contour = contour_of(program_of(shape(rng), tolerance), mode)
+        at, width = ends_of_bumps(contour)
+        assert len(at) > 5
+        # positions are exact to some 1e-13 mm of a path of some 500 mm, and a degree 7 fit multiplies that by 1e3
+        assert jumps(contour, at, width)[..., :3].max() < 3e-9
+        assert jumps(contour, at, width)[..., 3:].max() < 3e-9 / ROTARY_METRIC_MM
+        # the rest up to 1 is left to the rounding of the written numbers
+        assert shares_of_tolerance(contour).max() < 0.98
+        assert contour.tip_tolerance.max() <= tolerance + 1e-9
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+def test_a_kink_would_be_seen(mode: str) -> None:
+    """The same measure on a contour whose reaches are changed behind its back: bumps that the sum does not know."""
+    contour = contour_of(program_of(random_walk(np.random.default_rng(1)), 0.01), mode)
+    assert contour.corners is not None
+    at, width = ends_of_bumps(contour)
+    contour.corners.bend[5:20] *= 0.999
+    assert jumps(contour, at, width).max() > 1e-6
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+@pytest.mark.parametrize("degrees", [0.1, 10.0, 90.0, 150.0])
+def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
+    """Long pieces: the apex lies 0.97 of the tolerance beside the corner, where nothing else is in the way."""
+    turn = np.radians(degrees)
+    points = flat(np.array([[-40.0, 0.0], [0.0, 0.0], [40 * np.cos(turn), 40 * np.sin(turn)]]))
+    contour = contour_of(program_of(points, 0.002), mode)
+    assert contour.corners is not None
+    assert shares_of_tolerance(contour, 401).max() <= 0.9701
+    apex = corners.APEX * contour.corners.reach[1] * 2 * np.sin(turn / 2)
+    assert apex == pytest.approx(0.97 * 0.002, rel=1e-6)
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+def test_every_bump_ends_at_the_end_of_a_segment(mode: str) -> None:
+    """A grid made of segments must see the narrowest bump on the longest piece."""
+    for shape in (uneven, noisy_cam, five_axis):
+        contour = contour_of(program_of(shape(np.random.default_rng(4)), 1e-3), mode)
+        assert contour.corners is not None
+        ends = np.append(0.0, np.cumsum(contour.length))
+        for s, reach in zip(contour.corners.s, contour.corners.reach, strict=True):
+            for at in (s - reach, s + reach):
+                assert np.abs(ends - at).min() <= 2 * corners.PIECES * 1e-3 * reach + 1e-9
+
+
+def test_reversals_are_stops_and_what_turns_less_is_not() -> None:
+    heading = np.cumsum(np.radians([0.0, 150.0, 160.0, 180.0, 90.0]))
+    points = np.vstack([[0.0, 0.0], np.cumsum(np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)])
+    contour = contour_of(program_of(flat(points), 0.01))
+    by_piece = np.zeros(5, dtype=int)
+    by_piece[contour.piece] = contour.run
+    np.testing.assert_array_equal(by_piece, [0, 0, 1, 2, 2])
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+def test_a_change_of_feed_on_a_straight_line_flows(mode: str) -> None:
+    points = flat(np.column_stack([np.arange(6.0), np.zeros(6)]))
+    contour = contour_of(program_of(points, 0.01, np.array([0, 1000, 2000, 2000, 500, 9000.0])), mode)
+    assert contour.n_runs == 1
+    assert shares_of_tolerance(contour).max() < 1e-3
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+@pytest.mark.parametrize("tolerance", [1e-6, 3.0])
+def test_tolerances_far_from_the_size_of_the_pieces(mode: str, tolerance: float) -> None:
+    """P of a nanometre, and P of ten pieces."""
+    rng = np.random.default_rng(2)
+    contour = contour_of(program_of(flat(np.cumsum(rng.normal(size=(40, 2)) * 0.3, axis=0)), tolerance), mode)
+    assert shares_of_tolerance(contour).max() < (0.98 if tolerance > 1e-3 else 1.0)
+    at, width = ends_of_bumps(contour)
+    assert jumps(contour, at, width).max() < 3e-9
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+def test_pieces_of_a_few_nanometres_between_long_ones(mode: str) -> None:
+    points = flat(np.array([[0, 0], [30, 0], [30, 1e-5], [60, 1e-5], [60, 20], [60 - 5e-6, 20], [30, 20], [30, 0.0]]))
+    contour = contour_of(program_of(points, 0.05), mode)
+    assert len(contour.path) == 7
+    at, width = ends_of_bumps(contour)
+    assert jumps(contour, at, width).max() < 3e-9
+    assert shares_of_tolerance(contour).max() < 0.98

@@ -1,0 +1,152 @@
+"""The verifier on files with rounded corners: it passes what is right, and refuses what leaves more than corners out."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from verne_post.model.options import Options, WorkOffset
+
+from .test_verifier import Table, codes, judge, made, rows_of
+
+OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
+HEAD = "G21 G90 G94 G17 G64 P0.02"
+
+
+def program(body: str, head: str = HEAD) -> bytes:
+    return f"{head}\nG0 X0 Y0 Z30 A0 C0\n{body}\nM2\n".encode()
+
+
+# lines 3 to 13: a square corner, two gentle ones, an arc, a turn of the table, a stop, fine steps
+BODY = """G1 X5 F2000
+Y5
+X7 Y8
+X8 Y12
+G3 X3 Y17 I-5 J0
+G1 X0 Y17
+X-2 A3 C10
+G61.1 Y10
+G64 P0.02 X-3 Y9.5
+X-3.3 Y9.2
+X-3.5 Y8.8
+Y0"""
+SOURCE = program(BODY)
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+def test_a_rounded_file_passes_in_any_block_size(mode: str) -> None:
+    options = replace(OPTIONS, smoothing=mode)
+    values, line = made(SOURCE, options)
+    for block in (1, 7, 8192):
+        verdict = judge(SOURCE, values, line, options, block)
+        assert verdict.findings == []
+        assert 0.01 < verdict.tip_deviation_mm <= 0.02
+
+
+def shifted(values: np.ndarray, line: np.ndarray) -> Table:
+    values[rows_of(line, 4)[80], 1] += 0.02
+    return values, line
+
+
+def moved_aside(values: np.ndarray, line: np.ndarray) -> Table:
+    """Every slider 0.03 mm lower: smooth, and more than the tolerance."""
+    values[:, :3] += 0.03
+    return values, line
+
+
+def turned(values: np.ndarray, line: np.ndarray) -> Table:
+    values[:, 4] += 360.0
+    return values, line
+
+
+def turned_from_the_corner(values: np.ndarray, line: np.ndarray) -> Table:
+    values[line >= 9, 4] += 360.0
+    return values, line
+
+
+def early(values: np.ndarray, line: np.ndarray) -> Table:
+    """The next line's number from the middle of line 4 on."""
+    rows = rows_of(line, 4)
+    line[rows[len(rows) // 2 :]] = 5
+    return values, line
+
+
+def exchanged(values: np.ndarray, line: np.ndarray) -> Table:
+    k = rows_of(line, 7)[60]
+    values[[k, k + 3]] = values[[k + 3, k]]
+    return values, line
+
+
+def without(number: int) -> Callable[..., Table]:
+    def change(values: np.ndarray, line: np.ndarray) -> Table:
+        rows = rows_of(line, number)
+        return np.delete(values, rows, axis=0), np.delete(line, rows)
+
+    return change
+
+
+HOSTILE: dict[str, tuple[Callable[..., Table], set[str]]] = {
+    "a row shifted by 0.02 mm": (shifted, {"VP403"}),
+    "beside the path": (moved_aside, {"VP411"}),
+    "C a turn further": (turned, {"VP411"}),
+    "C a turn further from a corner on": (turned_from_the_corner, {"VP401", "VP411"}),
+    "rows under the next line's number": (early, {"VP411"}),
+    "two rows exchanged": (exchanged, {"VP413"}),
+    "a line left out": (without(5), {"VP401", "VP403"}),
+    "the stop's line left out": (without(10), {"VP413"}),
+    "the second half left out": (lambda q, n: (q[: len(q) // 2], n[: len(n) // 2]), {"VP412"}),
+}
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+@pytest.mark.parametrize("how", HOSTILE)
+def test_a_spoilt_file_fails(how: str, mode: str) -> None:
+    change, expected = HOSTILE[how]
+    options = replace(OPTIONS, smoothing=mode)
+    values, line = made(SOURCE, options)
+    assert expected <= codes(judge(SOURCE, *change(values.copy(), line.copy()), options))
+
+
+@pytest.mark.parametrize("mode", ["blend", "spline"])
+def test_a_rounded_file_fails_where_no_rounding_was_asked_for(mode: str) -> None:
+    values, line = made(SOURCE, replace(OPTIONS, smoothing=mode))
+    assert {"VP411", "VP412"} <= codes(judge(SOURCE, values, line, replace(OPTIONS, smoothing="off")))
+    for word in ("G64 P0.01", "G61", "G61.1", "G64 P0"):
+        asked = program(BODY.replace("G64 P0.02", word), HEAD.replace("G64 P0.02", word))
+        assert codes(judge(asked, values, line, replace(OPTIONS, smoothing=mode))) & {"VP411", "VP412"}
+
+
+@pytest.mark.parametrize("excess", [1.01, 1.003])
+def test_feed_is_judged_on_rounded_pieces(excess: float) -> None:
+    """A polygon of many gentle corners, all of it rounded, judged against a feed that is lower by less than 1 %."""
+    angle = np.linspace(0, np.pi, 60)
+    points = "\n".join(f"X{10 * np.sin(a):.4f} Y{10 - 10 * np.cos(a):.4f}" for a in angle[1:])
+    for mode in ("blend", "spline"):
+        options = replace(OPTIONS, smoothing=mode)
+        values, line = made(program(f"G1 F1200\n{points}"), options)
+        asked = program(f"G1 F{1200 / excess:.9f}\n{points}")
+        assert codes(judge(asked, values, line, options)) == {"VP404"}
+
+
+# --- more than a corner left out --------------------------------------------------------------------------
+
+# a program, the same with something left out, and the lines of its rows in the first
+LEFT_OUT: dict[str, tuple[str, str, dict[int, int]]] = {
+    "a tooth of 5 mm": ("G1 X10 F1500\nY5\nX10.01\nY0\nX20", "G1 X10 F1500\nX20", {4: 7}),
+    "a tooth of 0.3 mm": ("G1 X10 F1500\nY0.3\nX10.06\nY0\nX20", "G1 X10 F1500\nX20", {4: 7}),
+    "a full circle": ("G1 X10 F1500\nG2 I1 J-2\nG1 X20", "G1 X10 F1500\nX20", {4: 5}),
+    "five turns": ("G1 X10 F1500\nG2 I1 J-2 P5\nG1 X20", "G1 X10 F1500\nX20", {4: 5}),
+    "a swing of the table": ("G1 X10 F1500\nA2\nC3\nA0\nC0\nX20", "G1 X10 F1500\nX20", {4: 8}),
+}
+
+
+@pytest.mark.parametrize("cycle", [0.001, 0.01])
+@pytest.mark.parametrize("what", LEFT_OUT)
+def test_what_is_left_out_between_two_rows_is_seen(what: str, cycle: float) -> None:
+    """Every row lies on its line, the lines follow each other, nothing jumps: only the path between is missing."""
+    whole, short, lines = LEFT_OUT[what]
+    options = replace(OPTIONS, cycle=cycle)
+    values, line = made(program(short), options)
+    verdict = judge(program(whole), values, np.vectorize(lambda k: lines.get(k, k))(line).astype(line.dtype), options)
+    assert "VP412" in codes(verdict)

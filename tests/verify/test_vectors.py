@@ -1,0 +1,304 @@
+"""Vector programs from text to rows: great circles, twins in A and C words, verification that sees what is wrong.
+
+The judge of the serial machine's rows has its own forward kinematics: three signs and a shift, no lean.
+"""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import verne_post
+from verne_post.model.options import Options, WorkOffset
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.rounding import setpoint_format
+from verne_post.pipeline import convert, read_program, verify_setpoints
+
+HEAD = "G21 G90 G94 G17 F3000\n"
+MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.002) for name in ("verne", "serial")}
+TOOL = 60.0
+#: Written numbers: 1e-3 mm and 1e-3 degrees are what verification accepts; auto decimals are far finer.
+TIP_MM, AXIS = 1e-5, 1e-7
+
+
+def axis_of(a, c):
+    a, c = np.asarray(a), np.asarray(c)
+    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
+
+
+def vector(tilt, turn):
+    i, j, k = axis_of(math.radians(tilt), math.radians(turn))
+    return f"I{i:.13f} J{j:.13f} K{k:.13f}"
+
+
+def source(body):
+    return f"{HEAD}{body}\nM2\n".encode()
+
+
+def options(**more):
+    more.setdefault("tool_length", TOOL)
+    more.setdefault("wcs", {1: WorkOffset((0.0, 0.0, 50.0))})
+    return Options(**more)
+
+
+def made(body, machine, **more):
+    result = convert(source(body), machine, options(**more))
+    assert result.ok, [item.message for item in result.findings]
+    return result.setpoints
+
+
+def poses(setpoints, name):
+    """Tip and axis on the table of every row; the serial machine by hand."""
+    values = setpoints.values
+    if name == "verne":
+        machine = MACHINES["verne"]
+        tip, axis, ok = machine.forward(values / [column.factor for column in machine.columns], TOOL)
+        assert ok.all()
+        return tip, axis
+    a, c = np.radians(values[:, 3]), np.radians(values[:, 4])
+    x, y, z = values[:, 0], values[:, 1], values[:, 2] + 550.0 - TOOL
+    y, z = np.cos(a) * y + np.sin(a) * z, np.cos(a) * z - np.sin(a) * y
+    tip = np.stack([np.cos(c) * x + np.sin(c) * y, np.cos(c) * y - np.sin(c) * x, z], axis=1)
+    return tip, axis_of(a, c)
+
+
+def judge(setpoints, body, machine, **more):
+    program = read_program(source(body), machine, options(**more))
+    fmt = setpoint_format(machine, program.cycle, None, accept_rounding=False)
+    return verify_setpoints(program, iter([SetpointBlock(0, setpoints.values, setpoints.line, fmt)]))
+
+
+# --- great circles --------------------------------------------------------------------------------
+
+SWINGS = [
+    ((30.0, 0.0), (30.0, 120.0)),
+    ((10.0, -170.0), (45.0, 100.0)),
+    ((2.0, 10.0), (2.0, 170.0)),
+    ((0.0, 0.0), (40.0, 77.0)),
+    ((40.0, 30.0), (40.0, 30.0001)),
+]
+
+
+@pytest.mark.parametrize("word", ["G0", "G1"])
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize(("first", "second"), SWINGS)
+def test_every_row_is_on_the_great_circle(name, first, second, word):
+    """The axis turns about the normal of both ends (Rodrigues), in step with the tip on its line."""
+    body = f"G43.5 G0 X0 Y0 Z60 {vector(*first)}\n{word} X20 Y5 Z65 {vector(*second)}"
+    setpoints = made(body, MACHINES[name])
+    tip, axis = poses(setpoints, name)
+    k0, k1 = axis_of(*np.radians(first)), axis_of(*np.radians(second))
+    p0, p1 = np.array([0.0, 0.0, 110.0]), np.array([20.0, 5.0, 115.0])
+    u = (tip - p0) @ (p1 - p0) / ((p1 - p0) @ (p1 - p0))
+    assert np.abs(tip - p0 - u[:, None] * (p1 - p0)).max() < TIP_MM
+    normal = np.cross(k0, k1)
+    angle = math.atan2(np.linalg.norm(normal), k0 @ k1)
+    normal /= np.linalg.norm(normal)
+    turn = (u * angle)[:, None]
+    expected = k0 * np.cos(turn) + np.cross(normal, k0) * np.sin(turn)
+    assert np.linalg.norm(axis - expected, axis=1).max() < AXIS
+    assert (u[0], u[-1]) == (pytest.approx(0.0, abs=1e-6), pytest.approx(1.0, abs=1e-6))
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_small_swing_with_a_large_turn_of_c_is_complete(name):
+    """C turns by 90 degrees while tip and axis hardly move: the end counts by what moves."""
+    made(f"G43.5 G0 X0 Y0 Z60 {vector(0.5, 0)}\nG0 Y1 {vector(0.5, 90)}", MACHINES[name])
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_swing_in_place_is_in_degrees_per_minute(name):
+    """Nothing but the axis moves: 60 degrees of great circle at 600 deg/min take 6 s and the ramps."""
+    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 {vector(30, 270)} F600"
+    setpoints = made(body, MACHINES[name])
+    tip, _axis = poses(setpoints, name)
+    assert np.abs(tip - [0.0, 0.0, 110.0]).max() < TIP_MM
+    assert 6.0 < setpoints.t[-1] < 6.6
+
+
+def test_words_along_the_great_circle_where_the_option_says_so():
+    """--orientation vector for A and C words is the vector program; auto is linear in A and C."""
+    machine = MACHINES["serial"]
+    words = "G43.4 G0 X0 Y0 Z60 A30 C0\nG1 X20 A40 C120"
+    vectors = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {vector(40, 120)}"
+    u = np.linspace(0, 1, 60)
+    q = {
+        key: read_program(source(body), machine, options(orientation=way)).joints().q(np.zeros(60, int), u)
+        for key, body, way in (
+            ("vector", vectors, "auto"), ("words as vectors", words, "vector"), ("vectors", vectors, "vector"),
+            ("words", words, "auto"), ("words as angles", words, "angles"), ("vectors as angles", vectors, "angles"),
+        )
+    }  # fmt: skip
+    for one, other in (("vector", "words as vectors"), ("vector", "vectors"), ("words", "words as angles"),
+                       ("words", "vectors as angles")):  # fmt: skip
+        assert q[one] == pytest.approx(q[other], abs=1e-9)
+    assert np.abs(q["vector"] - q["words"])[:, 3].max() > 0.1
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("turn", [0.0, 33.0])
+def test_a_vector_program_is_its_twin_in_words(name, turn):
+    """With linear A and C the two programs are one motion, to 1e-9 mm, on a part that is turned as well."""
+    tilts = [(20, 10), (25, 60), (50, 60), (30, -40), (0, -40), (15, -40)]
+    head = "G0 Y0 Z60 "
+    vectors = "G43.5 " + head + "\nG1 ".join(f"X{9 * k} {vector(*pair)}" for k, pair in enumerate(tilts))
+    words = "G43.4 " + head + "\nG1 ".join(f"X{9 * k} A{pair[0]} C{pair[1]}" for k, pair in enumerate(tilts))
+    where = {1: WorkOffset((10.0, -5.0, 50.0), turn)}
+    found = [
+        read_program(source(body), MACHINES[name], options(orientation="angles", wcs=where))
+        for body in (vectors, words)
+    ]
+    segments, u = np.repeat(np.arange(5), 9), np.tile(np.linspace(0, 1, 9), 5)
+    assert found[0].joints().q(segments, u) == pytest.approx(found[1].joints().q(segments, u), abs=1e-9)
+    assert found[0].path.feed_time == pytest.approx(found[1].path.feed_time, rel=1e-9)
+
+
+@pytest.mark.parametrize(("a", "c"), [("workpiece", "tool"), ("tool", "workpiece"), ("tool", "tool")])
+def test_senses_of_the_machine_file_do_not_change_a_vector_program(tmp_path, a, c):
+    """The same tips and axes; the columns change their sign."""
+    text = (Path(verne_post.__file__).parents[1] / "machine_configs" / "serial.toml").read_text(encoding="utf-8")
+    text = text.replace('a_positive = "workpiece"', f'a_positive = "{a}"')
+    text = text.replace('c_positive = "workpiece"', f'c_positive = "{c}"').replace("cycle_s = 0.001", "cycle_s = 0.002")
+    (tmp_path / "m.toml").write_text(text, encoding="utf-8")
+    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 20)}\nG1 X20 {vector(40, 100)}\nG53 G0 Z0"
+    plain, turned = made(body, MACHINES["serial"]), made(body, verne_post.load_machine(str(tmp_path / "m.toml")))
+    signs = [1, 1, 1, -1 if a == "tool" else 1, -1 if c == "tool" else 1]
+    assert turned.values == pytest.approx(plain.values * signs, abs=1e-9)
+
+
+def test_inches_and_feed_modes_of_vector_programs():
+    """An inch with a swing in a tenth of a minute: F in mm, in inches, and inverse time."""
+    swing = vector(40, 100)
+    first = f"G43.5 G0 X0 Y0 Z60 {vector(30, 20)}\n"
+    metric = made(first + f"G1 X25.4 {swing} F254", MACHINES["serial"])
+    inches = made(first + f"G20\nF10\nG1 X1 {swing}", MACHINES["serial"])
+    inverse = made(first + f"G93 G1 X25.4 {swing} F10", MACHINES["serial"])
+    assert inches.values == pytest.approx(metric.values, abs=1e-9)
+    assert inverse.values == pytest.approx(metric.values, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_an_approach_leads_to_the_branch_that_is_used(name):
+    """--from home, where the tilt's range asks for the other table solution."""
+    machine = MACHINES[name]
+    upper = machine.limits.upper.copy()
+    upper[3] = math.radians(15.0)
+    machine = replace(machine, limits=replace(machine.limits, upper=upper))
+    setpoints = made(f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 X20\nG53 G0 Z0", machine, approach="home")
+    assert setpoints.values[:, 3].max() <= 15.0
+    tip, axis = poses(setpoints, name)
+    fed = setpoints.line == 3
+    assert axis[fed] == pytest.approx(np.tile(axis_of(*np.radians([30.0, 90.0])), (fed.sum(), 1)), abs=AXIS)
+    assert tip[fed][:, 1:] == pytest.approx(np.tile([0.0, 110.0], (fed.sum(), 1)), abs=TIP_MM)
+
+
+# --- what verification must see -------------------------------------------------------------------
+
+TILTED = f"G43.5 G0 X0 Y0 Z60 {vector(30, 20)}\nG1 X20 {vector(30, 140)}\nX40"
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_another_orientation_than_the_program_is_refused(name):
+    """Linear A and C against the great circle, both ways; the ends are the same, the way is not."""
+    machine = MACHINES[name]
+    for making, judging in (("angles", "auto"), ("auto", "angles")):
+        setpoints = made(TILTED, machine, orientation=making)
+        assert judge(setpoints, TILTED, machine, orientation=making).ok
+        verdict = judge(setpoints, TILTED, machine, orientation=judging)
+        assert not verdict.ok
+        assert "VP411" in {item.code for item in verdict.findings}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize(
+    "body", [TILTED, f"G43.5 G0 X0 Y0 Z60 {vector(2, 20)}\nG1 X20 {vector(2, 140)}\nX40"], ids=["steep", "flat"]
+)
+def test_the_other_branch_and_another_turn_are_refused(name, body):
+    """Rows with the same tips and the same tool axes, on the other table solution or a turn away, are not the file."""
+    machine = MACHINES[name]
+    setpoints = made(body, machine)
+    factor = np.array([column.factor for column in machine.columns])
+    tip, angles, ok = machine.five_axis.nominal(setpoints.values / factor, TOOL)
+    assert ok.all()
+    for other in (angles * [-1, 1] + [0, math.pi], angles + [0, 2 * math.pi]):
+        q, _position, _alpha, _ok = machine.five_axis.solve(tip, other, TOOL)
+        wrong = replace(setpoints, values=np.round(q * factor, 9))
+        assert poses(wrong, name)[1] == pytest.approx(poses(setpoints, name)[1], abs=1e-8)
+        verdict = judge(wrong, body, machine)
+        assert "VP411" in {item.code for item in verdict.findings}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_an_axis_two_thousandths_of_a_degree_off_is_refused(name):
+    """Sideways of the great circle, tip unmoved: verification accepts one thousandth."""
+    machine = MACHINES[name]
+    setpoints = made(TILTED, machine)
+    factor = np.array([column.factor for column in machine.columns])
+    tip, angles, _ok = machine.five_axis.nominal(setpoints.values / factor, TOOL)
+    for off, fine in ((0.0005, True), (0.002, False)):
+        bump = math.radians(off) * np.sin(np.pi * np.linspace(0, 1, len(angles))) ** 4
+        q, _position, _alpha, _ok = machine.five_axis.solve(tip, angles + bump[:, None] * [1.0, 0.0], TOOL)
+        verdict = judge(replace(setpoints, values=np.round(q * factor, 9)), TILTED, machine)
+        assert ("VP411" not in {item.code for item in verdict.findings}) == fine
+
+
+# --- anything at all ----------------------------------------------------------------------------
+
+
+@st.composite
+def programs(draw):
+    """Vector programs with words, rapids, dwells and retracts among them."""
+    number = st.floats(-30, 30).map(lambda value: round(value, 3))
+    turn = st.one_of(st.sampled_from([0.0, 90.0, 180.0, -90.0]), st.floats(-180, 180))
+    tilt = st.one_of(st.sampled_from([0.0, 5e-5, 5e-4, 0.5, 30.0]), st.floats(0.5, 100))
+    pointed = st.builds(vector, tilt, turn)
+    word = st.sampled_from(["G0", "G1"])
+    lines = [f"G43.5 G0 X0 Y0 Z70 {draw(pointed)}"]
+    vectors = True
+    for _ in range(draw(st.integers(1, 5))):
+        kind = draw(
+            st.sampled_from(["vector", "vector", "vector", "plain", "words", "dwell", "retract", "home", "arc"])
+        )
+        if kind == "vector":
+            lines += [] if vectors else ["G43.5"]
+            vectors = True
+            lines.append(f"{draw(word)} X{draw(number)} Y{draw(number)} Z70 {draw(pointed)}")
+        elif kind == "plain":
+            lines.append(f"{draw(word)} X{draw(number)}")
+        elif kind == "words":
+            lines += ["G43.4"] if vectors else []
+            vectors = False
+            lines.append(f"{draw(word)} Y{draw(number)} A{draw(number)} C{10 * draw(number)}")
+        else:
+            lines.append({"dwell": "G4 P0.01", "retract": "G53 G0 Z0", "home": "G28", "arc": "G3 I3"}[kind])
+    return "\n".join(lines)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    programs(),
+    st.sampled_from(["verne", "serial"]),
+    st.sampled_from([None, 200.0, 360.0]),
+    st.sampled_from([25.0, 95.0]),
+    st.booleans(),
+    st.sampled_from(["auto", "vector", "angles"]),
+)
+def test_any_vector_program_is_written_and_verified_or_refused(body, name, c_range, a_high, rewind, orientation):
+    """Never an exception, never rows that fail our own verification; what is written keeps the ranges."""
+    machine = MACHINES[name]
+    lower, upper = machine.limits.lower.copy(), machine.limits.upper.copy()
+    upper[3] = math.radians(a_high)
+    if c_range is not None:
+        lower[4], upper[4] = -math.radians(c_range), math.radians(c_range)
+    machine = replace(machine, limits=replace(machine.limits, lower=lower, upper=upper), cycle=0.008)
+    result = convert(source(body), machine, options(allow_rewind=rewind, orientation=orientation))
+    assert result.exit_code in (0, 1, 2), [item.message for item in result.findings]
+    assert result.ok or any(item.severity == "error" for item in result.findings)
+    if result.ok:
+        assert all(item.severity != "error" for item in result.findings)
+        assert result.setpoints.values[:, 3].max() <= a_high + 1e-6
+        assert c_range is None or np.abs(result.setpoints.values[:, 4]).max() <= c_range + 1e-6

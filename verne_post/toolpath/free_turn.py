@@ -1,0 +1,158 @@
+"""A vertical tool leaves C free: the constant C that keeps farthest from every limit.
+
+The margin of an angle is the smallest over the whole path of
+
+* the distance of each limited joint from its travel, over half that travel: 1 in its middle, 0 at its end;
+* each margin of the module above its error threshold, over the distance from there to its warning threshold:
+  1 where warnings begin, 0 at the error.
+
+Margins that C does not change, as the height of a retract on a serial machine, do not enter: they would hide the others.
+Neither do clearances, which are judged elsewhere.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.model.findings import InputError, finding
+from verne_post.model.summary import FreeTurn
+from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.toolpath.evaluate import pose
+
+Array = NDArray[np.float64]
+
+#: Margins (m, k) of poses: tips (m, 3), nominal angles (m, 2), tool lengths (m,); below any number where unreachable.
+Margins = Callable[[Array, Array, Array], Array]
+
+#: Candidates of the first round, rad apart.
+COARSE: Final = np.radians(5.0)
+#: So many of them are refined, each by rounds of this many points over two steps of the round before.
+REFINED: Final = 3
+POINTS: Final = 9
+ROUNDS: Final = 5
+#: Points along a piece: at most this far apart, mm, and at least two.
+STEP_MM: Final = 10.0
+MOST_POINTS: Final = 64
+#: Of the points in a cube of this size, mm, one is enough to choose by; the margin is then told of all of them.
+CUBE_MM: Final = 2.0
+#: Poses solved together.
+BATCH: Final = 200_000
+#: A margin must change by this to count, and to be worth a turn of the part.
+WORTH: Final = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    tip: Array
+    tool: Array
+
+
+def with_free_turn(
+    path: ToolPath, fixes: int | None, margins: Margins, names: tuple[str, ...], c_range: tuple[float, float]
+) -> tuple[ToolPath, FreeTurn]:
+    """The path with the best constant C.
+
+    Parameters
+    ----------
+    path : ToolPath
+        Before any approach or detour.
+    fixes : int or None
+        First source line that names C, or a place in machine coordinates that depends on it.
+    margins : callable
+    names : tuple of str
+        What each of the k margins measures.
+    c_range : tuple of float
+        Travel of C, rad; infinite where it is unlimited.
+
+    Raises
+    ------
+    InputError
+        VP018 where the tool is not vertical throughout, or the program names C.
+    """
+    _require_free(path, fixes)
+    points = _points(path)
+    few = _thinned(points)
+    before = float(path.start[0, 4])
+    low, high = c_range
+    if not (np.isfinite(low) and np.isfinite(high)):
+        low, high = -np.pi, np.pi
+    angles = np.linspace(low, high, max(int(np.ceil((high - low) / COARSE)), 1) + 1)
+    table = _smallest(few, angles, margins)
+    with np.errstate(invalid="ignore"):
+        moved = ~(np.ptp(table, axis=0) <= WORTH)  # also where some angles are out of reach
+    if not moved.any():
+        moved[:] = True
+    best = [angles[k] for k in _ranked(table[:, moved].min(axis=1), angles, before)[:REFINED]]
+    step = float(angles[1] - angles[0])
+    for _ in range(ROUNDS):
+        around = np.clip(np.concatenate([c + step * np.linspace(-1, 1, POINTS) for c in best]), low, high)
+        value = _smallest(few, around, margins)[:, moved].min(axis=1)
+        best = [group[int(np.argmax(v))] for group, v in
+                zip(around.reshape(-1, POINTS), value.reshape(-1, POINTS), strict=True)]  # fmt: skip
+        step *= 2.0 / (POINTS - 1)
+    every = np.array([before, *best])
+    table = np.where(moved, _smallest(points, every, margins), np.inf)
+    smallest = table.min(axis=1)
+    top = int(_ranked(smallest, every, before)[0])
+    chosen = top if smallest[top] > smallest[0] + WORTH else 0
+    start, end, first = path.start.copy(), path.end.copy(), path.first_pose.copy()
+    start[:, 4] = end[:, 4] = first[4] = every[chosen]
+    turn = FreeTurn(before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]),
+                    names[int(np.argmin(table[chosen]))])  # fmt: skip
+    return replace(path, start=start, end=end, first_pose=first), turn
+
+
+def _ranked(value: Array, c: Array, before: float) -> NDArray[np.intp]:
+    """Angles by their margin; of equal ones (to six digits) the nearest to where C stood."""
+    return np.lexsort((np.abs(c - before), -np.round(value, 6)))
+
+
+def _require_free(path: ToolPath, fixes: int | None) -> None:
+    tilt = np.maximum(np.abs(path.start[:, 3]), np.abs(path.end[:, 3]))
+    turned = np.maximum(np.abs(path.start[:, 4] - path.start[0, 4]), np.abs(path.end[:, 4] - path.start[0, 4]))
+    tilted = path.line[tilt > POLE_SINE]
+    named = [*path.line[turned > ZERO_ANGLE][:1].tolist(), *([] if fixes is None else [fixes])]
+    if len(tilted) and (not named or tilted[0] <= min(named)):
+        line, why = int(tilted[0]), "this line tilts the tool, or begins with a tilted one"
+    elif named:
+        line, why = min(named), "this line names C, or a place in machine coordinates that depends on it"
+    else:
+        return
+    text = f"--free-c is for programs whose tool is vertical throughout and that leave C open; {why}"
+    raise InputError(finding("VP018", text, line=line, last_line=line, worst_line=line))
+
+
+def _points(path: ToolPath) -> _Points:
+    """Tips along the path, and the tool lengths there."""
+    parts = np.clip(np.ceil(path.length / STEP_MM), 1, MOST_POINTS).astype(int)
+    parts[path.kind == PieceKind.ARC] = np.maximum(parts[path.kind == PieceKind.ARC], 16)
+    piece = np.repeat(np.arange(len(path)), parts + 1)
+    index = np.arange(len(piece)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    tip, _angles = pose(path, piece, index / parts[piece])
+    return _Points(tip, path.tool_length[piece])
+
+
+def _thinned(points: _Points) -> _Points:
+    cubes = np.column_stack([np.floor(points.tip / CUBE_MM), points.tool])
+    _cube, first = np.unique(cubes, axis=0, return_index=True)
+    return _Points(points.tip[first], points.tool[first])
+
+
+def _smallest(points: _Points, c: Array, margins: Margins) -> Array:
+    """Smallest value (n, k) of every margin at every angle (n,)."""
+    found = []
+    each = max(BATCH // len(points.tool), 1)
+    for first in range(0, len(c), each):
+        some = c[first : first + each]
+        parts = []
+        for begin in range(0, len(points.tool), BATCH):
+            tip, tool = points.tip[begin : begin + BATCH], points.tool[begin : begin + BATCH]
+            angles = np.column_stack([np.zeros(len(tool) * len(some)), np.repeat(some, len(tool))])
+            value = margins(np.tile(tip, (len(some), 1)), angles, np.tile(tool, len(some)))
+            parts.append(value.reshape(len(some), len(tool), -1).min(axis=1))
+        found.append(np.min(parts, axis=0))
+    return np.concatenate(found)
