@@ -92,13 +92,14 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
         np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
     )
     s = np.append(0.0, np.cumsum(path.length))
-    shape = path
+    shape, moved = path, np.zeros((n - 1, 5))
     tip_left, axis_left = tip_tolerance.copy(), axis_tolerance.copy()  # to corners, by vertices that have moved
     if smoothing.overlap:
         movable = allowed & lines & ~joined
         # a piece that runs on into another, or into a blend, keeps its direction, which was matched as programmed
         kept = joined | curved
         movable[1:-1] &= ~(kept[2:] | kept[:-2])
+        movable &= ~rounding.turning_back(rounding.polyline_slopes(path.start, path.end, path.length))
         bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
         shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
         moved = np.abs(shape.end - path.end)[:-1]
@@ -129,6 +130,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     flows[corner + 1] = True
     run = np.append(0, np.cumsum(~flows[1:-1])).astype(np.int32)
     used = flows & ~joined
+    used[1:-1] |= moved.any(axis=1)  # also where a corner has become a stop
     tip_of_piece, axis_of_piece = (
         _of_pieces(np.where(used, bound, 0.0), reach, s) for bound in (tip_tolerance, axis_tolerance)
     )
