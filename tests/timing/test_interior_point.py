@@ -6,7 +6,7 @@ import pytest
 from verne_post.timing.interior_point import Problem, basis, solve
 
 
-def line(n: int = 200, cap: float = 1.0, *, fixed: np.ndarray | None = None, crawls: bool = False) -> Problem:
+def line(n: int = 200, cap: float = 1.0, *, fixed: np.ndarray | None = None, end: float | None = None) -> Problem:
     """A joint with Q' = 1: X below its cap, |X'| / 2 <= 5 and |X''| / 2 <= 100 X^(-1/2)."""
     phases = np.array([0.25, 0.75])
     one, none = np.ones((1, 2 * n)), np.zeros((1, 2 * n))
@@ -16,9 +16,7 @@ def line(n: int = 200, cap: float = 1.0, *, fixed: np.ndarray | None = None, cra
 
     acceleration = (both(none), both(0.5 * one / 5.0))
     jerk = (both(none), both(none), both(0.5 * one / 100.0))
-    return Problem(
-        0.01, phases, np.full(2 * n, cap), acceleration, jerk, np.empty(0) if fixed is None else fixed, crawls
-    )
+    return Problem(0.01, phases, np.full(2 * n, cap), acceleration, jerk, np.empty(0) if fixed is None else fixed, end)
 
 
 def values(problem: Problem, c: np.ndarray) -> np.ndarray:
@@ -62,7 +60,7 @@ def test_limits_hold_at_every_point_whatever_the_start() -> None:
 
 
 def test_a_window_that_is_not_the_last_ends_slowly() -> None:
-    problem = line(crawls=True)
+    problem = line(end=0.01)
     found = solve(problem, np.full(203, 0.9), centre=10.0, gap=1e-2, iterations=40)
     assert found.legal
     assert found.coefficients[-3:].max() <= 0.011

@@ -13,6 +13,13 @@ from verne_post.base.tolerances import POLE_SINE
 Array = NDArray[np.float64]
 
 
+def _vectors(x: Array, y: Array, z: Array) -> Array:
+    """Vectors (..., 3) of their coordinates."""
+    found = np.empty((*np.broadcast_shapes(np.shape(x), np.shape(y), np.shape(z)), 3))
+    found[..., 0], found[..., 1], found[..., 2] = x, y, z
+    return found
+
+
 def rotate_x(vector: Array, angle: Array | float) -> Array:
     """Turn vectors about x: ``Rx(angle) @ vector``, active, column vectors.
 
@@ -28,14 +35,14 @@ def rotate_x(vector: Array, angle: Array | float) -> Array:
     """
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return np.stack(np.broadcast_arrays(x, c * y - s * z, s * y + c * z), axis=-1)
+    return _vectors(x, c * y - s * z, s * y + c * z)
 
 
 def rotate_z(vector: Array, angle: Array | float) -> Array:
     """Turn vectors about z: ``Rz(angle) @ vector``; shapes as in :func:`rotate_x`."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return np.stack(np.broadcast_arrays(c * x - s * y, s * x + c * y, z), axis=-1)
+    return _vectors(c * x - s * y, s * x + c * y, z)
 
 
 def rotate_x_rate(vector: Array, angle: Array | float) -> Array:
@@ -69,7 +76,7 @@ def axis_of_angles(a: Array | float, c: Array | float) -> Array:
         Unit vectors from tip to spindle, ``(sin A sin C, sin A cos C, cos A)``.
     """
     sa = np.sin(a)
-    return np.stack(np.broadcast_arrays(sa * np.sin(c), sa * np.cos(c), np.cos(a)), axis=-1)
+    return _vectors(sa * np.sin(c), sa * np.cos(c), np.cos(a))
 
 
 def angles_of_axis(axis: Array) -> tuple[Array, Array]:

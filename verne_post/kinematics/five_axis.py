@@ -7,6 +7,7 @@ owns the solution for alpha (:meth:`ParallelModule.inverse_leaning`). C does not
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,9 @@ from verne_post.model.protocols import ParallelModule, WholeSolution
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+#: F: the base frame against the upright frame.
+_MIRROR: Final = np.array([1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +70,9 @@ class HybridMachine:
         rho, alpha, ok = self.module.inverse_leaning(self.table.pivot, gauge)
         q = np.concatenate([rho, angles], axis=-1)
         q[..., -2] += alpha
-        q[~ok] = np.nan
-        position = rotate_x(gauge, alpha) * [1.0, -1.0, -1.0] + self.table.pivot
+        if not np.all(ok):
+            q[~ok] = np.nan
+        position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
         return q, position, alpha, ok
 
     def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
@@ -108,11 +113,10 @@ class HybridMachine:
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
         q, position, alpha, ok = self.solve(tip, angles, tool_length)
         gauge = self.platform_gauge(tip, angles, tool_length)
-        mirror = np.array([1.0, -1.0, -1.0])
         parallel, serial = self.module.jacobians(position, alpha, q[..., :-2])
         # P = pivot + F Rx(alpha) g: by g and by alpha
-        by_gauge = np.stack([rotate_x(rate, alpha) * mirror for rate in self._gauge_rates(tip, angles)], -1)
-        by_alpha = rotate_x_rate(gauge, alpha) * mirror
+        by_gauge = np.stack([rotate_x(rate, alpha) * _MIRROR for rate in self._gauge_rates(tip, angles)], -1)
+        by_alpha = rotate_x_rate(gauge, alpha) * _MIRROR
         by_point, by_lean = parallel[..., :3], parallel[..., 3] + (parallel[..., :3] @ by_alpha[..., None])[..., 0]
         matrix = np.concatenate([serial, by_lean[..., None]], axis=-1)
         solvable = ok & (np.linalg.det(np.where(ok[..., None, None], matrix, np.eye(4))) != 0.0)
@@ -141,7 +145,7 @@ class HybridMachine:
         position, alpha, ok = self.module.forward(q[..., :-2])
         angles = np.array(q[..., -2:])
         angles[..., 0] -= alpha
-        gauge = rotate_x((position - self.table.pivot) * [1.0, -1.0, -1.0], -alpha)
+        gauge = rotate_x((position - self.table.pivot) * _MIRROR, -alpha)
         tip = self.table.tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
         return tip, angles, ok
 

@@ -60,7 +60,10 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class JointBounds:
-    """Largest derivatives of the joints by w over each segment, each shape (n, n_joints)."""
+    """Largest derivatives of the joints by w over each segment, each shape (n, n_joints); 0 in runs that flow.
+
+    A law from stop to stop needs them; one that flows looks at the joints themselves.
+    """
 
     first: Array
     second: Array
@@ -118,6 +121,7 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     machine, contour = joints.machine, joints.contour
     n, n_joints = len(contour), len(machine.columns)
     bounds = JointBounds(*(np.zeros((n, n_joints)) for _ in range(3)))
+    bounded = ~contour.flowing[contour.run]
     checks = checks_of(machine)
     worst = [Worst() for _ in checks]
     below_table = Worst()
@@ -125,7 +129,7 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     for first in range(0, n, CHUNK_PIECES):
         chunk = np.arange(first, min(first + CHUNK_PIECES, n))
         for piece, low, high, depth in first_cover(contour, chunk):
-            _judge_spans(joints, piece, low, high, depth, bounds, checks, worst, below_table, unreachable)
+            _judge_spans(joints, piece, low, high, depth, bounds, bounded, checks, worst, below_table, unreachable)
         if progress:
             progress(int(chunk[-1]) + 1)
     findings = _unreachable_findings(contour, unreachable)
@@ -148,7 +152,7 @@ def first_cover(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Ar
 
 
 def _judge_spans(
-    joints: JointPath, piece: Ints, low: Array, high: Array, depth: Ints, bounds: JointBounds,
+    joints: JointPath, piece: Ints, low: Array, high: Array, depth: Ints, bounds: JointBounds, bounded: Mask,
     checks: list[Check], worst: list[Worst], below_table: Worst, unreachable: dict[int, str],
 ) -> None:  # fmt: skip
     """Judge spans, halving those that the bounds cannot decide."""
@@ -171,8 +175,10 @@ def _judge_spans(
         coarse = (rough[:, :n_joints] > tails).any(axis=1)
         deep = depth[kept] >= MAX_DEPTH
         halve[kept] |= coarse & ~deep
-        fine = ~coarse | deep
-        _collect(joints, bounds, piece[kept[fine]], low[kept[fine]], high[kept[fine]], values[fine, :, :n_joints])
+        fine = (~coarse | deep) & bounded[piece[kept]]
+        if fine.any():
+            some = kept[fine]
+            _collect(joints, bounds, piece[some], low[some], high[some], values[fine, :, :n_joints])
         lower, upper = spans.enclosure(values)
         for check, found in zip(checks, worst, strict=True):
             k = check.quantity

@@ -36,6 +36,25 @@ class Corners:
 
 
 @dataclass(frozen=True)
+class Feeds:
+    """What the programmed feed asks of each piece, each shape (n,).
+
+    Attributes
+    ----------
+    rate : ndarray
+        mm/s of the tip, or rad/s of the table angles where ``by_tip`` is False; infinite for rapids.
+    by_tip : ndarray of bool
+        False where the tip stands still.
+    even : ndarray
+        ds/dt at the feed where tip and angles move evenly along the piece, mm/s; infinite for rapids.
+    """
+
+    rate: Array
+    by_tip: NDArray[np.bool_]
+    even: Array
+
+
+@dataclass(frozen=True)
 class Contour:
     """All motion of a program as it will be made.
 
@@ -58,6 +77,9 @@ class Contour:
     run : ndarray of int32, shape (n,)
     corners : Corners or None
         Rounded corners; None where there are none.
+    bumped : ndarray of bool, shape (n,)
+        A rounded corner's bump reaches into the segment.
+    feeds : Feeds
     controls : ndarray, shape (m, 8, 5)
         Control points of curves of degree 7: tip in the table frame and nominal angles.
     tip_tolerance, axis_tolerance : ndarray, shape (n_pieces,)
@@ -76,6 +98,8 @@ class Contour:
     turn: Array
     run: Ints
     corners: Corners | None
+    bumped: NDArray[np.bool_]
+    feeds: Feeds
     controls: Array
     tip_tolerance: Array
     axis_tolerance: Array
@@ -103,6 +127,14 @@ class Contour:
     def n_runs(self) -> int:
         """Number of runs."""
         return int(self.run[-1]) + 1 if len(self.run) else 0
+
+    @property
+    def flowing(self) -> NDArray[np.bool_]:
+        """Runs with a rounded corner in them (n_runs,)."""
+        first = np.flatnonzero(np.diff(self.run, prepend=-1))
+        if not len(first):
+            return np.empty(0, dtype=bool)
+        return np.asarray(np.logical_or.reduceat(self.bumped | (self.curve >= 0), first))
 
     @property
     def n_rounded(self) -> int:

@@ -5,7 +5,7 @@ re-times it in a few passes, coarse to fine, each on the law of the pass before.
 stays on the path whatever happens here. Rows that are still beyond a limit are mended one stretch at a time.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
-from verne_post.timing.interior_point import X_CRAWL, X_MIN, Problem, solve
+from verne_post.timing.interior_point import X_MIN, Problem, solve
 from verne_post.timing.mending import legal_rows
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
-from verne_post.timing.spline_law import Law, Times
+from verne_post.timing.spline_law import Law, Times, positions
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,10 @@ START_SMOOTH: Final = 10
 CRAWLING: Final = 5.0
 #: Speeds below this (mm/s) are crossed at it where the first law is sampled.
 SLOWEST: Final = 1e-12
+#: The first law is made over so many segments at a time, with a look-ahead over so many more. A look-ahead that is
+#: shorter than the way to stop costs the first law some speed, which the passes give back.
+SECTION: Final = 8192
+LOOK_AHEAD: Final = 2048
 #: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
 START_EXCESS: Final = 4.0
 #: It is slowed down by this factor: knots are even in its time, and the slow spots of the law need many.
@@ -55,6 +59,8 @@ TAPER: Final = 30
 NEAR_ONE: Final = 0.98
 #: They slow down over so many units at the end of a window.
 RAMP: Final = 100
+#: X at the end of a window after which no next one was found at the usual one.
+CRAWL: Final = 0.01
 #: A row counts as tighter by this when the rate's highest derivative takes it from zero to its limit first.
 RESERVE: Final = 1.0
 #: A law that moves less than this share of its length has not begun to move.
@@ -84,6 +90,8 @@ class Pass:
     iterations : int
     window, ahead : int
         Knots that are kept of each solution, and those that look ahead.
+    slow : float
+        X at the end of a window that is not the last.
     """
 
     knot: int
@@ -95,6 +103,7 @@ class Pass:
     iterations: int
     window: int
     ahead: int
+    slow: float
 
 
 @dataclass(frozen=True)
@@ -107,27 +116,27 @@ class Effort:
 
 NORMAL: Final = Effort(
     passes=(
-        Pass(2, 2, (2, 0), 8.0, 30.0, 3e-1, 12, 1000, 300),
-        Pass(2, 2, (2, 0), 4.0, 10.0, 3e-1, 12, 1000, 300),
-        Pass(2, 4, (2, 3), 2.0, 3.0, 1e-2, 16, 1000, 300),
+        Pass(4, 2, (2, 3), 8.0, 30.0, 3e-1, 16, 500, 75, 0.03),
+        Pass(2, 2, (2, 3), 4.0, 10.0, 3e-1, 16, 1000, 150, 0.1),
+        Pass(2, 4, (2, 3), 2.0, 3.0, 3e-3, 20, 1000, 150, 0.3),
     ),
     shares=PLANNED,
 )
 #: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
 QUALITY: Final = Effort(
     passes=(
-        Pass(2, 2, (0, 0), 8.0, 30.0, 1e-1, 25, 1500, 300),
-        Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300),
-        Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300),
-        Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300),
-        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600),
+        Pass(2, 2, (0, 0), 8.0, 30.0, 1e-1, 25, 1500, 300, 0.1),
+        Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300, 0.1),
+        Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300, 0.1),
+        Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300, 0.1),
+        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600, 0.3),
     ),
     shares=(1.0, 1.0, 1.0),
 )
 
 
-#: Solvers of the second-order problem by name: grid, limits and an optional cap on x to x.
-Solver = Callable[[Grid, Limits, Array | None], Array]
+#: Solvers of the second-order problem: grid, limits, an optional cap on x, and the x to start with; see ``scan.solve``.
+Solver = Callable[..., Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,9 +179,7 @@ def flowing_law(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    grid = grid_along(run)
-    bound = scan.duration(grid.s, solver(grid, limits, None))
-    law, times, unit = timed(run, grid, limits, cycle, effort, solver)
+    law, times, unit, bound = timed(run, limits, cycle, effort, solver)
 
     def rows(slower: float) -> Array:
         return _without_creeping(run, _rows(law, times, run.length, cycle, slower), limits, cycle)
@@ -182,43 +189,77 @@ def flowing_law(
 
 def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
     """Time of the second-order optimum of a run, s."""
-    grid = grid_along(run)
-    return scan.duration(grid.s, solver(grid, limits, None))
+    bound, x_end = 0.0, 0.0
+    for first, last, seen in _sections(run):
+        grid = grid_along(run, first, seen)
+        s, x = _kept(run, grid, solver(grid, limits, None, start=x_end), last)
+        bound, x_end = bound + scan.duration(s, x), float(x[-1])
+    return bound
 
 
-def timed(
-    run: Run, grid: Grid, limits: Limits, cycle: float, effort: Effort, solver: Solver
-) -> tuple[Law, Times, float]:
-    """The law before its last re-timing, that re-timing, and the time scale (s)."""
-    x = solver(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits)) / START_SLOWER**2
-    unit = max(UNIT_S, cycle)
-    unit *= min(max((scan.duration(grid.s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
-    law = first_law(grid, x, START_STEP * unit)
+def timed(run: Run, limits: Limits, cycle: float, effort: Effort, solver: Solver) -> tuple[Law, Times, float, float]:
+    """The law before its last re-timing, that re-timing, the time scale (s), and the second-order bound (s)."""
+    law, unit, bound = first_law(run, limits, max(UNIT_S, cycle), solver)
     for index, step in enumerate(effort.passes):
         times = retimed(run, law, limits, cycle, unit, step, effort.shares)
         if index + 1 < len(effort.passes):
             at = np.arange(0.0, times.total + unit, unit)
-            law = Law.through_samples(law.s(times.sigma(np.minimum(at, times.total))), unit)
-    return law, times, unit
+            law = Law.through_samples(positions(law, times, np.minimum(at, times.total)), unit)
+    return law, times, unit, bound
 
 
-def first_law(grid: Grid, x: Array, step: float) -> Law:
-    """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly."""
+def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[Law, float, float]:
+    """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
+
+    The run is scanned section by section, each with a look-ahead that ends at rest.
+    """
+    samples: list[Array] = []
+    t_end, x_end = 0.0, 0.0
+    bound, x_bound = 0.0, 0.0
+    for first, last, seen in _sections(run):
+        grid = grid_along(run, first, seen)
+        s, x = _kept(run, grid, solver(grid, limits, None, start=x_bound), last)
+        bound, x_bound = bound + scan.duration(s, x), float(x[-1])
+        s, x = _kept(run, grid, solver(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits), start=x_end), last)
+        x_end = float(x[-1])
+        x = x / START_SLOWER**2
+        if not first:
+            unit *= min(max((scan.duration(s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
+        part, t_end = _sampled(s, x, START_STEP * unit, t_end)
+        samples.append(part)
+    rest = START_SMOOTH
+    padded = np.concatenate([np.zeros(rest), *samples, np.full(rest + 1, run.length)])
+    smooth = np.convolve(padded, np.full(rest, 1.0 / rest), mode="valid")
+    smooth[0], smooth[-1] = 0.0, run.length
+    return Law.of_samples(np.maximum.accumulate(smooth), START_STEP * unit), unit, bound
+
+
+def _sections(run: Run) -> Iterator[tuple[int, int, int]]:
+    """First and last segment of every section, and the end of what it looks ahead to; the latter two excluded."""
+    segments = len(run.breaks) - 1
+    for first in range(0, segments, SECTION):
+        last = min(first + SECTION, segments)
+        yield first, last, min(last + LOOK_AHEAD, segments)
+
+
+def _kept(run: Run, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
+    """Grid points s and x = sd^2 of a law, without what it does beyond segment ``last``, where it looks ahead."""
+    end = float(run.breaks[last])
+    kept = grid.s < end
+    # even acceleration between grid points: x is linear in s
+    return np.append(grid.s[kept], end), np.append(x[kept], np.interp(end, grid.s, x))
+
+
+def _sampled(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
+    """Positions at the multiples of ``step`` in a law that begins at time ``begin``, and when it ends."""
     speed = np.sqrt(x)
-    ds = np.diff(grid.s)
-    dt = 2 * ds / np.maximum(speed[:-1] + speed[1:], SLOWEST)
-    t = np.append(0.0, np.cumsum(dt))
-    at = np.arange(0.0, t[-1] + step, step)
+    dt = 2 * np.diff(s) / np.maximum(speed[:-1] + speed[1:], SLOWEST)
+    t = begin + np.append(0.0, np.cumsum(dt))
+    at = step * np.arange(np.ceil(begin / step), np.ceil(t[-1] / step))
     interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(dt) - 1)
     tau = np.minimum(at - t[interval], dt[interval])
     acceleration = (speed[interval + 1] - speed[interval]) / np.maximum(dt[interval], np.finfo(float).tiny)
-    s = grid.s[interval] + speed[interval] * tau + 0.5 * acceleration * tau**2
-    s[-1] = grid.s[-1]
-    rest = START_SMOOTH
-    padded = np.concatenate([np.zeros(rest), np.clip(s, 0.0, grid.s[-1]), np.full(rest, grid.s[-1])])
-    smooth = np.convolve(padded, np.full(rest, 1.0 / rest), mode="valid")
-    smooth[0], smooth[-1] = 0.0, grid.s[-1]
-    return Law.of_samples(np.maximum.accumulate(smooth), step)
+    return np.clip(s[interval] + speed[interval] * tau + 0.5 * acceleration * tau**2, s[0], s[-1]), float(t[-1])
 
 
 # --- one pass ------------------------------------------------------------------------------------
@@ -231,25 +272,25 @@ def retimed(
     knot = step.knot * unit
     n = int(np.ceil(law.duration / knot * (1 - 1e-12)))
     coefficients = np.ones(n + 3)
-    begin = 0
+    begin, careful = 0, -1
     while begin < n:
         end = min(begin + step.window + step.ahead, n)
         if n - end < step.ahead:
             end = n
         fixed = coefficients[begin : begin + 3].copy() if begin else np.empty(0)
-        problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, end < n)
-        start = np.full(end - begin + 3, NEAR_ONE)
-        if begin:  # what the window before has seen already
-            known = max(step.ahead // 2, 3)
-            start[:known] = coefficients[begin : begin + known]
-        if problem.crawls:  # as the solution will, slow down over the end of the window
-            ramp = np.geomspace(1.0, X_CRAWL, min(round(RAMP / step.knot), step.ahead // 2))
-            start[-len(ramp) :] *= ramp
-        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations).coefficients
-        if _crawls(found, step.window):  # the law as it is needs less mending than one that all but stands
-            found = np.ones(end - begin + 3)
-            found[: len(fixed)] = fixed
-        coefficients[begin : end + 3] = found
+        slow = None if end == n else CRAWL if begin <= careful else step.slow
+        problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, slow)
+        start = _start(coefficients[begin : end + 3], step, begin > 0, slow)
+        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
+        if begin > careful and begin and not found.legal:
+            # the window before may have been too fast at its end: again, this time down to a crawl
+            careful = begin
+            begin -= step.window
+            continue
+        if _crawls(found.coefficients, step.window):  # the law as it is needs less mending than one that all but stands
+            coefficients[begin + len(fixed) : end + 3] = 1.0
+        else:
+            coefficients[begin : end + 3] = found.coefficients
         begin = end if end == n else begin + step.window
     return Times.of_coefficients(coefficients, knot)
 
@@ -259,9 +300,27 @@ def _crawls(coefficients: Array, kept: int) -> bool:
     return bool(np.mean(np.maximum(coefficients[:kept], X_MIN) ** -0.5) > CRAWLING)
 
 
+def _start(known: Array, step: Pass, goes_on: bool, slow: float | None) -> Array:
+    """Coefficients that a window starts from; where it goes on, ``known`` begins with those of the window before."""
+    start = np.full(len(known), NEAR_ONE)
+    ramp = min(round(RAMP / step.knot), step.ahead // 2)
+    if goes_on:  # less and less of them: the window before slows down
+        seen = step.ahead - ramp
+        start[:seen] += (known[:seen] - NEAR_ONE) * _falling(seen)
+    if slow is not None:  # as the solution will, slow down over the end of the window
+        start[-ramp:] *= slow ** (1.0 - _falling(ramp))
+    return start
+
+
+def _falling(n: int) -> Array:
+    """From 1 to 0 in n values, even at both ends."""
+    f = np.linspace(0.0, 1.0, n)
+    return np.asarray(1.0 - f * f * (3.0 - 2.0 * f))
+
+
 def _problem(
     run: Run, law: Law, limits: Limits, cycle: float, unit: float, step: Pass,
-    shares: tuple[float, float, float], begin: int, end: int, fixed: Array, crawls: bool,
+    shares: tuple[float, float, float], begin: int, end: int, fixed: Array, slow: float | None,
 ) -> Problem:  # fmt: skip
     """Limits at the points of a window, from differences of rows a cycle apart: the acceptance metric itself."""
     delta = max(cycle, SHORTEST_DIFFERENCE * unit)
@@ -315,7 +374,7 @@ def _problem(
     acceleration_rows, jerk_rows = (
         _signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True)
     )
-    return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, crawls)
+    return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, slow)
 
 
 def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
@@ -344,7 +403,7 @@ def _by_phase(a: Array, k: int) -> Array:
 def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) -> Array:
     """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
-    s = law.s(times.sigma(np.arange(cycles + 1.0) * (times.total / cycles)))
+    s = positions(law, times, np.arange(cycles + 1.0) * (times.total / cycles))
     s = np.maximum.accumulate(np.clip(s, 0.0, length))
     moving = np.flatnonzero((s > AT_REST * length) & (s < (1 - AT_REST) * length))
     first, last = (int(moving[0]) - 1, int(moving[-1]) + 1) if len(moving) else (0, cycles)

@@ -21,8 +21,6 @@ Array = NDArray[np.float64]
 
 #: Smallest X: one pass may slow the law down a hundredfold.
 X_MIN: Final = 1e-4
-#: X at the end of a window that is not the last.
-X_CRAWL: Final = 0.01
 #: X^(-1/2) is evaluated no closer to zero than this.
 X_FLOOR: Final = 0.1 * X_MIN
 #: Slacks start no smaller than this, so that a start outside the limits is still inside the method's own set.
@@ -66,8 +64,8 @@ class Problem:
         Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
     fixed : ndarray, shape (0,) or (3,)
         The first coefficients, where the window before gives them.
-    crawls : bool
-        The law slows down to ``X_CRAWL`` at the end of the window, so that a next window always exists.
+    end : float or None
+        The law slows down to this X at the end of the window, so that a next window exists; None for the last window.
     """
 
     knot: float
@@ -76,7 +74,7 @@ class Problem:
     acceleration: tuple[Array, ...]
     jerk: tuple[Array, ...]
     fixed: Array
-    crawls: bool
+    end: float | None
 
 
 def basis(knot: float, fraction: Array) -> Array:
@@ -132,7 +130,7 @@ class _Iteration:
         self.points = len(problem.cap)
         self.held = np.zeros(self.n + 3, dtype=bool)
         self.held[: len(problem.fixed)] = True
-        if problem.crawls:
+        if problem.end is not None:
             self.held[-3:] = True
         self.weight = problem.knot / len(problem.phases)
         table = basis(problem.knot, problem.phases)
@@ -240,8 +238,8 @@ class _Iteration:
     def run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
         """The iteration itself; see :func:`solve`."""
         c = start.copy()
-        if self.problem.crawls:
-            c[-3:] = X_CRAWL
+        if self.problem.end is not None:
+            c[-3:] = self.problem.end
         c[: len(self.problem.fixed)] = self.problem.fixed
         y = self.at_points(c)
         now = self.slacks(y, self._slack_now)

@@ -7,6 +7,7 @@ rows, and in the end the whole run is slowed down, which always helps: every rat
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -124,37 +125,64 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
 def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Array | None:
     """Rows inside every limit, made from rows s (n,) that nearly are; None where that takes too many rounds."""
     z = _at_rest(s)
+    worst = excess(run, z, limits, cycle)
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
-        worst = excess(run, z, limits, cycle)
         bad = np.flatnonzero(worst > 1.0)
         if not len(bad):
             return z[REST:-REST] if (np.diff(z) >= 0).all() else None
         if attempt == ROUNDS:
             break
-        far = float(worst.max()) > FAR
-        more = max(2 ** (attempt - 1) if attempt else 0, FAR_ROWS if far else 0)
         width = reach * (2 + attempt) // 2
-        if more:
-            width = max(width, round(0.5 * np.cbrt(GENTLE * more * _pace(run, z, limits, cycle))))
-        gaps = np.flatnonzero(np.diff(bad) > 2 * width + 2 * HELD)
-        low = np.maximum(bad[np.append(0, gaps + 1)] - width, 0)
-        high = np.minimum(bad[np.append(gaps, len(bad) - 1)] + REST + 1 + width, len(z))
-        pieces, done = [], 0
-        shifted: list[int] = []
-        for a, b in zip(low.tolist(), high.tolist(), strict=True):
-            pieces.append(z[done:a])
-            part = z[a:b]
-            needed = more if attempt or float(worst[a : b - REST].max()) > FAR else 0
-            shifted.append(len(pieces))
-            pieces.append(_with_more_rows(part, needed))
-            done = b
-        pieces.append(z[done:])
-        parts = _shifted([pieces[i] for i in shifted], run, limits, cycle)
-        for i, part in zip(shifted, parts, strict=True):
-            pieces[i] = part
-        z = np.concatenate(pieces)
+        added = np.where(worst[bad] > FAR, FAR_ROWS, 0)
+        added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
+        around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
+        gentle = 0.5 * np.cbrt(GENTLE * added * _pace(run, z, around, limits, cycle))
+        low, high = _stretches(bad, np.maximum(width, np.round(gentle)).astype(np.intp), len(z))
+        stretches = [
+            _with_more_rows(z[a:b], int(added[(bad >= a) & (bad < b)].max())) for a, b in zip(low, high, strict=True)
+        ]
+        stretches, news = _mended_stretches(stretches, run, limits, cycle)
+        z = _replaced(z, low, high, stretches)
+        worst = _replaced(worst, low, [b - REST for b in high], news)
     return None
+
+
+def _mended_stretches(
+    parts: list[Array], run: Run, limits: Limits, cycle: float
+) -> tuple[list[Array], list[Array]]:  # fmt: skip
+    """Stretches shifted, and the :func:`excess` of each; so many at a time that memory stays bounded.
+
+    The held rows at both ends keep what differences across the ends are.
+    """
+    found: list[Array] = []
+    judged: list[Array] = []
+    group = np.cumsum([len(part) for part in parts]) // CHUNK_ROWS
+    for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
+        some = _shifted(parts[first:last], run, limits, cycle)
+        worst = excess(run, np.concatenate(some), limits, cycle)
+        ends = np.cumsum([len(part) for part in some]).tolist()
+        judged += [worst[end - len(part) : end - REST] for part, end in zip(some, ends, strict=True)]
+        found += some
+    return found, judged
+
+
+def _stretches(bad: Ints, width: Ints, n: int) -> tuple[list[int], list[int]]:
+    """Where stretches of so many rows (m,) on each side of rows ``bad`` (m,) begin and end; those that touch are one."""
+    low = np.minimum.accumulate((bad - width)[::-1])[::-1]
+    high = np.maximum.accumulate(bad + REST + 1 + width)
+    gaps = np.flatnonzero(low[1:] > high[:-1] + HELD)
+    low, high = low[np.append(0, gaps + 1)], high[np.append(gaps, len(bad) - 1)]
+    return np.maximum(low, 0).tolist(), np.minimum(high, n).tolist()
+
+
+def _replaced(whole: Array, low: list[int], high: list[int], parts: list[Array]) -> Array:
+    """``whole`` with each [low, high) replaced by a part."""
+    pieces, done = [], 0
+    for a, b, part in zip(low, high, parts, strict=True):
+        pieces += [whole[done:a], part]
+        done = b
+    return np.concatenate([*pieces, whole[done:]])
 
 
 def _at_rest(s: Array) -> Array:
@@ -172,13 +200,10 @@ def _feed_cap(run: Run, s: Array) -> Array:
     return np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
 
 
-def _pace(run: Run, s: Array, limits: Limits, cycle: float) -> float:
-    """Largest motion of a joint in one cycle over the motion that its jerk makes in one from rest."""
-    found = 0.0
-    for first in range(0, len(s) - 1, CHUNK_ROWS):
-        moved = np.abs(np.diff(joints_at(run, s[first : first + CHUNK_ROWS + 1]), axis=0))
-        found = max(found, float((moved / (limits.jerk * cycle**3)).max()))
-    return found
+def _pace(run: Run, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:
+    """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
+    q = joints_at(run, np.stack([s[rows], s[rows + 1]]).ravel()).reshape(2, len(rows), -1)
+    return float((np.abs(q[1] - q[0]) / (limits.jerk * cycle**3)).max())
 
 
 def _with_more_rows(part: Array, more: int) -> Array:
@@ -205,19 +230,23 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
     damping = np.full(len(parts), DAMPING)
     trial = list(parts)
     left = np.arange(len(parts))
+    # shifts are small against a row's step: the slopes stay what they are
+    slopes = np.split(_slopes(run, np.concatenate(parts)), np.cumsum([len(part) for part in parts])[:-1])
     for attempt in range(STEPS + 1):
+        slope = np.concatenate([slopes[i] for i in left])
         z = np.concatenate([trial[i] for i in left])
         lengths = np.array([len(trial[i]) for i in left])
         ends = np.cumsum(lengths)
         owner = np.repeat(np.arange(len(left)), lengths)
-        model = _Model(z, owner, run, limits, cycle)
-        now = model.merit(len(left))
-        better = now < merit[left]
+        model = _Model(z, slope, owner, run, limits, cycle)
+        now = model.merit(len(left), AIMED)
+        done = model.merit(len(left), ACCEPTED) == 0.0
+        better = done | (now < merit[left])
         for g in np.flatnonzero(better).tolist():
             best[left[g]] = trial[left[g]]
         damping[left] = np.where(better, np.maximum(0.1 * damping[left], DAMPING), 100.0 * damping[left])
         merit[left] = np.where(better, now, merit[left])
-        going = merit[left] > 0
+        going = ~done
         if not going.any() or attempt == STEPS:
             break
         # where the step was taken back, the next one starts from the best so far
@@ -225,7 +254,7 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
         if len(back):
             for g in back.tolist():
                 z[ends[g] - lengths[g] : ends[g]] = best[left[g]]
-            model = _Model(z, owner, run, limits, cycle)
+            model = _Model(z, slope, owner, run, limits, cycle)
         change = model.shifts(damping[left])
         for g in np.flatnonzero(going).tolist():
             low, high = int(ends[g] - lengths[g]), int(ends[g])
@@ -235,18 +264,22 @@ def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list
     return best
 
 
+def _slopes(run: Run, z: Array) -> Array:
+    """Derivatives of the joints by s (n, n_joints) at rows z (n,)."""
+    step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(z)), SHARE_OF_LENGTH * run.length)
+    step = np.where(z + step > run.length, -step, step)
+    return np.asarray((joints_at(run, z + step) - joints_at(run, z)) / step[:, None])
+
+
 class _Model:
     """The differences of rows along stretches laid end to end, over their limits, linear in shifts of the rows.
 
     ``values[o]`` has shape (n - o, m), ``gains[o]`` (n, m) or, for the feed, by difference.
     """
 
-    def __init__(self, z: Array, owner: Ints, run: Run, limits: Limits, cycle: float) -> None:
+    def __init__(self, z: Array, slope: Array, owner: Ints, run: Run, limits: Limits, cycle: float) -> None:
         self.owner, self.n = owner, len(z)
         q = joints_at(run, z)
-        step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(z)), SHARE_OF_LENGTH * run.length)
-        step = np.where(z + step > run.length, -step, step)
-        slope = (joints_at(run, z + step) - q) / step[:, None]
         self.values: list[Array] = []
         self.gains: list[Array] = []
         difference = q
@@ -266,12 +299,12 @@ class _Model:
         edge[HELD:-HELD] = owner[2 * HELD :] != owner[: -2 * HELD]
         self.edge = edge
 
-    def merit(self, count: int) -> Array:
-        """Sum of squares beyond the aims, for each stretch (count,)."""
-        by_feed: Array = np.maximum(self.feed - AIMED[0], 0.0) ** 2
+    def merit(self, count: int, bounds: tuple[float, float, float]) -> Array:
+        """Sum of squares beyond the bounds on velocity and feed, acceleration, and jerk, for each stretch (count,)."""
+        by_feed: Array = np.maximum(self.feed - bounds[0], 0.0) ** 2
         total = np.bincount(self.owner[:-1], by_feed, minlength=count).astype(float)
         for order, values in enumerate(self.values, start=1):
-            beyond: Array = (np.maximum(np.abs(values) - AIMED[order - 1], 0.0) ** 2).sum(axis=1)
+            beyond: Array = (np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2).sum(axis=1)
             total = total + np.bincount(self.owner[:-order], beyond, minlength=count)
         return total
 

@@ -17,6 +17,8 @@ Ints = NDArray[np.integer]
 
 #: Rows of rest added where a flowing run follows or precedes another; the row at the stop itself is the third.
 REST_ROWS: Final = 2
+#: Rows whose feed is looked at together.
+CHUNK_ROWS: Final = 1 << 15
 #: A feed counts as reached at this share of it, which laws come to from below; the same share makes a row slow (verify).
 REACHED: Final = 0.99
 
@@ -128,7 +130,7 @@ def plan_contour(
     """
     contour = joints.contour
     begins = np.append(np.flatnonzero(np.diff(contour.run, prepend=-1)), len(contour))
-    flowing = _flowing(joints, begins)
+    flowing = contour.flowing
     laws = plan_runs(contour, first, second, third, limits, ~flowing)
     pace = contour.pace
     reached = np.zeros(len(contour.path), dtype=bool)
@@ -161,10 +163,11 @@ def plan_contour(
         flow_first[run], flow_cycles[run] = count, len(s) - 1
         rows.append(s)
         count += len(s)
-        middle = 0.5 * (s[1:] + s[:-1])
-        segment, _w = run_path.locate(middle)
-        fast = np.diff(s) / cycle >= REACHED * run_path.speed(middle)
-        reached[contour.piece[segment[fast]]] = True
+        for begin in range(0, len(s) - 1, CHUNK_ROWS):
+            part = s[begin : begin + CHUNK_ROWS + 1]
+            segment, w = run_path.locate(0.5 * (part[1:] + part[:-1]))
+            fast = np.diff(part) / cycle >= REACHED * joints.speed_cap(segment, w)
+            reached[contour.piece[segment[fast]]] = True
         if progress is not None:
             progress(int(begins[run + 1]))
     flow_s = np.concatenate(rows) if rows else np.empty(0)
@@ -181,14 +184,3 @@ def _solver(name: str) -> Callable[..., Array]:
     from verne_post.timing import scan
 
     return scan.solve
-
-
-def _flowing(joints: JointFunctions, begins: Ints) -> NDArray[np.bool_]:
-    """Runs with a rounded corner in them."""
-    contour = joints.contour
-    rounded = np.logical_or.reduceat(contour.curve >= 0, begins[:-1])
-    if contour.corners is not None:
-        bumped = contour.corners.reach > 0
-        touched = (bumped[:-1] | bumped[1:])[contour.piece]
-        rounded |= np.logical_or.reduceat(touched, begins[:-1])
-    return rounded

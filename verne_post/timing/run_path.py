@@ -16,6 +16,8 @@ SPAN_MM: Final = 20.0
 TAIL_SHARE: Final = 1e-4
 #: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
 TAIL_NOISE: Final = 1e-9
+#: The Chebyshev points of a span that become points of the grid: evenly spread, and enough where spans are short.
+KEPT: Final = [1, 3, 4, 6]
 #: Joints are known to this share of their largest value.
 ROUNDING: Final = 3e-14
 #: Spans are halved at most so often.
@@ -51,7 +53,7 @@ class Grid:
     Attributes
     ----------
     s : ndarray, shape (n,)
-        mm, from 0 to the run's length, both included.
+        mm; both ends included.
     d1, d2, d3 : ndarray, shape (n, n_joints)
     speed : ndarray, shape (n,)
         Largest ds/dt by the feed, mm/s.
@@ -64,18 +66,25 @@ class Grid:
     speed: Array
 
 
-def grid_along(run: Run) -> Grid:
-    """Chebyshev points of spans over the whole run, with spectral derivatives.
+def grid_along(run: Run, first: int = 0, last: int | None = None) -> Grid:
+    """Some Chebyshev points of spans over segments of a run, with spectral derivatives.
+
+    Parameters
+    ----------
+    run : Run
+    first, last : int
+        Segments, ``last`` excluded; to the end of the run if None.
 
     Raises
     ------
     ValueError
         The run has no length, its breaks are out of order, or a joint or speed is not a number.
     """
-    breaks = np.asarray(run.breaks, dtype=float)
+    whole = np.asarray(run.breaks, dtype=float)
     if not (np.isfinite(run.length) and run.length > 0):
         raise ValueError(f"a run needs a finite length above 0, got {run.length}")
-    if len(breaks) < 2 or breaks[0] != 0.0 or breaks[-1] != run.length or not (np.diff(breaks) >= 0).all():
+    breaks = whole[first:] if last is None else whole[first : last + 1]
+    if len(breaks) < 2 or whole[0] != 0.0 or whole[-1] != run.length or not (np.diff(breaks) >= 0).all():
         raise ValueError(f"the breaks of a run rise from 0 to its length {run.length:g}")
     width = np.diff(breaks)
     parts = np.ceil(width / SPAN_MM).astype(int)  # none of a segment without length
@@ -102,9 +111,10 @@ def grid_along(run: Run) -> Grid:
     per_mm = (1.0 / width)[:, None, None]
     noise = ROUNDING * np.abs(q).max()
     d1, d2, d3 = (
-        (_beyond(_DERIVE[k - 1] @ q, noise * _NOISE_GAIN[k - 1]) * per_mm**k).reshape(-1, q.shape[2]) for k in (1, 2, 3)
+        (_beyond(_DERIVE[k - 1][KEPT] @ q, noise * _NOISE_GAIN[k - 1]) * per_mm**k).reshape(-1, q.shape[2])
+        for k in (1, 2, 3)
     )
-    s = (low[:, None] + spans.SAMPLES * width[:, None]).ravel()
+    s = (low[:, None] + spans.SAMPLES[KEPT] * width[:, None]).ravel()
     speed = np.asarray(run.speed(s), dtype=float)
     if not (speed > 0).all():
         raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the run")
@@ -112,7 +122,7 @@ def grid_along(run: Run) -> Grid:
     def framed(a: Array) -> Array:
         return np.concatenate([a[:1], a, a[-1:]])
 
-    return Grid(np.concatenate([[0.0], s, [run.length]]), framed(d1), framed(d2), framed(d3), framed(speed))
+    return Grid(np.concatenate([breaks[:1], s, breaks[-1:]]), framed(d1), framed(d2), framed(d3), framed(speed))
 
 
 def joints_at(run: Run, s: Array) -> Array:

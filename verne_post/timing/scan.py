@@ -35,8 +35,10 @@ X_UNBOUNDED: Final = 1e14
 CHUNK: Final = 1 << 10
 
 
-def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int = WINDOW) -> Array:
-    """Squared speed x = sd^2 of the time-optimal law from rest to rest.
+def solve(
+    grid: Grid, limits: Limits, cap: Array | None = None, *, start: float = 0.0, window: int = WINDOW
+) -> Array:  # fmt: skip
+    """Squared speed x = sd^2 of the time-optimal law, at rest at the end of the grid.
 
     Parameters
     ----------
@@ -44,6 +46,8 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int =
     limits : Limits
     cap : ndarray, shape (n,), optional
         Keep x below this as well, mm2/s2.
+    start : float
+        x at the first point, mm2/s2; less where the grid does not let the law stop from it.
     window : int
         Grid points that are scanned one after the other; does not change the result.
 
@@ -55,14 +59,15 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, window: int =
     x_cap = speed_caps(grid, limits)
     if cap is not None:
         x_cap = np.minimum(x_cap, cap)
-    x_cap[0] = x_cap[-1] = 0.0
+    x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     lines = _lines(grid, limits)
     x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))
     # backward: from K at i + 1 to x at i
     reach = _scan_windows(x_cap[:-1][::-1], _reversed(_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to K at i + 1
-    return np.append(0.0, _scan_windows(controllable[1:], _rising_in_x(lines), window))
+    begin = float(controllable[0])
+    return np.append(begin, _scan_windows(controllable[1:], _rising_in_x(lines), window, begin))
 
 
 def duration(s: Array, x: Array) -> float:
@@ -143,8 +148,8 @@ def _corners_of(a: Array, b: Array) -> Array:
     return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
 
 
-def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int) -> Array:
-    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with 0 before the first, y never below 0."""
+def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
+    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with ``start`` before the first, never below 0."""
     n, count = lines[0].shape
     windows = -(-n // window)
     pad = windows * window - n
@@ -157,7 +162,8 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int) -> Array:
     caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
     offset, gain = (steps_first(line) for line in lines)
     values = np.empty((window, windows))
-    low, high = np.zeros(windows + 1), np.append(0.0, caps[-1])
+    low, high = np.zeros(windows + 1), np.append(start, caps[-1])
+    low[0] = start
     rows = np.arange(windows)
     while len(rows):
         certain = low[rows] == high[rows]

@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 #: Resting samples at both ends, so that the spline begins and ends with all derivatives zero.
 REST: Final = 6
+#: Times evaluated at once.
+CHUNK_TIMES: Final = 1 << 14
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -106,11 +108,11 @@ class Times:
     @classmethod
     def of_coefficients(cls, coefficients: Array, knot: float) -> "Times":
         """From the cubic B-spline coefficients (n + 3,) of X = (dsigma/dt)^2."""
-        n = len(coefficients) - 3
-        shifted = np.stack([coefficients[k : k + n] for k in range(4)])
-        x = np.maximum(basis(knot, 0.5 * (_GAUSS + 1))[0] @ shifted, X_FLOOR)
-        seconds = 0.5 * knot * (_GAUSS_WEIGHTS @ x**-0.5)
-        c = coefficients
+        c, n = coefficients, len(coefficients) - 3
+        seconds = np.zeros(n)
+        for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
+            x = sum(weight * c[k : k + n] for k, weight in enumerate(weights))
+            seconds += 0.5 * knot * share * np.maximum(x, X_FLOOR) ** -0.5
         at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, X_FLOOR)
         slope = (c[2:] - c[:-2]) / (2 * knot)
         return cls(knot, np.append(0.0, np.cumsum(seconds)), np.sqrt(at_knots), 0.5 * slope)
@@ -134,3 +136,12 @@ class Times:
         c5 = 6 * e0 - 3 * e1 + 0.5 * e2
         passed = f * (v0 + f * (0.5 * a0 + f * (c3 + f * (c4 + f * c5))))
         return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)
+
+
+def positions(law: Law, times: Times, t: Array) -> Array:
+    """Path parameter at times t (n,) of a law that has been re-timed."""
+    found = np.empty(len(t))
+    for first in range(0, len(t), CHUNK_TIMES):
+        part = slice(first, first + CHUNK_TIMES)
+        found[part] = law.s(times.sigma(t[part]))
+    return found

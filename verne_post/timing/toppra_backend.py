@@ -20,7 +20,7 @@ LARGEST_SPEED: Final = 7.0
 LARGEST_X: Final = 1e4
 
 
-def solve(grid: Grid, limits: Limits, cap: Array | None = None) -> Array:
+def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, start: float = 0.0) -> Array:
     """Squared speed x = sd^2 of the time-optimal law from rest to rest; see :func:`scan.solve`.
 
     Parameters
@@ -29,6 +29,8 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None) -> Array:
     limits : Limits
     cap : ndarray, shape (n,), optional
         Keep x below this as well, mm2/s2.
+    start : float
+        x at the first point, mm2/s2.
 
     Returns
     -------
@@ -87,7 +89,7 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None) -> Array:
     )
     toppra.setup_logging("ERROR")
     algorithm = TOPPRA([SpeedCap(), acceleration], Path(), gridpoints=scaled, solver_wrapper="seidel")
-    _acceleration, speed, _steps = algorithm.compute_parameterization(0.0, 0.0)
+    _acceleration, speed, _steps = algorithm.compute_parameterization(scale * np.sqrt(start), 0.0)
     code = algorithm.problem_data.return_code
     if speed is None or code != ParameterizationReturnCode.Ok or not np.isfinite(speed).all():
         raise RuntimeError(f"toppra found no law: {code}")

@@ -33,6 +33,8 @@ MORE_TURNS: Final = 8
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 #: Rotary travel counts in steps of this, rad, so that equal ways are equal and the first branch, as programmed, is kept.
 TRAVEL_STEP: Final = 1e-6
+#: Pieces that are tried at a time.
+CHUNK_PIECES: Final = 2048
 #: Sections end at changes of legality only up to this many pieces: beyond it a program is hopeless, not long.
 MAX_SECTIONS: Final = 20_000
 
@@ -139,10 +141,13 @@ def _onward(path: ToolPath) -> Mask:
 def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     """Whether each piece can be driven on a branch, C's travel aside."""
     n, k = len(path), len(TRIED)
-    piece = np.repeat(np.arange(n), k)
-    u = np.tile(TRIED, n)
-    _tip, angles = pose(path, piece, u)
-    return np.asarray(legal(piece, u, branch.of(angles)).reshape(n, k).all(axis=1))
+    found = np.empty(n, dtype=bool)
+    for first in range(0, n, CHUNK_PIECES):
+        some = np.arange(first, min(first + CHUNK_PIECES, n))
+        piece, u = np.repeat(some, k), np.tile(TRIED, len(some))
+        _tip, angles = pose(path, piece, u)
+        found[some] = legal(piece, u, branch.of(angles)).reshape(-1, k).all(axis=1)
+    return found
 
 
 def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:

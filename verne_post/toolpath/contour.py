@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.model.contour import Contour, Corners
+from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves, PathControl, PathMode
 from verne_post.model.toolpath import PieceKind, ToolPath
 from verne_post.toolpath import corners as rounding
@@ -23,8 +23,10 @@ Mask = NDArray[np.bool_]
 #: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for rounding corners.
 FAIRING_SHARE: Final = 0.35
 #: A segment shorter than this share of the bumps that bound it is given to its neighbour: only there does the contour
-#: bend so little on it that it is smooth across both.
+#: bend so little on it that it is smooth across both. Bumps narrower than ``NARROW_MM`` are over within a few control
+#: cycles: they need no segment of less than this share of their piece, and the time law does better without.
 MIN_SHARE: Final = 1e-3
+NARROW_MM: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,8 @@ def exact_contour(path: ToolPath) -> Contour:
         turn=_turn(path),
         run=path.run,
         corners=None,
+        bumped=np.zeros(n, dtype=bool),
+        feeds=_feeds(path),
         controls=np.empty((0, 8, 5)),
         tip_tolerance=np.zeros(n),
         axis_tolerance=np.zeros(n),
@@ -92,19 +96,19 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
         np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
     )
     s = np.append(0.0, np.cumsum(path.length))
-    shape, moved = path, np.zeros((n - 1, 5))
-    tip_left, axis_left = tip_tolerance.copy(), axis_tolerance.copy()  # to corners, by vertices that have moved
+    shape, tip_left, axis_left = path, tip_tolerance, axis_tolerance
+    moved = np.zeros((n - 1, 5))
     if smoothing.overlap:
-        movable = allowed & lines & ~joined
+        programmed = rounding.polyline_slopes(path.start, path.end, path.length)
+        movable = allowed & lines & ~joined & ~rounding.turning_back(programmed)
         # a piece that runs on into another, or into a blend, keeps its direction, which was matched as programmed
         kept = joined | curved
         movable[1:-1] &= ~(kept[2:] | kept[:-2])
-        movable &= ~rounding.turning_back(rounding.polyline_slopes(path.start, path.end, path.length))
         bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
         shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
-        moved = np.abs(shape.end - path.end)[:-1]
-        tip_left[1:-1] -= np.linalg.norm(moved[:, :3], axis=1)
-        axis_left[1:-1] -= np.linalg.norm(moved[:, 3:], axis=1)
+        moved = shape.end[:-1] - path.end[:-1]
+        tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(moved[:, :3], axis=1))
+        axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(moved[:, 3:], axis=1))
     slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
@@ -123,7 +127,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     most = np.minimum(most, rounding.clearance(reach, s)[curved])
 
     corner = np.flatnonzero(curved) - 1
-    d, controls = blend_distances(path, corner, most, tip_tolerance[corner + 1], axis_tolerance[corner + 1])
+    d, controls = blend_distances(path, corner, most, tip_left[corner + 1], axis_left[corner + 1])
     made = d > 0
     corner, d, controls = corner[made], d[made], controls[made]
     flows = joined | (reach > 0)
@@ -137,9 +141,13 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     parts = _segments(path, s, reach, corner, d)
     piece = parts["piece"]
     share = np.where(parts["curve"] >= 0, 0.5, parts["high"] - parts["low"])
+    corners = Corners(s, reach, bend)
+    bumped = (parts["curve"] < 0) & rounding.bumped(
+        corners, piece, *(s[piece] + parts[end] * path.length[piece] for end in ("low", "high"))
+    )
     return Contour(
         path=path, shape=shape, turn=_turn(path)[piece] * share, run=run[piece],
-        corners=Corners(s, reach, bend) if (reach > 0).any() else None, controls=controls,
+        corners=corners if bumped.any() else None, bumped=bumped, feeds=_feeds(path), controls=controls,
         tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=_dwell_runs(path, run), **parts,
     )  # fmt: skip
 
@@ -221,7 +229,8 @@ def _segments(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) ->
     row_at_end[corner] = row_at_start[corner + 1] = np.arange(len(corner))
     index = np.arange(n, dtype=np.int32)
     inner, at, width = rounding.breakpoints(reach, s)
-    u, least = (at - s[inner]) / path.length[inner], MIN_SHARE * width / path.length[inner]
+    u = (at - s[inner]) / path.length[inner]
+    least = MIN_SHARE * np.where(width < NARROW_MM, 1.0, width / path.length[inner])
     inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
     inner, u, least = inner[inside], u[inside], least[inside]
     # begin of every part: the piece's own start, then its breakpoints; a part too short joins the one before
@@ -269,16 +278,32 @@ def _turn(path: ToolPath) -> Array:
     return turn
 
 
+def _feeds(path: ToolPath) -> Feeds:
+    """The feed of the tip along lines and arcs, of the table angles where the tip stands."""
+    delta = path.end - path.start
+    turn = np.linalg.norm(delta[:, 3:], axis=1)
+    tip = np.linalg.norm(delta[:, :3], axis=1)
+    arc = path.arc >= 0
+    tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
+    by_tip = tip > ZERO_LENGTH_MM
+    fed = path.feed_time > 0
+    seconds = np.where(fed, path.feed_time, 1.0)
+    rate = np.where(fed, np.where(by_tip, tip, turn) / seconds, np.inf)
+    return Feeds(rate, by_tip, np.where(fed, path.length / seconds, np.inf))
+
+
 def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
-    at = contour.low[segment] + w * (contour.high[segment] - contour.low[segment])
+    at = _along(contour, segment, w)
     piece = contour.piece[segment]
     tip, angles = pose(contour.shape, piece, at)
-    if contour.corners is not None:
-        corners = contour.corners
-        s = corners.s[piece] + at * contour.shape.length[piece]
-        off = rounding.displacement(corners.reach, corners.bend, corners.s, piece, s)
-        tip, angles = tip + off[:, :3], angles + off[:, 3:]
+    bumped = np.flatnonzero(contour.bumped[segment])
+    if contour.corners is not None and len(bumped):
+        own = piece[bumped]
+        s = contour.corners.s[own] + at[bumped] * contour.shape.length[own]
+        off = rounding.displacement(contour.corners, own, s)
+        tip[bumped] += off[:, :3]
+        angles[bumped] += off[:, 3:]
     curve = contour.curve[segment]
     curved = np.flatnonzero(curve >= 0)
     if len(curved):
@@ -287,40 +312,38 @@ def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Arra
     return tip, angles
 
 
+def _along(contour: Contour, segment: Ints, w: Array) -> Array:
+    """Parameter (n,) of the piece or curve at parameter w (n,) of segments (n,)."""
+    low = contour.low[segment]
+    return np.asarray(low + w * (contour.high[segment] - low))
+
+
 def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
     """Largest ds/dt (n,) at which the tool keeps to the programmed feed, mm/s; infinite for rapids.
 
     On a piece the tip moves evenly with s. In a corner it moves slower than s, by how much follows from the derivative of
     the curve; for pieces whose tip stands still the table angles count.
     """
-    path, shape = contour.path, contour.shape
+    feeds, shape = contour.feeds, contour.shape
     piece = contour.piece[segment]
-    with np.errstate(divide="ignore"):
-        cap = np.where(path.feed_time[piece] > 0, path.length[piece] / path.feed_time[piece], np.inf)
-    at = contour.low[segment] + w * (contour.high[segment] - contour.low[segment])
-    fed = np.flatnonzero((path.feed_time[piece] > 0) & (shape.kind[piece] == PieceKind.LINE) & (shape.circle[piece] < 0)
-                         | (path.feed_time[piece] > 0) & (contour.curve[segment] >= 0))  # fmt: skip
-    if not len(fed) or contour.n_rounded == 0:
+    cap = feeds.even[piece]
+    rate = feeds.rate[piece]
+    uneven = np.flatnonzero((contour.bumped[segment] | (contour.curve[segment] >= 0)) & np.isfinite(rate))
+    if not len(uneven):
         return cap
-    row, own, u = segment[fed], piece[fed], at[fed]
-    slope = (shape.end[own] - shape.start[own]) / shape.length[own, None]
+    row, own = segment[uneven], piece[uneven]
+    at = _along(contour, row, w[uneven])
+    length = shape.length[own]
+    slope = (shape.end[own] - shape.start[own]) / length[:, None]
     if contour.corners is not None:
-        corners = contour.corners
-        s = corners.s[own] + u * shape.length[own]
-        slope = slope + rounding.displacement_slope(corners.reach, corners.bend, corners.s, own, s)
+        slope += rounding.displacement_slope(contour.corners, own, contour.corners.s[own] + at * length)
     curved = np.flatnonzero(contour.curve[row] >= 0)
     if len(curved):
         some = row[curved]
-        slope[curved] = bernstein_slope(contour.controls[contour.curve[some]], u[curved])
+        slope[curved] = bernstein_slope(contour.controls[contour.curve[some]], at[curved])
         slope[curved] *= ((contour.high[some] - contour.low[some]) / contour.length[some])[:, None]
-    delta = path.end[own] - path.start[own]
-    turn = np.linalg.norm(delta[:, 3:], axis=1)
-    tip = np.linalg.norm(delta[:, :3], axis=1)
-    arc = path.arc[own] >= 0
-    tip[arc] = np.sqrt(np.maximum(path.length[own[arc]] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
-    by_tip = tip > ZERO_LENGTH_MM
-    wanted = np.where(by_tip, tip, turn) / path.feed_time[own]
-    rate = np.where(by_tip, np.linalg.norm(slope[:, :3], axis=1), np.linalg.norm(slope[:, 3:], axis=1))
+    square = slope * slope
+    of_tip = square[:, 0] + square[:, 1] + square[:, 2]
     with np.errstate(divide="ignore"):
-        cap[fed] = wanted / rate
+        cap[uneven] = rate[uneven] / np.sqrt(np.where(feeds.by_tip[own], of_tip, square[:, 3] + square[:, 4]))
     return cap

@@ -11,11 +11,13 @@ the corner is passed at a distance of ``APEX |bend| reach``, and the parameter s
 Where the corners of a finely divided curve reach over each other, their sum is that curve with its facets averaged out.
 """
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.contour import Corners
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 
 Array = NDArray[np.float64]
@@ -34,6 +36,8 @@ NARROWINGS: Final = 12
 #: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: rounding it would not be
 #: faster, and the curve would all but come back on itself.
 REVERSAL: Final = -0.9
+#: Stands for the reach of a corner that is not rounded, mm: its bump is too small to change a coordinate.
+NO_REACH: Final = 1e-100
 
 
 def bump(x: Array) -> Array:
@@ -137,6 +141,12 @@ def clearance(reach: Array, s: Array) -> Array:
     return found
 
 
+def largest_around(moved: Array) -> Array:
+    """Largest of the values (n - 1,) of inner corners among those that a bump can reach: (n + 1,)."""
+    padded = np.pad(moved, PIECES + 1)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * PIECES + 1).max(axis=1))
+
+
 def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of pieces.
 
@@ -151,7 +161,7 @@ def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tol
     for _ in range(NARROWINGS):
         worst = np.zeros(n + 1)
         for at, owner in ((s, np.arange(n + 1)), (0.5 * (s[1:] + s[:-1]), np.arange(n))):
-            off = displacement(reach, bend, s, owner, at)
+            off = displacement(Corners(s, reach, bend), owner, at)
             tip_bound, axis_bound = (
                 np.minimum(bound[owner], bound[np.minimum(owner + (len(at) == n), n)])
                 for bound in (tip_tolerance, axis_tolerance)
@@ -172,34 +182,40 @@ def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tol
     return reach
 
 
-def displacement(reach: Array, bend: Array, s: Array, piece: Ints, at: Array) -> Array:
+def displacement(corners: Corners, piece: Ints, at: Array) -> Array:
     """Sum of the bumps (m, 5) at path parameters ``at`` (m,), which lie on pieces (m,)."""
-    last = len(s) - 1
     total = np.zeros((len(at), 5))
-    for shift in range(1 - PIECES, PIECES + 1):
-        corner = np.clip(piece + shift, 0, last)
-        width = reach[corner]
-        away = at - s[corner]
-        inside = np.flatnonzero((np.abs(away) < width) & (corner == piece + shift))
-        if len(inside):
-            owner = corner[inside]
-            total[inside] += (width[inside] * bump(away[inside] / width[inside]))[:, None] * bend[owner]
+    for corner, width, x in _near(corners, piece, at):
+        total += (width * bump(x))[:, None] * corners.bend.take(corner, axis=0, mode="clip")
     return total
 
 
-def displacement_slope(reach: Array, bend: Array, s: Array, piece: Ints, at: Array) -> Array:
+def displacement_slope(corners: Corners, piece: Ints, at: Array) -> Array:
     """Derivative of :func:`displacement` by s."""
-    last = len(s) - 1
     total = np.zeros((len(at), 5))
-    for shift in range(1 - PIECES, PIECES + 1):
-        corner = np.clip(piece + shift, 0, last)
-        width = reach[corner]
-        away = at - s[corner]
-        inside = np.flatnonzero((np.abs(away) < width) & (corner == piece + shift))
-        if len(inside):
-            owner = corner[inside]
-            total[inside] += bump_slope(away[inside] / width[inside])[:, None] * bend[owner]
+    for corner, _width, x in _near(corners, piece, at):
+        total += bump_slope(x)[:, None] * corners.bend.take(corner, axis=0, mode="clip")
     return total
+
+
+def _near(corners: Corners, piece: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array]]:
+    """Corners whose bumps may reach points ``at`` of pieces: index, reach, and x of the points on each.
+
+    An index beyond the path means the corner at its end, which bends nowhere.
+    """
+    for shift in range(1 - PIECES, PIECES + 1):
+        corner = piece + shift
+        width = np.maximum(corners.reach.take(corner, mode="clip"), NO_REACH)
+        yield corner, width, (at - corners.s.take(corner, mode="clip")) / width
+
+
+def bumped(corners: Corners, piece: Ints, low: Array, high: Array) -> Mask:
+    """Where a bump reaches into the stretch from ``low`` to ``high`` (m,) by s of a piece."""
+    found = np.zeros(len(piece), dtype=bool)
+    for shift in range(1 - PIECES, PIECES + 1):
+        width, middle = (column.take(piece + shift, mode="clip") for column in (corners.reach, corners.s))
+        found |= (middle - width < high) & (middle + width > low) & (width > 0)
+    return found
 
 
 def breakpoints(reach: Array, s: Array) -> tuple[Ints, Array, Array]:

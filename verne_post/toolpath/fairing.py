@@ -22,6 +22,9 @@ SHORTEST: Final = 8
 FEATURE: Final = np.radians(15.0)
 #: A piece so many times longer than the median of its stretch does not divide a curve finely.
 LONG_PIECE: Final = 4.0
+#: Vertices are found to be features in so many rounds at most; a stretch that has hardly others is left as it is.
+ROUNDS: Final = 8
+MOSTLY_HELD: Final = 0.5
 #: Weight of vertices that hold still against those that move.
 HELD: Final = 1e9
 
@@ -65,19 +68,27 @@ def _features(vertex: Array, s: Array) -> Mask:
 
 
 def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Array:
-    """One stretch, its ends held."""
+    """One stretch, its ends held. Vertices that would have to move too far are features, and are held as well."""
     from scipy.interpolate import make_smoothing_spline
 
-    weight = np.ones(len(s))
-    weight[[0, -1]] = HELD
+    held = np.zeros(len(s), dtype=bool)
+    held[[0, -1]] = True
     # a cubic smoothing spline passes waves of length L by 1 / (1 + lam h (2 pi / L)^4)
     spacing = float(np.median(np.diff(s)))
     lam = (POINTS / (2 * np.pi)) ** 4 * spacing**3
-    change = np.stack([make_smoothing_spline(s, column, weight, lam)(s) for column in vertex.T], axis=1) - vertex
-    change[[0, -1]] = 0.0
-    inner = slice(1, -1)
-    ratio = np.maximum(
-        np.linalg.norm(change[inner, :3], axis=1) / tip_bound[inner],
-        np.linalg.norm(change[inner, 3:], axis=1) / axis_bound[inner],
-    )
-    return np.asarray(vertex + change / max(float(ratio.max()), 1.0))
+    for _ in range(ROUNDS):
+        weight = np.where(held, HELD, 1.0)
+        change = np.stack([make_smoothing_spline(s, column, weight, lam)(s) for column in vertex.T], axis=1) - vertex
+        change[held] = 0.0
+        soft = np.flatnonzero(~held)
+        ratio = np.maximum(
+            np.linalg.norm(change[soft, :3], axis=1) / tip_bound[soft],
+            np.linalg.norm(change[soft, 3:], axis=1) / axis_bound[soft],
+        )
+        far = soft[ratio > 1.0]
+        if not len(far):
+            return np.asarray(vertex + change)
+        held[far] = True
+        if held.mean() > MOSTLY_HELD:
+            break
+    return vertex

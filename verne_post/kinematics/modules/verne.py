@@ -123,11 +123,14 @@ class VerneModule:
             if not good.all():
                 bad = np.flatnonzero(~good)
                 a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
-            self._prefer_closed_legs(a, x[part], y0[part], yc[part], ys[part])
             c, s = np.cos(a), np.sin(a)
             y = y0[part] + yc[part] * c + ys[part] * s
-            z = z0[part] + zc[part] * c + zs[part] * s
             radicands = self._radicands(x[part], y, c)
+            if self._prefer_closed_legs(a, radicands, x[part], y0[part], yc[part], ys[part]):
+                c, s = np.cos(a), np.sin(a)
+                y = y0[part] + yc[part] * c + ys[part] * s
+                radicands = self._radicands(x[part], y, c)
+            z = z0[part] + zc[part] * c + zs[part] * s
             self._refuse_unclosed(radicands, a, y)
             with np.errstate(invalid="ignore"):
                 drop = np.sqrt(radicands)
@@ -135,9 +138,10 @@ class VerneModule:
             rho[part, 1] = z - self.R2 * s - drop[1]
             rho[part, 2] = z + self.R2 * s - drop[2]
             alpha[part] = a
-            ok[part] = np.isfinite(rho[part]).all(axis=1)
-        rho[~ok] = np.nan
-        alpha[~ok] = np.nan
+            ok[part] = np.isfinite(rho[part, 0]) & np.isfinite(rho[part, 1]) & np.isfinite(rho[part, 2])
+        if not ok.all():
+            rho[~ok] = np.nan
+            alpha[~ok] = np.nan
         return rho, alpha, ok
 
     def _refuse_unclosed(self, radicands: Array, alpha: Array, y: Array) -> None:
@@ -157,7 +161,11 @@ class VerneModule:
         x1, x2 = x + self.leg1_x_offset, x + self.leg23_x_offset
         arm = self.R2 * cos_alpha - self.r4
         leg1 = self.L1**2 - (self.R1**2 + self.r1**2 - 2 * self.R1 * self.r1 * cos_alpha)
-        return np.stack([leg1 - x1**2 - y**2, self.L2**2 - x2**2 - (y - arm) ** 2, self.L3**2 - x2**2 - (y + arm) ** 2])
+        found = np.empty((3, *np.shape(y)))
+        found[0] = leg1 - x1**2 - y**2
+        found[1] = self.L2**2 - x2**2 - (y - arm) ** 2
+        found[2] = self.L3**2 - x2**2 - (y + arm) ** 2
+        return found
 
     def _newton(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Mask]:
         """Newton on (14) in the working mode from alpha = 0; False where it did not converge inside.
@@ -205,14 +213,13 @@ class VerneModule:
                 a[row] = inside[np.argmin(np.abs(inside))]
         return a
 
-    def _prefer_closed_legs(self, a: Array, x: Array, y0: Array, yc: Array, ys: Array) -> None:
+    def _prefer_closed_legs(self, a: Array, radicands: Array, x: Array, y0: Array, yc: Array, ys: Array) -> bool:
         """Where leg II or III is too short for the lean found, take leg I's other working lean if that suits them.
 
-        Close to leg I's serial singularity (14) has two working roots. Changes ``a`` in place.
+        Close to leg I's serial singularity (14) has two working roots. Changes ``a`` in place; True where it did.
         """
-        c, s = np.cos(a), np.sin(a)
+        changed = False
         with np.errstate(invalid="ignore"):
-            radicands = self._radicands(x, y0 + yc * c + ys * s, c)
             # leg I has a second lean only where its drop is small; 0.25 L1 is generous
             open_ = np.isfinite(a) & ~(radicands > 0).all(axis=0) & (radicands[0] < (0.25 * self.L1) ** 2)
         for row in np.flatnonzero(open_):
@@ -221,6 +228,8 @@ class VerneModule:
             closed = (self._radicands(np.full_like(others, x[row]), y, np.cos(others)) > 0).all(axis=0)
             if closed.any():
                 a[row] = others[closed][np.argmin(np.abs(others[closed]))]
+                changed = True
+        return changed
 
     def _loop(self, a: Array, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Array]:
         """Equation (14) in the working mode with the radicand of (11) cut off at zero, and the radicand."""
