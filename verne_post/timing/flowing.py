@@ -33,8 +33,9 @@ SHORTEST_DIFFERENCE: Final = 0.125
 #: Spacing of the first law's samples, in units, and how many of them are averaged.
 START_STEP: Final = 4
 START_SMOOTH: Final = 10
-#: A window that is re-timed to take so many times as long has lost its way: the problem is not convex.
-CRAWLING: Final = 1.3
+#: A window that is re-timed to take so many times as long has lost its way: the problem is not convex. A first law at a high
+#: feed has to be slowed down by half at sharp corners; a solution that all but stands takes up to a hundred times as long.
+CRAWLING: Final = 5.0
 #: Speeds below this (mm/s) are crossed at it where the first law is sampled.
 SLOWEST: Final = 1e-12
 #: The first law is made over so many segments at a time, with a look-ahead over so many more. A look-ahead that is

@@ -91,11 +91,19 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
 
     if smoothing.overlap:  # vertices between collinear pieces may move like their neighbours
         joined &= ~(allowed & lines)
+    curved = allowed & ~lines & ~joined
+    curved[1:-1] &= (
+        np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
+    )
     s = np.append(0.0, np.cumsum(path.length))
     shape, tip_left, axis_left = path, tip_tolerance, axis_tolerance
+    moved = np.zeros((n - 1, 5))
     if smoothing.overlap:
         programmed = rounding.polyline_slopes(path.start, path.end, path.length)
         movable = allowed & lines & ~joined & ~rounding.turning_back(programmed)
+        # a piece that runs on into another, or into a blend, keeps its direction, which was matched as programmed
+        kept = joined | curved
+        movable[1:-1] &= ~(kept[2:] | kept[:-2])
         bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
         shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
         moved = shape.end[:-1] - path.end[:-1]
@@ -105,10 +113,6 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
     bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
-    curved = allowed & ~lines & ~joined
-    curved[1:-1] &= (
-        np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
-    )
     wanted = np.where(bumps, rounding.room(bend, tip_left, axis_left), 0.0)
     wanted = np.where(curved, np.inf, wanted)
     reach = rounding.shared(wanted, path.length)
@@ -130,6 +134,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     flows[corner + 1] = True
     run = np.append(0, np.cumsum(~flows[1:-1])).astype(np.int32)
     used = flows & ~joined
+    used[1:-1] |= moved.any(axis=1)  # also where a corner has become a stop
     tip_of_piece, axis_of_piece = (
         _of_pieces(np.where(used, bound, 0.0), reach, s) for bound in (tip_tolerance, axis_tolerance)
     )

@@ -59,8 +59,9 @@ _TIP_PER_RADIAN_MM: Final = 1000.0
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
-#: A row that takes less than this share of its cycle at the programmed feed is slow.
-SLOW: Final = 0.999
+#: A row that takes less than this share of its cycle at the programmed feed is slow. Laws come to the feed from below, to
+#: within two thousandths: nobody could see those.
+SLOW: Final = 0.99
 #: Where a piece between two rows is looked at; no multiples of a turn, for arcs of several.
 _BETWEEN: Final = (0.17, 0.41, 0.68, 1.0)
 #: What lies between two rows is at most half the way between them from the nearer one; the way is known from the step

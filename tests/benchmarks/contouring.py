@@ -1,0 +1,406 @@
+"""What contouring costs and gains: limits, deviation, machining time, distance from the optimum, CPU.
+
+Run from the repository's root: python tests/benchmarks/contouring.py [--write] [--million]
+Prints the tables of docs/performance.md; ``--write`` puts them there, with the machine's name and the date.
+``--million`` adds a program of 10^6 lines to the scaling table. Compare ratios: machines are shared and drift.
+
+Velocity, acceleration, jerk and feed are measured on the text of the written file, with differences taken here.
+"""
+
+import argparse
+import io
+import os
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import verne_post
+from verne_post import Options
+from verne_post.model.machine import Machine
+from verne_post.model.options import WorkOffset
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.model.summary import Summary
+from verne_post.output.setpoints import FORMATS
+from verne_post.pipeline import Plan, convert, judge_program, plan_program, read_program
+from verne_post.timing import flowing, scan, toppra_backend
+from verne_post.timing.plan import ContourRun, Planning, plan_contour
+from verne_post.timing.run_path import grid_along
+
+Array = NDArray[np.float64]
+
+#: CPU time is to be that of one thread; libraries read this when they are loaded.
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "performance.md"
+BEGIN, END = "<!-- contouring: begin -->", "<!-- contouring: end -->"
+#: The third-order reference is planned for programs of at most so much motion, s.
+AFFORDABLE_S = 10.0
+#: toppra is asked about grids of at most so many points.
+TOPPRA_POINTS = 60_000
+REPEATS = 3
+ZIGZAG_CORNERS_DEG = (90, 30, 10, 2)
+#: mm/min: one that stopping at every corner nearly reaches, and one far above.
+ZIGZAG_FEEDS = (3000, 12000)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A program to measure; ``cut`` is a shorter one of the same kind where the whole is too long for the references."""
+
+    name: str
+    source: bytes
+    options: Options
+    cut: bytes | None = None
+
+    @property
+    def short(self) -> bytes:
+        """What the references are planned for."""
+        return self.source if self.cut is None else self.cut
+
+
+# --- programs --------------------------------------------------------------------------------------
+
+
+def program(lines: list[str]) -> bytes:
+    """Lines of G-code -> a program."""
+    return ("\n".join([*lines, "M2"]) + "\n").encode()
+
+
+def blade(moves: int) -> bytes:
+    """Finishing passes of 0.2 mm moves over a bulging surface, the tool led by 25 degrees and turning with the surface."""
+    per_pass = 200
+    x = np.linspace(-20, 20, per_pass + 1)
+    lines = ["G21 G90 G94 G64 P0.01 F3000", "G0 X-20 Y-15 Z70 A10 C0"]
+    for number in range(-(-moves // (per_pass + 1))):
+        y = -15 + 30 * ((0.01 * number) % 1.0)
+        along = x[:: 1 if number % 2 == 0 else -1]
+        z = 40 + 6 * np.cos(along / 18) * np.cos(y / 25)
+        across = 6 / 25 * np.cos(along / 18) * np.sin(y / 25)
+        a = 25 + 0.8 * np.degrees(np.arctan(across)) + 3 * np.sin(along / 15)
+        c = 0.9 * np.degrees(np.arctan(6 / 18 * np.sin(along / 18) * np.cos(y / 25))) + 8 * np.sin(along / 20)
+        lines += [f"G1 X{p:.4f} Y{y:.4f} Z{q:.4f} A{r:.4f} C{t:.4f}" for p, q, r, t in zip(along, z, a, c, strict=True)]
+    return program([*lines[: moves + 2], "G0 Z80"])
+
+
+def zigzag(corner_deg: float, moves: int = 60, feed: int = 3000) -> bytes:
+    """Moves of 1 mm that turn left and right by an angle."""
+    half = np.radians(corner_deg) / 2
+    k = np.arange(1, moves + 1)
+    x, y = -30 + np.cos(half) * k, np.sin(half) * (k % 2)
+    lines = ["G21 G90 G94 G64 P0.01", "G0 X-30 Y0 Z60 A0 C0"]
+    return program(lines + [f"G1 X{p:.5f} Y{q:.5f} F{feed}" for p, q in zip(x, y, strict=True)])
+
+
+def cone(step: float = 0.3, radius: float = 30.0, half_deg: float = 15.0, lean_deg: float = 10.0) -> bytes:
+    """Flank of a leaning cone frustum as in NAS 979: the axis follows the generators, A and C never rest."""
+    half, lean = np.radians([half_deg, lean_deg])
+    turn = np.linspace(0, 2 * np.pi, round(2 * np.pi * radius / step) + 1)
+    ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)])
+    generator = np.stack([-np.sin(half) * np.cos(turn), -np.sin(half) * np.sin(turn), np.full_like(turn, np.cos(half))])
+    leaning = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
+    tip, axis = leaning @ ring + [[0.0], [0.0], [60.0]], leaning @ generator
+    a = np.degrees(np.arccos(axis[2]))
+    c = np.degrees(np.unwrap(np.arctan2(axis[0], axis[1])))
+    rows = [f"X{x:.4f} Y{y:.4f} Z{z:.4f} A{p:.4f} C{q:.4f}" for x, y, z, p, q in zip(*tip, a, c, strict=True)]
+    return program(["G21 G90 G94 G64 P0.01 F2000", f"G0 {rows[0]}", *(f"G1 {row}" for row in rows[1:])])
+
+
+def parts() -> Iterator[Part]:
+    """What is measured."""
+    base = Options(tool_length=80.0)
+    yield Part("blade, 10^4 moves of 0.2 mm", blade(10_000), base, cut=blade(1000))
+    yield Part("cone (NAS 979), 0.3 mm", cone(), base)
+    yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"), replace(base, wcs={1: WorkOffset((-10.0, 15.0, 60.0))}))
+    yield Part("blade_5axis.nc", sample("blade_5axis.nc"),
+               Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}))  # fmt: skip
+    yield Part("slider_bound.nc", sample("slider_bound.nc"),
+               Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 80.0))}))  # fmt: skip
+    for corner_deg in ZIGZAG_CORNERS_DEG:
+        yield Part(f"zigzag 1 mm, {corner_deg} deg", zigzag(corner_deg), Options(tool_length=50.0))
+
+
+def sample(name: str) -> bytes:
+    """A program of gcode_samples."""
+    return (ROOT / "gcode_samples" / name).read_bytes()
+
+
+# --- measuring -------------------------------------------------------------------------------------
+
+
+def converted(part: Part, machine: Machine) -> tuple[str, Summary, float]:
+    """The written file, its summary, and the CPU seconds from text to verified CSV."""
+    header, encode = FORMATS["csv"]
+    out = io.StringIO()
+    out.write(header(machine.columns))
+
+    def sink(block: SetpointBlock) -> None:
+        out.write(encode(block))
+
+    begin = time.process_time()
+    result = convert(part.source, machine, part.options, sink)
+    spent = time.process_time() - begin
+    assert result.ok and result.summary is not None, f"{part.name}: {result.findings}"
+    return out.getvalue(), result.summary, spent
+
+
+def programmed_feeds(source: bytes) -> dict[int, float]:
+    """Feed in mm/s of every line that feeds, by line number; what the programs above use of G-code is understood."""
+    found: dict[int, float] = {}
+    feed, motion = 0.0, 0
+    for number, text in enumerate(source.decode().upper().splitlines(), start=1):
+        words = re.findall(r"([A-Z])\s*([-+.\d]+)", re.sub(r"\([^)]*\)|;.*", "", text))
+        for letter, value in words:
+            if letter == "F":
+                feed = float(value) / 60
+            elif letter == "G" and float(value) in (0, 1, 2, 3):
+                motion = int(float(value))
+        if motion and any(letter in "XYZ" for letter, _value in words):
+            found[number] = feed
+    return found
+
+
+def ratios(text: str, part: Part, machine: Machine) -> list[float]:
+    """Worst velocity, acceleration, jerk and feed of a file over their limits."""
+    rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1)
+    cycle, q = machine.cycle, rows[:, 1:-1]
+    size = np.abs([column.factor for column in machine.columns])
+    found = []
+    difference = np.concatenate([q[:1].repeat(3, axis=0), q, q[-1:].repeat(3, axis=0)])
+    for limit in (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk):
+        difference = np.diff(difference, axis=0) / cycle
+        found.append(float((np.abs(difference) / (size * limit)).max()))
+    feeds = programmed_feeds(part.source)
+    feed = np.array([feeds.get(int(line), np.inf) for line in rows[:, -1]])
+    joints = q / [column.factor for column in machine.columns]
+    tip, _angles, _ok = machine.five_axis.nominal(joints, np.full(len(q), part.options.tool_length))
+    speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / cycle
+    return [*found, float((speed / np.maximum(feed[1:], feed[:-1])).max())]
+
+
+def planned(source: bytes, part: Part, machine: Machine, smoothing: str) -> Plan:
+    """The plan of a program with a kind of smoothing."""
+    return plan_program(read_program(source, machine, replace(part.options, smoothing=smoothing)))
+
+
+def seconds(plan: Plan) -> float:
+    """Machining time."""
+    return float(plan.timeline.first_row[-1] * plan.timeline.cycle)
+
+
+def runs(plan: Plan) -> list[ContourRun]:
+    """All runs of a plan as functions of their path parameter."""
+    contour, joints = plan.program.contour, plan.program.joints()
+    begins = np.append(np.flatnonzero(np.diff(contour.run, prepend=-1)), len(contour)).tolist()
+    return [ContourRun(joints, first, last) for first, last in pairwise(begins)]
+
+
+def moving_time(plan: Plan) -> float:
+    """Machining time without dwells."""
+    timeline = plan.timeline
+    return float((np.diff(timeline.first_row) * timeline.cycle)[timeline.run >= 0].sum())
+
+
+def second_order(plan: Plan) -> float:
+    """Least time of the same contour under velocity, acceleration and feed, jerk left out, s."""
+    total = 0.0
+    for run in runs(plan):
+        grid = grid_along(run)
+        total += scan.duration(grid.s, scan.solve(grid, plan.program.machine.limits))
+    return total
+
+
+def reference_gap(plan: Plan) -> float:
+    """Time of the flowing runs over that of the same runs planned with the highest effort, less 1."""
+    ours = best = 0
+    for number, run in enumerate(runs(plan)):
+        if plan.laws.flow_first[number] < 0:
+            continue
+        best += len(flowing.flowing_law(run, plan.program.machine.limits, plan.program.cycle, flowing.QUALITY).s) - 1
+        ours += int(plan.laws.flow_cycles[number])
+    return ours / best - 1 if best else float("nan")
+
+
+def law_cost(plan: Plan) -> float:
+    """CPU of the time laws, microseconds for one millisecond of motion."""
+    program = plan.program
+    bounds, _findings = judge_program(program)
+    begin = time.process_time()
+    plan_contour(
+        program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits, Planning(program.cycle)
+    )
+    return 1e3 * (time.process_time() - begin) / moving_time(plan)
+
+
+# --- tables ----------------------------------------------------------------------------------------
+
+
+def table(header: list[str], rows: list[list[str]]) -> str:
+    """A table in Markdown, columns aligned."""
+    widths = [max(len(row[k]) for row in (header, *rows)) for k in range(len(header))]
+    lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in (header, *rows)]
+    lines.insert(1, ["-" * width for width in widths])
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def percent(gap: float) -> str:
+    """A gap, or a dash where there is none."""
+    return "-" if np.isnan(gap) else f"{100 * gap:.1f} %"
+
+
+def contour_tables(machine: Machine) -> tuple[str, str]:
+    """What is written, and what it takes."""
+    written, timed = [], []
+    for part in parts():
+        print(f"... {part.name}", file=sys.stderr)
+        text, summary, cpu = converted(part, machine)
+        verdict = summary.verification
+        assert verdict is not None
+        velocity, acceleration, jerk, feed = ratios(text, part, machine)
+        written.append([
+            part.name, f"{velocity:.4f}", f"{acceleration:.4f}", f"{jerk:.4f}", f"{feed:.4f}",
+            f"{verdict.tip_deviation_mm:.4f}", f"{verdict.axis_deviation_deg:.4f}", f"{summary.n_rounded}",
+            f"{summary.n_stops}",
+        ])  # fmt: skip
+        plan = planned(part.source, part, machine, "spline")
+        short = plan if part.cut is None else planned(part.short, part, machine, "spline")
+        off, blend = (seconds(planned(part.source, part, machine, how)) for how in ("off", "blend"))
+        spline = seconds(plan)
+        reference = reference_gap(short) if seconds(short) <= AFFORDABLE_S else float("nan")
+        timed.append([
+            part.name, f"{spline:.3f}", f"{blend:.3f}", f"{off:.3f}", f"{off / spline:.2f}",
+            percent(moving_time(plan) / second_order(plan) - 1), percent(reference), f"{law_cost(plan):.0f}",
+            f"{1e3 * cpu / summary.n_pieces:.2f}",
+        ])  # fmt: skip
+    return (
+        table(["program", "velocity", "acceleration", "jerk", "feed", "tip mm", "axis deg", "rounded", "stops"], written),
+        table(["program", "spline s", "blend s", "off s", "off / spline", "over 2nd order", "over reference",
+               "law us/ms", "CPU ms/move"], timed),
+    )  # fmt: skip
+
+
+def gain_table(machine: Machine) -> str:
+    """How much longer stopping at every corner takes, with jerk limits and without."""
+    rows = []
+    for feed in ZIGZAG_FEEDS:
+        for corner_deg in ZIGZAG_CORNERS_DEG:
+            part = Part("zigzag", zigzag(corner_deg, feed=feed), Options(tool_length=50.0))
+            off, spline = (planned(part.source, part, machine, how) for how in ("off", "spline"))
+            rows.append([f"F{feed}", f"{corner_deg}", f"{second_order(off) / second_order(spline):.2f}",
+                         f"{seconds(off) / seconds(spline):.2f}"])  # fmt: skip
+    return table(["feed", "corner deg", "without jerk limits", "with them"], rows)
+
+
+def toppra_table(machine: Machine) -> str:
+    """The scan against toppra on the same grids."""
+    rows = []
+    for part in parts():
+        plan = planned(part.short, part, machine, "spline")
+        run = max(runs(plan), key=lambda one: one.length)
+        grid, limits = grid_along(run), machine.limits
+        if len(grid.s) > TOPPRA_POINTS:
+            continue
+        times = []
+        for _ in range(REPEATS):
+            begin = time.process_time()
+            x = scan.solve(grid, limits)
+            times.append(time.process_time() - begin)
+        begin = time.process_time()
+        try:
+            other = toppra_backend.solve(grid, limits)
+        except RuntimeError as error:
+            rows.append([part.name, f"{len(grid.s)}", f"{1e3 * min(times):.1f}", "-", "-", str(error)])
+            continue
+        theirs = time.process_time() - begin
+        ours_s, theirs_s = scan.duration(grid.s, x), scan.duration(grid.s, other)
+        rows.append([part.name, f"{len(grid.s)}", f"{1e3 * min(times):.1f}", f"{1e3 * theirs:.0f}",
+                     f"{theirs / min(times):.0f}", f"{theirs_s / ours_s - 1:.1e}"])  # fmt: skip
+    header = [
+        "program, longest run",
+        "points",
+        "scan ms",
+        "toppra ms",
+        "ratio",
+        "toppra's time over the scan's, less 1",
+    ]
+    return table(header, rows)
+
+
+def scaling_table(sizes: list[int]) -> str:
+    """The command line on longer and longer programs: CPU a line, and peak memory."""
+    rows = []
+    for moves in sizes:
+        print(f"... {moves} lines", file=sys.stderr)
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = Path(folder) / "program.nc", Path(folder) / "axes.csv"
+            source.write_bytes(blade(moves))
+            command = [sys.executable, "-m", "verne_post", str(source), "--tool-length", "80", "-o", str(target)]
+            child = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
+            _pid, status, used = os.wait4(child.pid, 0)
+            child.returncode = os.waitstatus_to_exitcode(status)
+            assert child.returncode == 0, f"status {child.returncode} for {moves} lines"
+            size = target.stat().st_size
+        cpu = used.ru_utime + used.ru_stime
+        rows.append([f"{moves:,}", f"{cpu:.1f}", f"{1e6 * cpu / moves:.0f}", f"{used.ru_maxrss / 1024:.0f}",
+                     f"{size / 2**20:.0f}"])  # fmt: skip
+    return table(["lines", "CPU s", "us/line", "peak memory MiB", "file MiB"], rows)
+
+
+def processor() -> str:
+    """Name of the CPU."""
+    try:
+        found = re.search(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    except OSError:
+        found = None
+    return found.group(1).strip() if found else platform.machine()
+
+
+def main() -> None:
+    """Measure, print, and with --write put the tables into the page."""
+    parser = argparse.ArgumentParser(description="Benchmark of contouring.")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/performance.md")
+    parser.add_argument("--million", action="store_true", help="measure a program of 10^6 lines too")
+    given = parser.parse_args()
+    machine = verne_post.load_machine()
+    written, timed = contour_tables(machine)
+    blocks = [
+        f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
+        f"numpy {np.__version__}.",
+        "**What is written.** Worst ratios to the limits, from differences of the numbers in the file; deviation from the\n"
+        "programmed path as verification measured it; corners rounded, and stops that are left:",
+        written,
+        "**What it takes.**",
+        timed,
+        "**Zigzags of 1 mm:** time with a stop at every corner over the time with rounded ones, in the least time without jerk\n"
+        "limits and in the planned time with them:",
+        gain_table(machine),
+        "**The second-order scan against toppra,** same grid, same constraints:",
+        toppra_table(machine),
+        "**Long programs,** the blade again, by the command line, everything included:",
+        scaling_table([10_000, 100_000] + [1_000_000] * given.million),
+    ]
+    text = "\n\n".join(block.strip("\n") for block in blocks)
+    print(text)
+    if given.write:
+        page = PAGE.read_text(encoding="utf-8")
+        before, _begin, rest = page.partition(BEGIN)
+        _old, end, after = rest.partition(END)
+        assert end, f"{PAGE} lacks the markers {BEGIN} and {END}"
+        PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if not ONE_THREAD.items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **ONE_THREAD})
+    main()

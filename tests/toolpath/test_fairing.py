@@ -1,0 +1,45 @@
+"""Vertices of finely divided curves that move: the tolerance is kept, and what they join stays smooth."""
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.model.options import Options
+from verne_post.pipeline import read_program
+
+MACHINE = verne_post.load_machine("verne")
+OPTIONS = Options(tool_length=50.0)
+TOLERANCE_MM = 0.01
+
+
+def zigzag(corner_deg, moves=30):
+    half, k = np.radians(corner_deg) / 2, np.arange(1, moves + 1)
+    corners = zip(np.cos(half) * k, np.sin(half) * (k % 2), strict=True)
+    lines = [f"G1 X{x:.5f} Y{y:.5f}" for x, y in corners]
+    return "\n".join(["G21 G90 G94 G64 P0.01 F3000", "G0 X0 Y0 Z60 A0 C0", *lines, "M2\n"]).encode()
+
+
+def wavy(*end):
+    """Moves of 0.3 mm whose points are shaken by two micrometres, and what comes after them."""
+    x = np.arange(0, 12.01, 0.3)
+    y = 2 * np.sin(x / 6) + np.random.default_rng(1).normal(0, 0.002, len(x))
+    lines = [f"X{a:.4f} Y{b:.4f}" for a, b in zip(x, y, strict=True)]
+    head = ["G21 G90 G94 G64 P0.01 F3000", f"G0 Z60 A0 C0 {lines[0]}"]
+    return "\n".join([*head, *(f"G1 {line}" for line in lines[1:]), *end, "M2\n"]).encode()
+
+
+@pytest.mark.parametrize("corner_deg", [14, 5])
+def test_zigzags_of_flat_corners_use_their_tolerance_and_no_more(corner_deg):
+    result = verne_post.convert(zigzag(corner_deg), MACHINE, OPTIONS)
+    assert result.ok, result.findings
+    assert 0.5 * TOLERANCE_MM < result.summary.verification.tip_deviation_mm <= TOLERANCE_MM
+
+
+def test_a_faired_curve_runs_on_into_the_blend_of_an_arc():
+    """The blend matches the piece before it as programmed, so that piece must stay where it is."""
+    source = wavy("G3 X12 Y9.8161 R4", "G1 X0")
+    contour = read_program(source, MACHINE, OPTIONS).contour
+    assert np.abs(contour.shape.end - contour.path.end).max() > 1e-4
+    result = verne_post.convert(source, MACHINE, OPTIONS)
+    assert result.ok, result.findings
+    assert result.summary.n_stops == 0
