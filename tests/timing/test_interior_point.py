@@ -16,9 +16,7 @@ def line(n: int = 200, cap: float = 1.0, *, fixed: np.ndarray | None = None, end
 
     acceleration = (both(none), both(0.5 * one / 5.0))
     jerk = (both(none), both(none), both(0.5 * one / 100.0))
-    return Problem(
-        0.01, phases, np.full(2 * n, cap), acceleration, jerk, np.empty(0) if fixed is None else fixed, end
-    )
+    return Problem(0.01, phases, np.full(2 * n, cap), acceleration, jerk, np.empty(0) if fixed is None else fixed, end)
 
 
 def values(problem: Problem, c: np.ndarray) -> np.ndarray:
