@@ -171,7 +171,8 @@ def timed(run: Run, limits: Limits, cycle: float, effort: Effort) -> tuple[Law, 
         times = retimed(run, law, limits, cycle, unit, step, effort.shares)
         if index + 1 < len(effort.passes):
             at = np.arange(0.0, times.total + unit, unit)
-            law = Law.through_samples(positions(law, times, np.minimum(at, times.total)), unit)
+            np.minimum(at, times.total, out=at)
+            law = Law.through_samples(positions(law, times, at), unit)
     return law, times, unit
 
 
@@ -358,9 +359,10 @@ def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) ->
     """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
     s = positions(law, times, np.arange(cycles + 1.0) * (times.total / cycles))
-    s = np.maximum.accumulate(np.clip(s, 0.0, length))
-    moving = np.flatnonzero((s > AT_REST * length) & (s < (1 - AT_REST) * length))
-    first, last = (int(moving[0]) - 1, int(moving[-1]) + 1) if len(moving) else (0, cycles)
+    np.clip(s, 0.0, length, out=s)
+    np.maximum.accumulate(s, out=s)
+    first = int(np.searchsorted(s, AT_REST * length, side="right")) - 1
+    last = int(np.searchsorted(s, (1 - AT_REST) * length, side="left"))
     s = s[max(first, 0) : last + 1]
     s[0], s[-1] = 0.0, length
     return s
