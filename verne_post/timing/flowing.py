@@ -116,9 +116,9 @@ class Effort:
 
 NORMAL: Final = Effort(
     passes=(
-        Pass(2, 2, (2, 3), 8.0, 30.0, 3e-1, 16, 1000, 150, 0.03),
+        Pass(4, 4, (2, 3), 8.0, 30.0, 3e-1, 16, 500, 75, 0.03),
         Pass(2, 2, (2, 3), 4.0, 10.0, 3e-1, 16, 1000, 150, 0.1),
-        Pass(2, 4, (2, 3), 2.0, 3.0, 3e-3, 20, 1000, 150, 0.3),
+        Pass(2, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 1000, 150, 0.3),
     ),
     shares=PLANNED,
 )
@@ -204,7 +204,8 @@ def timed(run: Run, limits: Limits, cycle: float, effort: Effort, solver: Solver
         times = retimed(run, law, limits, cycle, unit, step, effort.shares)
         if index + 1 < len(effort.passes):
             at = np.arange(0.0, times.total + unit, unit)
-            law = Law.through_samples(positions(law, times, np.minimum(at, times.total)), unit)
+            np.minimum(at, times.total, out=at)
+            law = Law.through_samples(positions(law, times, at), unit)
     return law, times, unit, bound
 
 
@@ -404,9 +405,10 @@ def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) ->
     """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
     s = positions(law, times, np.arange(cycles + 1.0) * (times.total / cycles))
-    s = np.maximum.accumulate(np.clip(s, 0.0, length))
-    moving = np.flatnonzero((s > AT_REST * length) & (s < (1 - AT_REST) * length))
-    first, last = (int(moving[0]) - 1, int(moving[-1]) + 1) if len(moving) else (0, cycles)
+    np.clip(s, 0.0, length, out=s)
+    np.maximum.accumulate(s, out=s)
+    first = int(np.searchsorted(s, AT_REST * length, side="right")) - 1
+    last = int(np.searchsorted(s, (1 - AT_REST) * length, side="left"))
     s = s[max(first, 0) : last + 1]
     s[0], s[-1] = 0.0, length
     return s

@@ -41,6 +41,8 @@ DAMPING: Final = 1e-4
 #: A row so far beyond a limit is not mended by shifts alone.
 FAR: Final = 1.15
 FAR_ROWS: Final = 4
+#: Short runs are given fewer: one for so many rows that they have.
+FAR_SHARE: Final = 50
 #: More rows come over a stretch so long that the change of speed takes a share of the jerk only: its length cubed is
 #: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
 GENTLE: Final = 600.0
@@ -134,7 +136,7 @@ def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Arr
         if attempt == ROUNDS:
             break
         width = reach * (2 + attempt) // 2
-        added = np.where(worst[bad] > FAR, FAR_ROWS, 0)
+        added = np.where(worst[bad] > FAR, min(FAR_ROWS, 1 + len(z) // FAR_SHARE), 0)
         added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
         around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
         gentle = 0.5 * np.cbrt(GENTLE * added * _pace(run, z, around, limits, cycle))

@@ -16,8 +16,9 @@ SPAN_MM: Final = 20.0
 TAIL_SHARE: Final = 1e-4
 #: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
 TAIL_NOISE: Final = 1e-9
-#: The Chebyshev points of a span that become points of the grid: evenly spread, and enough where spans are short.
+#: The Chebyshev points of a span that become points of the grid where there are many spans: evenly spread.
 KEPT: Final = [1, 3, 4, 6]
+MANY_SPANS: Final = 200
 #: Joints are known to this share of their largest value.
 ROUNDING: Final = 3e-14
 #: Spans are halved at most so often.
@@ -108,13 +109,14 @@ def grid_along(run: Run, first: int = 0, last: int | None = None) -> Grid:
     low, width, q = (np.concatenate(column) for column in zip(*done, strict=True))
     order = np.argsort(low, kind="stable")
     low, width, q = low[order], width[order], q[order]
+    kept = KEPT if len(low) > MANY_SPANS else list(range(spans.NODES))
     per_mm = (1.0 / width)[:, None, None]
     noise = ROUNDING * np.abs(q).max()
     d1, d2, d3 = (
-        (_beyond(_DERIVE[k - 1][KEPT] @ q, noise * _NOISE_GAIN[k - 1]) * per_mm**k).reshape(-1, q.shape[2])
+        (_beyond(_DERIVE[k - 1][kept] @ q, noise * _NOISE_GAIN[k - 1]) * per_mm**k).reshape(-1, q.shape[2])
         for k in (1, 2, 3)
     )
-    s = (low[:, None] + spans.SAMPLES[KEPT] * width[:, None]).ravel()
+    s = (low[:, None] + spans.SAMPLES[kept] * width[:, None]).ravel()
     speed = np.asarray(run.speed(s), dtype=float)
     if not (speed > 0).all():
         raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the run")

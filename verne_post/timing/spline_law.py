@@ -13,8 +13,10 @@ Array = NDArray[np.float64]
 
 #: Resting samples at both ends, so that the spline begins and ends with all derivatives zero.
 REST: Final = 6
-#: Times evaluated at once.
+#: Times or samples evaluated at once.
 CHUNK_TIMES: Final = 1 << 14
+#: Samples that are solved with on each side: the last one counts for less than rounding, 0.43 to this power.
+OVERLAP: Final = 64
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -57,18 +59,19 @@ class Law:
 
     @classmethod
     def through_samples(cls, samples: Array, step: float) -> "Law":
-        """Interpolate samples from rest to rest."""
+        """Interpolate samples from rest to rest.
+
+        What a sample adds to the coefficients around it falls by more than half from each to the next, so that long
+        laws are solved part by part, with samples on both sides that are given up.
+        """
         values = _padded(samples, REST)
-        # B-spline values at the knots: 1, 26, 66, 26, 1 over 120; beyond the ends the law rests
-        band = np.empty((3, len(values)), order="F")
-        band[0], band[1], band[2] = 66.0 / 120, 26.0 / 120, 1.0 / 120
-        rhs = values.copy()
-        for end, inner in ((0, 1), (-1, -2)):
-            rhs[end] -= 27.0 / 120 * values[end]
-            rhs[inner] -= 1.0 / 120 * values[end]
-        factor, _info = _PBTRF(band, lower=1, overwrite_ab=1)
-        coefficients, _info = _PBTRS(factor, rhs, lower=1)
-        return cls(_padded(coefficients.reshape(-1), 2), step)
+        n = len(values)
+        coefficients = np.empty(n)
+        for first in range(0, n, CHUNK_TIMES):
+            last = min(first + CHUNK_TIMES, n)
+            low, high = max(first - OVERLAP, 0), min(last + OVERLAP, n)
+            coefficients[first:last] = _interpolating(values[low:high])[first - low : last - low]
+        return cls(_padded(coefficients, 2), step)
 
     @property
     def duration(self) -> float:
@@ -90,6 +93,20 @@ class Law:
             weight *= self.coefficients.take(i + k)
             total += weight
         return total
+
+
+def _interpolating(values: Array) -> Array:
+    """Coefficients (n,) of the law through values (n,) at its knots, that rests beyond both ends."""
+    # B-spline values at the knots: 1, 26, 66, 26, 1 over 120
+    band = np.empty((3, len(values)), order="F")
+    band[0], band[1], band[2] = 66.0 / 120, 26.0 / 120, 1.0 / 120
+    rhs = values.copy()
+    for end, inner in ((0, 1), (-1, -2)):
+        rhs[end] -= 27.0 / 120 * values[end]
+        rhs[inner] -= 1.0 / 120 * values[end]
+    factor, _info = _PBTRF(band, lower=1, overwrite_ab=1)
+    coefficients, _info = _PBTRS(factor, rhs, lower=1)
+    return np.asarray(coefficients.reshape(-1))
 
 
 def _padded(values: Array, count: int) -> Array:

@@ -122,6 +122,7 @@ def _assembled(
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[arc_rows] = _arc_lengths(arcs)
     angle = np.linalg.norm(delta[:, 3:], axis=1)
+    del delta  # the largest array here, and what follows needs as much again
     kind = np.full(len(row), PieceKind.LINE, dtype=np.int8)
     kind[arc_rows] = PieceKind.ARC
     circle, circles = _great_circles(moves, row, start, end, free, orientation)
