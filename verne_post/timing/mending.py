@@ -46,6 +46,13 @@ FAR_SHARE: Final = 50
 #: More rows come over a stretch so long that the change of speed takes a share of the jerk only: its length cubed is
 #: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
 GENTLE: Final = 600.0
+#: Before the run as a whole is slowed down, the places that cannot be mended are: so often, over so many units on each
+#: side, and by so much more than the excess asks for.
+EASINGS: Final = 5
+EASE_REACH: Final = 60
+EASE_MORE: Final = 1.3
+#: Rows on each side of such a place that the curve through its rows takes into account.
+CONTEXT: Final = 12
 #: Slower runs that are mended when the run itself cannot be, then runs that are only slowed.
 STRETCHES: Final = (1.0, 1.004, 1.02, 1.1)
 SLOWDOWNS: Final = 40
@@ -86,6 +93,14 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
     ValueError
         However slow, the rows are beyond a limit: the joints jump along the run.
     """
+    s = rows(1.0)
+    for attempt in range(EASINGS):
+        found = mended(run, s, limits, cycle, unit)
+        if found is not None:
+            return found
+        # braking before a place takes jerk of its own, the less the longer it lasts
+        reach = max(round(2**attempt * EASE_REACH * unit / cycle), 8)
+        s = eased(s, np.cbrt(_over_rows(excess(run, _at_rest(s), limits, cycle))), reach)
     for slower in STRETCHES:
         found = mended(run, rows(slower), limits, cycle, unit)
         if found is not None:
@@ -103,6 +118,53 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
         slower *= float(np.clip(np.cbrt(top), SLOWER_BY[0], SLOWER_BY[1]))
     at = _at_rest(s)[int(np.argmax(worst))]
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the run: the joints jump there")
+
+
+def _over_rows(worst: Array) -> Array:
+    """Largest excess of the differences that each row of a run is in, from :func:`excess` of the rows at rest."""
+    padded = np.concatenate([np.ones(REST), np.maximum(worst, 1.0), np.ones(REST)])
+    around = np.lib.stride_tricks.sliding_window_view(padded, REST + 1).max(axis=1)
+    return np.asarray(around[REST:-REST])
+
+
+def eased(s: Array, slower: Array, reach: int) -> Array:
+    """Rows s (n,) slowed down around some of them, by at least ``slower`` (n,), from 1 on.
+
+    The speed falls and rises again over ``reach`` rows on each side. Every such place takes a whole number of rows
+    more, so all rows outside stay as they are.
+    """
+    n = len(s)
+    extra = np.pad(EASE_MORE * (slower - 1.0), 2 * reach)
+    plateau = np.lib.stride_tricks.sliding_window_view(extra, reach + 1).max(axis=1)
+    bell = np.hanning(reach + 2)[1:-1]
+    smooth = np.convolve(plateau, bell / bell.sum(), mode="full")
+    begin = (len(smooth) - n) // 2
+    slowness = smooth[begin : begin + n]
+    inside = slowness > 0
+    inside[[0, -1]] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
+    parts, done = [], 0
+    for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        first, last = low - 1, high  # rows that stay where they are
+        around = slice(max(first - CONTEXT, 0), min(last + CONTEXT, n - 1) + 1)
+        at = _slower_instants(first, slowness[first : last + 1])
+        parts += [
+            s[done : first + 1],
+            make_interp_spline(np.arange(around.start, around.stop), s[around], k=5)(at[1:-1]),
+        ]
+        done = last
+    return np.asarray(np.maximum.accumulate(np.clip(np.concatenate([*parts, s[done:]]), s[0], s[-1])))
+
+
+def _slower_instants(first: int, slowness: Array) -> Array:
+    """Instants (in rows) from row ``first`` on that pass slower by ``1 + slowness``, a whole number of them."""
+    rows = np.arange(len(slowness), dtype=float)
+    added = float(np.sum(0.5 * (slowness[1:] + slowness[:-1])))
+    density = 1.0 + slowness * (np.ceil(added) / added)
+    passed = np.append(0.0, np.cumsum(0.5 * (density[1:] + density[:-1])))
+    wanted = np.arange(round(float(passed[-1])) + 1, dtype=float)
+    found = make_interp_spline(passed, rows, k=min(5, len(rows) - 1))(wanted)
+    return np.asarray(first + found)
 
 
 def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
