@@ -8,20 +8,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.kinematics.modules.verne_rods import SIDE, SLIDER, vectors
+
 Array = NDArray[np.float64]
 
 #: The lengths in the order of [module]; offsets may have either sign, the others are positive.
 LENGTHS: Final = ("leg1_x_offset", "R1", "r1", "L1", "leg23_x_offset", "R2", "r4", "L2", "L3")
 SIGNED: Final = frozenset({"leg1_x_offset", "leg23_x_offset"})
 
-#: Of the equations (3), (4), (5), (6): offset, platform arm, slider arm and rod as indices of LENGTHS, then the
-#: slider, and the side on which the rod stands.
+#: Of the equations (3), (4), (5), (6): offset, platform arm, slider arm and rod as indices of LENGTHS.
 _OFFSET: Final = np.array([0, 0, 4, 4])
 _ARM: Final = np.array([1, 1, 5, 5])
 _BASE: Final = np.array([2, 2, 6, 6])
 _ROD: Final = np.array([3, 3, 7, 8])
-_SLIDER: Final = np.array([0, 0, 1, 2])
-_SIDE: Final = np.array([1.0, -1.0, -1.0, 1.0])
 
 
 def loop_equations(lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
@@ -48,21 +47,19 @@ def loop_equations(lengths: Array, rho: Array, pose: Array) -> tuple[Array, Arra
     by_pose : ndarray, shape (n, 4, 4)
     """
     n = len(rho)
-    x, y, z, alpha = (column[:, None] for column in pose.T)
-    c, s = np.cos(alpha), np.sin(alpha)
-    arm, base, rod = lengths[_ARM], lengths[_BASE], lengths[_ROD]
-    dx = x + lengths[_OFFSET]
-    dy = y + _SIDE * (arm * c - base)
-    dz = z + _SIDE * arm * s - rho[:, _SLIDER]
-    span = np.sqrt(dx**2 + dy**2 + dz**2)
-    ux, uy, uz = dx / span, dy / span, dz / span
+    alpha = pose[:, 3]
+    c, s = np.cos(alpha)[:, None], np.sin(alpha)[:, None]
+    arm, rod = lengths[_ARM], lengths[_ROD]
+    rods = vectors(lengths[_OFFSET], arm, lengths[_BASE], pose[:, :3], alpha, rho)
+    span = np.linalg.norm(rods, axis=-1)
+    ux, uy, uz = np.moveaxis(rods / span[..., None], -1, 0)
     each = np.arange(4)
     by_lengths = np.zeros((n, 4, len(LENGTHS)))
     by_lengths[:, each, _OFFSET] = ux
-    by_lengths[:, each, _ARM] = _SIDE * (c * uy + s * uz)
-    by_lengths[:, each, _BASE] = -_SIDE * uy
+    by_lengths[:, each, _ARM] = SIDE * (c * uy + s * uz)
+    by_lengths[:, each, _BASE] = -SIDE * uy
     by_lengths[:, each, _ROD] = -1.0
     by_sliders = np.zeros((n, 4, 3))
-    by_sliders[:, each, _SLIDER] = -uz
-    by_pose = np.stack([ux, uy, uz, _SIDE * arm * (c * uz - s * uy)], axis=-1)
+    by_sliders[:, each, SLIDER] = -uz
+    by_pose = np.stack([ux, uy, uz, SIDE * arm * (c * uz - s * uy)], axis=-1)
     return span - rod, by_lengths, by_sliders, by_pose

@@ -42,7 +42,11 @@ def rod_vectors(module: "VerneModule", position: Array, alpha: Array, rho: Array
     alpha : ndarray, shape (...)
     rho : ndarray, shape (..., 3)
     """
-    offset, radius, base, _rod = _lengths(module)
+    return vectors(*_lengths(module)[:3], position, alpha, rho)
+
+
+def vectors(offset: Array, radius: Array, base: Array, position: Array, alpha: Array, rho: Array) -> Array:
+    """:func:`rod_vectors` for the x offsets, platform radii and base radii (4,) of the equations, mm."""
     alpha = np.asarray(alpha)[..., None]
     return np.stack(
         [
