@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.config import machine_files
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options, WorkOffset
 from verne_post.output import dump
@@ -139,9 +140,7 @@ def test_shifted_rotary_words_do_not_move_vectors(path_of):
 @pytest.mark.parametrize("c_sense", [1.0, -1.0])
 def test_a_vector_is_the_same_axis_on_machines_of_either_sense(tmp_path, a_sense, c_sense):
     """Words change their sign with the sense of the machine file; the axis in the part does not."""
-    from pathlib import Path
-
-    text = (Path(verne_post.__file__).parents[1] / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
+    text = machine_files()["verne"].read_text(encoding="utf-8")
     for name, sense in (("a", a_sense), ("c", c_sense)):
         if sense < 0:
             text = text.replace(f'{name}_positive = "workpiece"', f'{name}_positive = "tool"')

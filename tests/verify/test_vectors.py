@@ -5,7 +5,6 @@ The judge of the serial machine's rows has its own forward kinematics: three sig
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
+from verne_post.config import machine_files
 from verne_post.model.options import Options, WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import setpoint_format
@@ -160,7 +160,7 @@ def test_a_vector_program_is_its_twin_in_words(name, turn):
 @pytest.mark.parametrize(("a", "c"), [("workpiece", "tool"), ("tool", "workpiece"), ("tool", "tool")])
 def test_senses_of_the_machine_file_do_not_change_a_vector_program(tmp_path, a, c):
     """The same tips and axes; the columns change their sign."""
-    text = (Path(verne_post.__file__).parents[1] / "machine_configs" / "serial.toml").read_text(encoding="utf-8")
+    text = machine_files()["serial"].read_text(encoding="utf-8")
     text = text.replace('a_positive = "workpiece"', f'a_positive = "{a}"')
     text = text.replace('c_positive = "workpiece"', f'c_positive = "{c}"').replace("cycle_s = 0.001", "cycle_s = 0.002")
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
