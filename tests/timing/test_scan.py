@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from verne_post.timing import scan
-from verne_post.timing.run_path import grid_along
+from verne_post.timing.run_path import Grid, grid_along
 
 from .curves import Curve, limits, straight, wavy
 
@@ -79,3 +79,17 @@ def test_tiny_segments_do_not_look_curved() -> None:
 def test_impossible_runs_are_refused(run: Curve, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         grid_along(run)
+
+
+def test_a_joint_that_turns_at_a_grid_point_only_bounds_the_speed_there() -> None:
+    """Its q' is exactly 0 and its q'' is not: |q'' x| <= a, and nothing stops."""
+    s = np.linspace(0.0, 20.0, 41)
+    d1 = np.stack([np.ones_like(s), np.zeros_like(s)], axis=1)
+    d2 = np.zeros_like(d1)
+    d2[20, 1] = 4.0
+    top = limits(2)
+    grid = Grid(s, d1, d2, np.zeros_like(d1), np.full(len(s), np.inf))
+    x = scan.solve(grid, top)
+    assert x[20] == pytest.approx(top.acceleration[1] / 4.0)
+    assert (x[1:-1] > 0).all()
+    assert ratios(grid, top, x).max() <= 1 + 1e-9

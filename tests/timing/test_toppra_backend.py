@@ -15,8 +15,22 @@ TURNING = Curve(40.0, lambda s: [np.sin(s), np.cos(1.3 * s), np.sin(0.7 * s + 1)
 @pytest.mark.filterwarnings("ignore")  # toppra's own
 @pytest.mark.parametrize(
     "run",
-    [straight(30.0), straight(30.0, 5.0), wavy(40.0, 2.0), wavy(40.0, 2.0, 25.0), wavy(2.0, 1.0, 900.0), TURNING],
-    ids=["line", "slow line", "waves", "waves at a feed", "short", "joints that turn back"],
+    [
+        straight(30.0),
+        straight(30.0, 5.0),
+        wavy(40.0, 2.0),
+        wavy(40.0, 2.0, 25.0),
+        wavy(2.0, 1.0, 900.0),
+        TURNING,
+    ],
+    ids=[
+        "line",
+        "slow line",
+        "waves",
+        "waves at a feed",
+        "short",
+        "joints that turn back",
+    ],
 )
 def test_scan_and_toppra_agree(run) -> None:  # type: ignore[no-untyped-def]
     grid, top = grid_along(run), limits(3)

@@ -144,7 +144,8 @@ def _corners_of(a: Array, b: Array) -> Array:
         k, x = (q - up_b) / determinant, (up_a - p) / determinant
         # along a rising line a larger K breaks the other line, which is not one that rises itself
         corner = (up_a <= 0) & (determinant < 0) & ((q <= 0) | (p > 0)) & (k > 0) & (x > 0)
-        falling = np.where(up_a[:, :, 0] > 0, 1.0 / up_b[:, :, 0], np.inf).min(axis=1)  # at K = 0 already
+        # at K = 0 already; a line without x bounds K alone
+        falling = np.where((up_a > 0) & (up_b > 0), 1.0 / up_b, np.inf).min(axis=(1, 2))
     return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
 
 
