@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.model.toolpath import ToolPath
+from verne_post.model.toolpath import ToolPath, run_begins
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -128,6 +128,11 @@ class Contour:
         """Number of runs."""
         return int(self.run[-1]) + 1 if len(self.run) else 0
 
+    @property
+    def run_begins(self) -> NDArray[np.intp]:
+        """First segment of each run, and the number of segments after the last (n_runs + 1,)."""
+        return run_begins(self.run)
+
     def only(self, segments: NDArray[np.integer]) -> "Contour":
         """Some segments, in order, as a contour of their own without dwells; each run keeps its segments together."""
         _runs, run = np.unique(self.run[segments], return_inverse=True)
@@ -140,7 +145,7 @@ class Contour:
     @property
     def flowing(self) -> NDArray[np.bool_]:
         """Runs with a rounded corner in them (n_runs,)."""
-        first = np.flatnonzero(np.diff(self.run, prepend=-1))
+        first = self.run_begins[:-1]
         if not len(first):
             return np.empty(0, dtype=bool)
         return np.asarray(np.logical_or.reduceat(self.bumped | (self.curve >= 0), first))

@@ -138,3 +138,17 @@ class ToolPath:
     def n_runs(self) -> int:
         """Number of runs."""
         return int(self.run[-1]) + 1 if len(self.run) else 0
+
+    @property
+    def run_begins(self) -> NDArray[np.intp]:
+        """First piece of each run, and the number of pieces after the last (n_runs + 1,)."""
+        return run_begins(self.run)
+
+    def dwells_among(self, run: Ints) -> Ints:
+        """``dwell_run`` (d,) where the same pieces have new run numbers (n,): dwells stand before the same pieces."""
+        return np.append(run, run[-1] + 1)[self.run_begins[self.dwell_run]].astype(np.int32)
+
+
+def run_begins(run: Ints) -> NDArray[np.intp]:
+    """First row of each run in a column of run numbers (n,), and n after the last."""
+    return np.append(np.flatnonzero(np.diff(run, prepend=-1)), len(run))

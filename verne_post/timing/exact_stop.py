@@ -100,7 +100,7 @@ def plan_runs(
         Naming the source line of the first run without a law.
     """
     length = contour.length[:, None]
-    begins = np.flatnonzero(np.diff(contour.run, prepend=-1))
+    begins = contour.run_begins[:-1]
     slope = [np.maximum.reduceat(d / length**k, begins) for k, d in enumerate((first, second, third), start=1)]
     with np.errstate(divide="ignore"):
         feed_speed = 1.0 / contour.pace

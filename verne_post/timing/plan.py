@@ -129,7 +129,7 @@ def plan_contour(
         Naming the source line of the first run without a law.
     """
     contour = joints.contour
-    begins = np.append(np.flatnonzero(np.diff(contour.run, prepend=-1)), len(contour))
+    begins = contour.run_begins
     flowing = contour.flowing
     laws = plan_runs(contour, first, second, third, limits, ~flowing)
     pace = contour.pace

@@ -63,11 +63,11 @@ def timeline(contour: Contour, laws: RunPlan, cycle: float) -> Timeline:
 
 def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
     """Blocks of rows: (first row, segment (n,), w (n,), source line (n,))."""
-    run_begin = np.flatnonzero(np.diff(contour.run, prepend=-1))
+    run_begin, run_end = contour.run_begins[:-1], contour.run_begins[1:]
     ends = np.cumsum(contour.length)
     line = contour.line
     starts = ends - contour.length
-    last_segment = np.append(run_begin[1:], len(contour)) - 1
+    last_segment = run_end - 1
     # dwells rest where the next run starts, or where the last one ended
     runs_before = np.cumsum(plan.run >= 0)
     next_run = np.where(runs_before < len(run_begin), runs_before, -1)

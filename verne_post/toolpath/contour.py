@@ -148,7 +148,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     return Contour(
         path=path, shape=shape, turn=_turn(path)[piece] * share, run=run[piece],
         corners=corners if bumped.any() else None, bumped=bumped, feeds=_feeds(path), controls=controls,
-        tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=_dwell_runs(path, run), **parts,
+        tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=path.dwells_among(run), **parts,
     )  # fmt: skip
 
 
@@ -189,8 +189,7 @@ def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple
     other_line = path.line[1:] != path.line[:-1]
     same_tool = path.tool_length[1:] == path.tool_length[:-1]
     allowed[1:-1] = own[:-1] & own[1:] & (tip_tolerance[1:-1] > 0) & contact & other_line & same_tool
-    begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
-    allowed[begins[path.dwell_run]] = False
+    allowed[path.run_begins[path.dwell_run]] = False
     return allowed, tip_tolerance, axis_tolerance
 
 
@@ -258,12 +257,6 @@ def _segments(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) ->
     place = np.concatenate([low, np.full(len(before), -1.0), np.full(len(after), 2.0)])
     order = np.lexsort((place, every["piece"]))
     return {name: column[order] for name, column in every.items()}
-
-
-def _dwell_runs(path: ToolPath, run: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Dwells stand before the same pieces, whose runs have new numbers."""
-    begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), len(path))
-    return np.append(run, run[-1] + 1)[begins[path.dwell_run]].astype(np.int32)
 
 
 def _turn(path: ToolPath) -> Array:

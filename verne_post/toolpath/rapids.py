@@ -35,9 +35,7 @@ def with_joint_rapids(path: ToolPath, machine: Machine) -> ToolPath:
     breaks[rapid[rapid + 1 < len(path)] + 1] = True
     breaks[0] = False
     run = np.cumsum(breaks).astype(np.int32)
-    begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), len(path))
-    dwell_run = np.append(run, run[-1] + 1)[begins[path.dwell_run]].astype(np.int32)
     return replace(
         path, kind=kind, length=length, joint=joint, circle=circle, joints=np.concatenate([earlier, joints]), run=run,
-        dwell_run=dwell_run,
+        dwell_run=path.dwells_among(run),
     )  # fmt: skip

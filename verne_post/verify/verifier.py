@@ -146,8 +146,7 @@ class Verifier:
         self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(
             self.chord_length, ZERO_LENGTH_MM
         )
-        begins = np.append(np.flatnonzero(np.diff(path.run, prepend=-1)), n)
-        before = begins[path.dwell_run]
+        before = path.run_begins[path.dwell_run]
         where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
         order = np.argsort(where, kind="stable")
         self.piece = np.concatenate([np.arange(n), np.full(len(before), -1)])[order]
@@ -495,8 +494,7 @@ class Verifier:
 
     def _swung(self, angles: Array) -> Array:
         """Angle (n,) by which the tool axis has turned since the row before, rad."""
-        a, c = angles[:, 0], angles[:, 1]
-        axis = np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+        axis = tool_axis(angles)
         before = np.vstack([axis[:1] if self.axis is None else self.axis[None], axis[:-1]])
         self.axis = axis[-1]
         return np.linalg.norm(axis - before, axis=1)
