@@ -7,6 +7,7 @@ as it will be written; the Result is ok only when both have passed.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
-from verne_post.model.moves import ZERO9, Event, Frame, Moves
+from verne_post.model.moves import WORK_SYSTEMS, ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import FreeTurn, Summary
@@ -113,7 +114,7 @@ class Result:
 def machine_setup(machine: Machine, options: Options) -> Setup:
     """What the interpreter is given for a real machine."""
     frames = {}
-    for system in range(1, 10):
+    for system in WORK_SYSTEMS:
         offset = options.wcs.get(system)
         origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
@@ -128,8 +129,15 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
         tools=dict(options.tools) if options.tools is not None else None,
         tool_length=options.tool_length,
         frames=frames,
-        block_delete=options.block_delete,
+        given_systems=frozenset(options.wcs),
+        **_language(options),
     )
+
+
+def _language(options: Options) -> dict[str, Any]:
+    """Options that concern the text alone."""
+    names = ("block_delete", "subroutines", "parameters", "parameter_mm", "remap", "max_repeats", "dialect")
+    return {name: getattr(options, name) for name in names}
 
 
 def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
@@ -138,7 +146,7 @@ def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Find
         tools=options.tools,
         tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()},
-        block_delete=options.block_delete,
+        **_language(options),
     )
     return interpreted_until_error(source, setup)
 

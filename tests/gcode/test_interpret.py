@@ -306,7 +306,7 @@ def test_a_tool_change_stops_the_spindle(view):
 @pytest.mark.parametrize(("line", "text"), [
     ("(MSG,Hello  World )", "Hello  World "), ("(msg, x)", " x"), ("G0 X1 (mSg,late)", "late"), ("(a)(MSG,b)", "b"),
     ("(MSG,a)(b)", None), ("; (MSG,x)", None), ("( MSG,x)", None), ("(M S G,x)", None), ("(MSGx)", None),
-    ("(DEBUG,x)", None), ("(MSG,\u00e4\u2713)", "\u00e4\u2713"),
+    ("(DEBUG,x)", "x"), ("(MSG,\u00e4\u2713)", "\u00e4\u2713"),
     ("(MSG,x) ; remark", "x"), (";MSG,x", None),
 ])  # fmt: skip
 def test_messages(view, line, text):
@@ -359,11 +359,53 @@ VP001 2:5   %|G0 X%1
 VP005 1:1   X1e3
 VP006 1:6   G0 X1e3
 VP001 1:5   G0 X½
-VP001 1:1   % O1|G0 X1|%
-VP001 2:1   G0 X1|#1=2
-VP001 1:5   G0 X#1
-VP001 1:5   G0 X[1+2]
-VP001 1:4   G0 @1
+# parameters and expressions
+VP001 1:6   G0 #1
+VP001 1:9   G0 X[1+2
+VP001 1:6   G0 X[]
+VP001 1:7   G0 X[1(c)]
+VP001 1:4   #1=
+VP001 1:4   #1=X
+VP001 1:2   #=1
+VP001 1:2   #<a=1
+VP001 1:2   #<>=1
+VP001 1:4   #1=FOO[1]
+VP001 1:8   #1=SIN 30
+VP001 1:11  #1=ATAN[1]
+VP001 1:10  #1=EXISTS[#1]
+VP007 1:6   #1=[1/0]
+VP007 1:7   #1=[5 MOD 0]
+VP007 1:7   #1=[-8**[1/3]]
+VP007 1:4   #1=SQRT[-1]
+VP007 1:4   #1=LN[0]
+VP007 1:4   #1=ACOS[1.0000001]
+VP007 1:4   #1=EXP[1000]
+VP007 1:5   G0 X[2**200]
+VP025 1:5   G0 X#<foo>
+VP025 1:5   G0 X#0
+VP025 1:1   #5602=1
+VP025 1:2   #1.5=1
+VP025 1:1   #<_x>=1
+VP025 1:1   #5420=1
+VP025 1:5   G0 X#<_ini[a]b>
+VP025 1:5   G0 X#5021
+# O words
+VP023 1:1   o1 call
+VP023 1:1   o1 endsub
+VP023 1:1   o1 if [1]
+VP023 3:1   o1 if [1]|o2 while [0]|o1 endif|o2 endwhile
+VP023 2:1   o1 while [0]|o2 break|o1 endwhile
+VP023 1:4   o1 fi
+VP023 3:1   o1 sub|o1 endsub|o1 sub|o1 endsub|o1 call
+VP023 1:1   M98 P1
+VP023 1:1   o1 sub|M98 P1
+VP001 1:11  o1 if [1] G0 X1|o1 endif
+VP001 1:13  o1 repeat [2|o1 endrepeat
+VP024 1:1   M99
+# polar words
+VP017 1:4   G0 @1
+VP003 1:4   G0 @1 ^2 X1
+VP017 1:8   G18 G0 @1 ^2
 # codes
 VP002 1:1   G12
 VP002 1:4   G0 G5.1 X1
@@ -374,15 +416,16 @@ VP002 1:1   M200
 VP002 1:1   M10
 VP007 1:1   M3.1
 VP007 1:1   M-3
-VP002 1:1   M98 P1
-VP002 1:5   G10 L11 P1 Z1
-VP002 1:6   O100 call
-VP002 1:1   G41 D1
-VP002 1:1   G81 Z1 R2
+VP005 1:1   M98
+VP002 1:5   G10 L12 P1 Z1
+VP002 1:1   G38.2 Z1
+VP002 1:1   G33 K1
+VP002 1:1   G76
+VP002 1:1   M101
+VP002 1:7   G0 G7 X1
 VP002 1:1   G17.1
-VP002 1:1   G43.2 H1
-VP002 1:1   G28.1
-VP002 1:1   M67 E0 Q1
+VP005 1:-   G43.2
+VP005 1:-   M67 E0
 # modal groups
 VP003 1:4   G0 G1 X1
 VP003 1:8   G90 X1 G91
@@ -486,7 +529,7 @@ def error_table():
         if row and not row.startswith("#"):
             code, place, program = re.split(" +", row, maxsplit=2)
             line, _, column = place.partition(":")
-            table.append((program.replace("|", "\n"), code, int(line), int(column) if column else None))
+            table.append((program.replace("|", "\n"), code, int(line), int(column) if column.isdigit() else None))
     return table
 
 

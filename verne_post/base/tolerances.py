@@ -81,6 +81,16 @@ CONTINUATION: Final = 1e-8
 
 #: Numbers that must be whole (M, T, P, H, ...) may be off by this much.
 WHOLE_NUMBER: Final = 1e-4
+#: A canned cycle drills where the tool points: 1 - cosine of the angle between them (0.08 degrees; angles with two decimals).
+DRILL_TILT: Final = 1e-6
+#: A table that stands closer to A 0 and C 0 than this (deg) is not turned: half the last of four decimals.
+UPRIGHT_DEG: Final = 5e-5
+#: Cutter compensation: directions that differ by less than this (rad) continue each other without a corner.
+CORNER_ANGLE: Final = 1e-7
+#: ... and an offset piece may end this far (mm) before it begins: noise of the program's last decimal.
+CORNER_REACH_MM: Final = 1e-6
+#: EQ and NE take numbers that are closer for equal (LinuxCNC's own value since 2.9).
+EQUAL_NUMBERS: Final = 1e-6
 #: The length of a programmed tool axis may differ from 1 by this: three decimals, twice rounded.
 VECTOR_LENGTH: Final = 2e-3
 #: Radius mismatch of an arc that is always accepted ...

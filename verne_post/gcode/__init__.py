@@ -1,11 +1,12 @@
 """The G-code front end (RS274/NGC): text -> words -> Moves. It knows no machine."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from verne_post.gcode.offsets import CartesianCoordinates
 from verne_post.gcode.read import interpret_program
 from verne_post.gcode.state import Setup
-from verne_post.model.moves import AXES, ZERO9, Frame, Moves
+from verne_post.model.moves import AXES, WORK_SYSTEMS, ZERO9, Frame, Moves
 from verne_post.model.options import Tool
 
 __all__ = ["interpret_program", "interpreter_setup", "read_moves"]
@@ -13,7 +14,7 @@ __all__ = ["interpret_program", "interpreter_setup", "read_moves"]
 
 def interpreter_setup(
     *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
-    origins: Mapping[int, tuple[float, float, float]] | None = None, block_delete: bool = False,
+    origins: Mapping[int, tuple[float, float, float]] | None = None, **language: Any,
 ) -> Setup:  # fmt: skip
     """Setup of a plain interpreter: no machine, all nine axes, everything at 0 when the program starts.
 
@@ -25,24 +26,22 @@ def interpreter_setup(
         mm; holds throughout.
     origins : mapping, optional
         Origins of the work systems (1 = G54) in machine coordinates, mm.
-    block_delete : bool
-        Skip blocks that begin with a slash.
+    **language
+        Fields of :class:`~verne_post.gcode.state.Setup` that concern the text alone: block_delete, subroutines,
+        parameters, parameter_mm, remap, max_repeats, dialect.
     """
     frames = {}
-    for system in range(1, 10):
+    for system in WORK_SYSTEMS:
         x, y, z = (origins or {}).get(system, (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (x, y, z, *ZERO9[3:]))
     return Setup(
         coordinates=CartesianCoordinates(), axes=AXES, machine=False, home=ZERO9, home2=ZERO9,
         tools=dict(tools) if tools is not None else None, tool_length=tool_length, frames=frames,
-        block_delete=block_delete,
+        given_systems=frozenset(origins or ()), **language,
     )  # fmt: skip
 
 
-def read_moves(
-    source: bytes, *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
-    origins: Mapping[int, tuple[float, float, float]] | None = None, block_delete: bool = False,
-) -> Moves:  # fmt: skip
+def read_moves(source: bytes, **options: Any) -> Moves:
     """Interpret a program as any interpreter would, without a machine; options of :func:`interpreter_setup`.
 
     Raises
@@ -50,5 +49,4 @@ def read_moves(
     InputError
         With every error that could be found (VP0xx).
     """
-    setup = interpreter_setup(tools=tools, tool_length=tool_length, origins=origins, block_delete=block_delete)
-    return interpret_program(source, setup)
+    return interpret_program(source, interpreter_setup(**options))

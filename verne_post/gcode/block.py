@@ -4,41 +4,91 @@ Blanks may stand anywhere outside comments, letter case means nothing, a number 
 digits and at most one point; there is no exponent.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import Final
 
-#: Numbers beyond this mean nothing in any word, and would overflow somewhere.
-MAX_NUMBER: Final = 1e30
-_DIGITS: Final = "0123456789"
+from verne_post.gcode.expressions import BlockError, Key, ValueReader, Values, shown_key
+
+__all__ = ["Block", "BlockError", "OWord", "read_block"]
+
 _BLANKS: Final = " \t\r"
-#: Letters that may start a word, in addition to N (first only) and O (a program number, alone).
+#: Letters that may start a word, in addition to N (first only), O (flow, first only) and # (settings).
 WORD_LETTERS: Final = "ABCDEFGHIJKLMPQRSTUVWXYZ"
+#: Words of polar coordinates: distance and angle.
+POLAR: Final = "@^"
+KEYWORDS: Final = (
+    "SUB", "ENDSUB", "CALL", "RETURN", "DO", "WHILE", "ENDWHILE", "IF", "ELSEIF", "ELSE", "ENDIF", "BREAK", "CONTINUE",
+    "REPEAT", "ENDREPEAT",
+)  # fmt: skip
 
 
-class BlockError(Exception):
-    """A block that cannot be used: finding code, sentence, 1-based column (None: the whole block)."""
+@dataclass(frozen=True)
+class OWord:
+    """An O word: its label, its keyword (None: a bare number), and its values, read when they are asked for."""
 
-    def __init__(self, code: str, message: str, column: int | None = None) -> None:
-        super().__init__(message)
-        self.code, self.message, self.column = code, message, column
+    label: str | None
+    keyword: str | None
+    reader: ValueReader
+    begin: int  # of the values
+    label_at: int
+
+    def labelled(self) -> str:
+        """The label; a computed one is read now.
+
+        A file that is searched for labels must not compute any: there ``label`` None is what counts.
+        """
+        if self.label is not None:
+            return self.label
+        self.reader.at = self.label_at
+        value = self.reader.value("O")
+        return _label_number(value, self.reader, self.label_at)
+
+    def condition(self) -> float:
+        """The one bracket of if, elseif, while, repeat."""
+        self.reader.at = self.begin
+        value = self.reader.bracket()
+        self._end()
+        return value
+
+    def arguments(self) -> list[float]:
+        """The brackets of call; of return and endsub there is one, or none."""
+        reader = self.reader
+        reader.at = self.begin
+        values = []
+        while reader.at < len(reader.characters) and reader.characters[reader.at] != "(":
+            values.append(reader.bracket())
+        return values
+
+    def bare(self) -> None:
+        """Nothing may follow the keyword."""
+        self.reader.at = self.begin
+        self._end()
+
+    def _end(self) -> None:
+        reader = self.reader
+        if reader.at < len(reader.characters) and reader.characters[reader.at] != "(":
+            raise reader.error("VP001", "only a comment may follow an O word", reader.at)
 
 
 @dataclass
 class Block:
     """The words of one block.
 
-    ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers.
+    ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
+    parameters that the block sets, with their columns.
     """
 
     line: int
     codes: list[tuple[str, float, int]] = field(default_factory=list)
     words: dict[str, float] = field(default_factory=dict)
     columns: dict[str, int] = field(default_factory=dict)
+    settings: list[tuple[Key, float, int]] = field(default_factory=list)
     comment: str | None = None
-    program_number: bool = False
+    o: OWord | None = None
 
 
-def read_block(text: str, line: int) -> Block:
+def read_block(text: str, line: int, values: Values | None = None) -> Block:
     """Read one line.
 
     Parameters
@@ -47,6 +97,8 @@ def read_block(text: str, line: int) -> Block:
         The line without its line end.
     line : int
         1-based line number.
+    values : Values, optional
+        Parameters; without them ``#`` is refused.
 
     Raises
     ------
@@ -54,52 +106,97 @@ def read_block(text: str, line: int) -> Block:
         With the column of the first character that does not fit.
     """
     block = Block(line)
-    at, first, slash = 0, True, False
-    while True:
-        at = _skip_blanks(text, at)
-        if at == len(text):
-            return block
-        character = text[at].upper() if text[at].isascii() else text[at]
+    characters, places = _without_comments(text, block)
+    reader = ValueReader(characters, places, values)
+    first, slash = True, False
+    while reader.at < len(characters):
+        at = reader.at
+        character = characters[at]
+        reader.at += 1
+        if character == "(":
+            continue
         if character == "/" and first and not slash:
             slash = True
-            at += 1
             continue
-        if character in "(;":
-            comment, at = _comment(text, at)
-            if character == "(":  # only these can be messages, and only the last one
-                block.comment = comment
-            continue
-        column = at + 1
         if character == "N" and first:
-            number, at = _number(text, at + 1, "N")
+            number = reader.word_value("N")
             if number < 0:
-                raise BlockError("VP007", f"N{number:g}: a block number is not negative", column)
+                raise reader.error("VP007", f"N{number:g}: a block number is not negative", at)
         elif character == "O" and first:
-            behind = _skip_blanks(text, at + 1)
-            if text[behind : behind + 1] == "<":
-                raise BlockError(
-                    "VP002", "O words (sub, call, if, while ...) are not supported by this version", column
-                )
-            number, at = _number(text, at + 1, "O")
-            block.program_number = True
-        elif character in WORD_LETTERS:
-            number, at = _number(text, at + 1, character)
+            block.o = _o_word(reader)
+            return block
+        elif character in WORD_LETTERS or character in POLAR:
+            number = reader.word_value(character)
             if character in "GM":
-                block.codes.append((character, number, column))
+                block.codes.append((character, number, reader.column(at)))
             elif character in block.words:
-                raise BlockError("VP004", f"{character} stands twice in the block", column)
+                raise reader.error("VP004", f"{character} stands twice in the block", at)
             else:
                 block.words[character] = number
-                block.columns[character] = column
+                block.columns[character] = reader.column(at)
+        elif character == "#" and values is not None:
+            key = reader.key()
+            if characters[reader.at : reader.at + 1] != "=":
+                raise reader.error(
+                    "VP001", f"{shown_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at
+                )
+            reader.at += 1
+            block.settings.append((key, reader.word_value(f"{shown_key(key)}=", math.inf), reader.column(at)))
         else:
-            raise BlockError("VP001", _strange(character, first), column)
+            raise reader.error("VP001", _strange(character, first), at)
         first = False
-        if block.program_number and _skip_blanks(text, at) < len(text) and text[_skip_blanks(text, at)] not in "(;":
-            raise BlockError(
-                "VP002",
-                "O words (sub, call, if, while ...) are not supported by this version; only a comment may follow a program number",
-                _skip_blanks(text, at) + 1,
+    return block
+
+
+def _o_word(reader: ValueReader) -> OWord:
+    """What stands behind an O that begins a block."""
+    characters, begin = reader.characters, reader.at
+    label: str | None = None
+    if characters[begin : begin + 1] == "<":
+        label = f"<{reader.key()}>"
+    elif characters[begin : begin + 1] in ("#", "["):
+        reader.values, values = None, reader.values  # only looked over: computed where it is needed
+        _skip_value(reader)
+        reader.values = values
+    else:
+        label = _label_number(reader.word_value("O"), reader, begin)
+    rest = characters[reader.at :]
+    found = [word for word in KEYWORDS if rest.startswith(word)]
+    if not found:
+        if rest and not rest.startswith("("):
+            raise reader.error(
+                "VP023",
+                f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing behind a program number",
+                reader.at,
             )
+        return OWord(label, None, reader, reader.at, begin)
+    keyword = max(found, key=len)
+    return OWord(label, keyword.lower(), reader, reader.at + len(keyword), begin)
+
+
+def _skip_value(reader: ValueReader) -> None:
+    """Go past a value without reading it: a ``#`` and what it takes, or a bracket."""
+    characters, depth = reader.characters, 0
+    while reader.at < len(characters):
+        character = characters[reader.at]
+        if character == "[":
+            depth += 1
+        elif character == "]":
+            depth -= 1
+        elif depth == 0 and character not in "#0123456789":
+            if character != "<" or characters[reader.at - 1] != "#":
+                return
+            reader.key()
+            return
+        reader.at += 1
+        if depth == 0 and character == "]":
+            return
+
+
+def _label_number(value: float, reader: ValueReader, at: int) -> str:
+    if value != round(value) or value < 0:
+        raise reader.error("VP023", f"O{value:g}: a number behind O is whole and not negative", at)
+    return str(round(value))
 
 
 def _strange(character: str, first: bool) -> str:
@@ -108,10 +205,10 @@ def _strange(character: str, first: bool) -> str:
     if character == "O":
         return "O must be the first word of a block"
     if character in "#[":
-        return f"'{character}': parameters and expressions are not supported by this version"
-    if character in "@^$":
-        return f"'{character}': words of this kind are not supported by this version"
-    if character in _DIGITS + "+-.":
+        return f"'{character}' without a letter before it"
+    if character == "$":
+        return "'$': this machine has one spindle, numbers of spindles mean nothing here"
+    if character in "0123456789+-.":
         return f"'{character}': a number without a letter before it"
     if character == "/" and not first:
         return "'/' may only be the first character of a block"
@@ -120,10 +217,36 @@ def _strange(character: str, first: bool) -> str:
     return f"{character!r} does not begin a word; expected a letter and a number"
 
 
-def _skip_blanks(text: str, at: int) -> int:
-    while at < len(text) and text[at] in _BLANKS:
+def _without_comments(text: str, block: Block) -> tuple[str, list[int] | range]:
+    """The line in upper case without blanks, a comment as one ``(``; and the place of each character and of the end."""
+    if "(" not in text and ";" not in text:
+        if not any(blank in text for blank in _BLANKS):
+            return _upper(text), range(len(text) + 1)
+        places = [at for at, character in enumerate(text) if character not in _BLANKS]
+        return _upper("".join([text[at] for at in places])), [*places, len(text)]
+    kept: list[str] = []
+    places = []
+    at = 0
+    while at < len(text):
+        character = text[at]
+        if character in "(;":
+            comment, end = _comment(text, at)
+            if character == "(":  # only these can be messages, and only the last one
+                block.comment = comment
+            kept.append("(")
+            places.append(at)
+            at = end
+            continue
+        if character not in _BLANKS:
+            kept.append(character)
+            places.append(at)
         at += 1
-    return at
+    return _upper("".join(kept)), [*places, len(text)]
+
+
+def _upper(text: str) -> str:
+    """Upper case, character by character: some letters of other alphabets would become two."""
+    return text.upper() if text.isascii() else "".join(c.upper() if c.isascii() else c for c in text)
 
 
 def _comment(text: str, at: int) -> tuple[str, int]:
@@ -136,33 +259,3 @@ def _comment(text: str, at: int) -> tuple[str, int]:
         if text[end] == ")":
             return text[at + 1 : end], end + 1
     raise BlockError("VP001", "the comment is not closed on its line; expected ')'", at + 1)
-
-
-def _number(text: str, at: int, letter: str) -> tuple[float, int]:
-    """The number behind a letter: (value, where reading goes on)."""
-    digits: list[str] = []
-    place = at
-    seen_digit = False
-    while place < len(text):
-        character = text[place]
-        if character in _BLANKS:
-            pass
-        elif character in _DIGITS:
-            digits.append(character)
-            seen_digit = True
-        elif (character in "+-" and not digits) or (character == "." and "." not in digits):
-            digits.append(character)
-        elif character in "+-.":
-            raise BlockError("VP001", f"{letter}{''.join(digits)}{character}: not a number", place + 1)
-        else:
-            break
-        place += 1
-    if not seen_digit:
-        found = f"'{text[place]}'" if place < len(text) else "the end of the line"
-        if place < len(text) and text[place] in "#[":
-            found = f"'{text[place]}' (parameters and expressions are not supported by this version)"
-        raise BlockError("VP001", f"{letter} needs a number, found {found}", min(place, len(text)) + 1)
-    value = float("".join(digits))
-    if abs(value) > MAX_NUMBER:
-        raise BlockError("VP007", f"{letter}{''.join(digits)[:20]}: the number is beyond any machine", at)
-    return value, place

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.tolerances import WHOLE_NUMBER
+from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
@@ -23,6 +23,7 @@ LINEAR: Final = "XYZUVW"
 #: Coordinates beyond this are mistakes, not motion: 100 m, and nearly 300 turns.
 MAX_LENGTH_MM: Final = 1e5
 MAX_ANGLE_DEG: Final = 1e5
+MAX_DWELL_S: Final = 86_400.0
 
 
 def whole(block: Block, letter: str) -> int:
@@ -64,6 +65,10 @@ class FrameCodes:
                     f"name {letter} with G90 first", block.columns.get(letter),
                 )  # fmt: skip
 
+    def _refuse_compensation(self, code: str) -> None:
+        if self.state.compensation is not None:
+            raise BlockError("VP017", f"{code} under cutter compensation; write G40 first")
+
     def _one_tool(self, tool: int) -> None:
         """--tool-length is the length of one tool."""
         state = self.state
@@ -92,6 +97,10 @@ class FrameCodes:
                     "VP007", f"G43.1 Z{block.words['Z']:g}: a tool length is not negative", block.columns["Z"]
                 )
             offset = vector9(values)
+        elif code == 432:
+            if "H" not in block.words:
+                raise BlockError("VP005", "G43.2 needs H, the tool whose offset is added")
+            offset = vector9(np.add(state.frame.tool, self._offset_of_tool(block)))
         else:
             offset = self._offset_of_tool(block)
         if self.setup.tool_length is None:
@@ -133,6 +142,12 @@ class FrameCodes:
         old = state.frame
         if frame == old:
             return
+        self._refuse_compensation("a change of offsets")
+        if state.vector is not None and _directions(frame) != _directions(old):
+            # the tool stands still, so its axis has other words
+            ways = coordinates.displacement(np.eye(3), frame)
+            held = ways @ coordinates.displacement(np.array(state.vector), old)
+            state.vector = (float(held[0]), float(held[1]), float(held[2]))
         machine = coordinates.to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.to_program(machine, frame)]
         if self.setup.machine:
@@ -149,53 +164,73 @@ class FrameCodes:
                 position[axis] = 0.0
         state.position = position
         state.frame = frame
-        plain = replace(frame, g92=ZERO9)
-        state.systems[frame.system] = plain
         if frame.tool != old.tool:
             state.systems = {number: replace(item, tool=frame.tool) for number, item in state.systems.items()}
 
     def _g10(self, block: Block) -> None:
         state = self.state
+        if block.words.get("L") == 0:
+            if state.loaded_tool:
+                raise BlockError(
+                    "VP017", f"G10 L0 with tool {state.loaded_tool} in the spindle; unload it with T0 M6 first"
+                )
+            state.tools = dict(self.setup.tools) if self.setup.tools is not None else None
+            return
         if "L" not in block.words or "P" not in block.words:
             raise BlockError("VP005", "G10 needs L and P")
         kind, number = whole(block, "L"), whole(block, "P")
-        axes = self._named_axes(block)
-        if kind == 1:
-            self._g10_tool(block, number, axes)
+        if kind in (1, 10, 11):
+            self._g10_tool(block, kind, number, self._named_axes(block))
             return
         if kind not in (2, 20):
             raise BlockError(
-                "VP002", f"G10 L{kind} is not supported; this version has L1, L2 and L20", block.columns["L"]
+                "VP002",
+                f"G10 L{kind} is not a code of this language; expected L0, L1, L2, L10, L11 or L20",
+                block.columns["L"],
             )
         for letter in "IJQ":
             if letter in block.words:
                 raise BlockError("VP006", f"G10 L{kind} does not use {letter}", block.columns[letter])
         if not 0 <= number <= 9:
             raise BlockError("VP007", f"P{number}: work systems are P1 to P9, P0 is the active one", block.columns["P"])
-        system = number or state.frame.system
-        frame = replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool)
-        origin = list(frame.origin)
         if kind == 2:
-            for axis in axes:
-                origin[axis] = self._axis_value(block, axis)
-            frame = replace(frame, origin=vector9(origin), turn=block.words.get("R", frame.turn))
+            self._set_origin(block, number or state.frame.system)
         else:
-            if "R" in block.words:
-                raise BlockError("VP006", "G10 L20 does not use R", block.columns["R"])
-            self._require_known(block, axes, "G10 L20")
-            coordinates = self.setup.coordinates
-            here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), frame)
-            shift = np.zeros(9)
-            for axis in axes:
-                shift[axis] = here[axis] - self._axis_value(block, axis)
-            shift[:3] = coordinates.displacement(shift[:3], frame)
-            frame = replace(frame, origin=vector9(np.asarray(origin) + shift))
-        if system == state.frame.system:
-            self._set_frame(frame)
-        else:
-            state.systems[system] = replace(frame, g92=ZERO9)
+            self._set_origin_here(block, number or state.frame.system)
 
-    def _g10_tool(self, block: Block, number: int, axes: list[int]) -> None:
+    def _set_origin(self, block: Block, system: int) -> None:
+        """G10 L2: the origin in machine coordinates, and R."""
+        frame = self._stored_frame(system)
+        origin = list(frame.origin)
+        for axis in self._named_axes(block):
+            origin[axis] = self._axis_value(block, axis)
+        self._store_frame(replace(frame, origin=vector9(origin), turn=block.words.get("R", frame.turn)))
+
+    def _set_origin_here(self, block: Block, system: int) -> None:
+        """G10 L20: the origin such that the present place gets the given values."""
+        if "R" in block.words:
+            raise BlockError("VP006", "G10 L20 does not use R", block.columns["R"])
+        axes, coordinates = self._named_axes(block), self.setup.coordinates
+        self._require_known(block, axes, "G10 L20")
+        frame = self._stored_frame(system)
+        here = coordinates.to_program(coordinates.to_machine(np.array(self.state.position), self.state.frame), frame)
+        shift = np.zeros(9)
+        for axis in axes:
+            shift[axis] = here[axis] - self._axis_value(block, axis)
+        shift[:3] = coordinates.displacement(shift[:3], frame)
+        self._store_frame(replace(frame, origin=vector9(np.asarray(frame.origin) + shift)))
+
+    def _stored_frame(self, system: int) -> Frame:
+        return replace(self.state.systems[system], g92=self.state.frame.g92, tool=self.state.frame.tool)
+
+    def _store_frame(self, frame: Frame) -> None:
+        """A work system gets a new origin; the active one at once."""
+        self.state.systems[frame.system] = replace(frame, g92=ZERO9)
+        if frame.system == self.state.frame.system:
+            self._set_frame(frame)
+
+    def _g10_tool(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
+        """The tool table: L1 the offset itself; L10, L11 such that the present place gets the values."""
         state = self.state
         if number < 1:
             raise BlockError("VP007", f"P{number}: a tool number is 1 or more", block.columns["P"])
@@ -204,6 +239,20 @@ class FrameCodes:
         offset = list(old.offset)
         for axis in axes:
             offset[axis] = self._axis_value(block, axis)
+        if kind != 1:
+            self._require_known(block, axes, f"G10 L{kind}")
+            tool_axis = self.setup.coordinates.tool_axis(state.position, state.frame)
+            if tool_axis is not None and tool_axis[2] < 1.0 - DRILL_TILT:
+                raise BlockError(
+                    "VP017", f"G10 L{kind} measures along Z, and the tool is tilted; turn the table to A0 first"
+                )
+            bare = replace(state.frame if kind == 10 else state.systems[9], tool=ZERO9)
+            if kind == 11:
+                bare = replace(bare, g92=ZERO9)
+            coordinates = self.setup.coordinates
+            here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), bare)
+            for axis in axes:
+                offset[axis] = float(here[axis]) - offset[axis]
         diameter = 2 * self._length(block.words["R"]) if "R" in block.words else old.diameter
         for letter in "IJQ":
             if letter in block.words:
@@ -224,3 +273,8 @@ class FrameCodes:
             g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
         state.g92_stored = tuple(g92)
         self._set_frame(replace(state.frame, g92=vector9(g92)))
+
+
+def _directions(frame: Frame) -> tuple[object, ...]:
+    """What decides which way the program's X, Y, Z point."""
+    return frame.turn, frame.part_turn, frame.feature

@@ -1,44 +1,32 @@
 """One block after the other: the general interpreter, in LinuxCNC's order of execution.
 
-It is exact and complete for the supported words; long stretches of plain moves are done by
-:mod:`verne_post.gcode.plain`, which must agree with it to the last bit.
+It is exact and complete for the language; long stretches of plain moves are done by
+:mod:`verne_post.gcode.plain`, which must agree with it to the last bit. Where a program goes on, O words
+and subprograms say, in :mod:`verne_post.gcode.flow`.
 """
 
 import math
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, VECTOR_LENGTH, WHOLE_NUMBER
-from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.arcs import Arc, center_arc, radius_arc
-from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.codes import (
-    GROUP_OF_G,
-    GROUP_OF_M,
-    REFUSED_G,
-    REFUSED_M,
-    TAKES_AXES,
-    WORDS_OF_G,
-    g_name,
-)  # fmt: skip
-from verne_post.gcode.frame_codes import MAX_LENGTH_MM, FrameCodes, whole
+from verne_post.base.tolerances import WHOLE_NUMBER
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.block import POLAR, Block, BlockError, read_block
+from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
+from verne_post.gcode.cycle_codes import CycleCodes
+from verne_post.gcode.frame_codes import whole
+from verne_post.gcode.messages import message
 from verne_post.gcode.offsets import vector9
+from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.state import Recorder, Setup, State
-from verne_post.model.moves import AXES, ZERO9, FeedMode, MoveKind, PathControl, PathMode
-
-Array = NDArray[np.float64]
+from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
 _MAX_M_CODES: Final = 4
-MAX_DWELL_S: Final = 86_400.0
-_X, _Y, _Z = 0, 1, 2
-_A, _C = 3, 5
-_ROTARY: Final = (3, 4, 5)
-#: So many turns of one arc at most.
-MAX_TURNS: Final = 10_000
+#: Words that may stand beside a code of the shop.
+_REMAPPED_WORDS: Final = "PQRLEDHK"
 
 
 def initial_state(setup: Setup) -> State:
@@ -47,27 +35,67 @@ def initial_state(setup: Setup) -> State:
     if setup.tool_length is not None:
         tool = (0.0, 0.0, setup.tool_length, *ZERO9[3:])
         systems = {number: replace(frame, tool=tool) for number, frame in systems.items()}
-    return State(
+    state = State(
         position=[0.0] * 9,
         known=[not setup.machine] * 9,
         systems=systems,
         frame=systems[1],
         tools=dict(setup.tools) if setup.tools is not None else None,
         length_said=setup.tool_length is not None,
+        home=setup.home,
+        home2=setup.home2,
     )
+    _take_parameters(setup, state)
+    return state
 
 
-class Interpreter(FrameCodes):
+def _take_parameters(setup: Setup, state: State) -> None:
+    """Start from a parameter file: what it keeps, and the work system and G92 that were active."""
+    parameters = Parameters(setup, state)
+    for index, value in setup.parameters.items():
+        if index not in (5210, 5220) and not 5221 <= index < 5400:
+            parameters.set(index, value)
+    for index, value in setup.parameters.items():
+        if 5221 <= index < 5400 and (index - 5221) // 20 + 1 not in setup.given_systems:
+            parameters.set(index, value)
+    if setup.parameters:
+        system = round(setup.parameters.get(5220, 1.0))
+        g92 = vector9(state.g92_stored) if setup.parameters.get(5210, 0.0) else ZERO9
+        state.frame = replace(state.systems[system if system in state.systems else 1], g92=g92)
+
+
+@dataclass(frozen=True)
+class Call:
+    """M98: which subprogram, how often; None: M99."""
+
+    label: str | None
+    column: int
+    repeats: int = 1
+
+
+class Interpreter(CycleCodes):
     """Executes blocks on a state and records what they do.
 
-    ``ended`` becomes True at M2 or M30.
+    ``ended`` becomes True at M2 or M30; ``call`` is what M98 or M99 of the last block ask for.
     """
+
+    table: ClassVar[CodeTable] = RS274
+    #: What may stand behind a ``%`` that begins or ends a program.
+    percent: ClassVar[bytes] = rb"[ \t\r]*"
+    #: FIX goes towards zero.
+    truncates: ClassVar[bool] = False
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
+        self.parameters = Parameters(setup, state, truncates=self.truncates)
         self.ended = False
+        self.call: Call | None = None
 
     # --- one block -------------------------------------------------------------------------
+
+    def read(self, text: str, line: int) -> Block:
+        """Read a line; parameters have the values of now."""
+        return read_block(text, line, self.parameters)
 
     def execute(self, block: Block) -> None:
         """Execute one block.
@@ -77,12 +105,16 @@ class Interpreter(FrameCodes):
         BlockError
             Before anything of the block has taken effect, except for its modal words.
         """
+        self.call = None
+        for key, value, column in block.settings:
+            self._set(key, value, column)
         if block.comment is not None:
             self._comment(block)
-        if block.program_number or not (block.codes or block.words):
+        if not (block.codes or block.words):
             return
-        g, m = _codes(block)
-        motion = self._plan(block, g)
+        g, m = self._codes(block)
+        goes_on = self.state.motion
+        motion = self._plan(block, g, m)
         self._feed_mode(block, g)
         self._speed_and_tool(block, m)
         if 40 in g.values():
@@ -91,12 +123,36 @@ class Interpreter(FrameCodes):
         non_modal = g.get("non-modal")
         if non_modal is not None and non_modal != 40:
             self._non_modal(block, non_modal)
-        if motion is not None and motion != 800:
+        if motion in CYCLES:
+            self._cycle(block, motion, goes_on=goes_on == motion)
+        elif motion is not None and motion != 800:
             self._move(block, motion, machine="machine coordinates" in g)
         self._stop(block, m)
+        self._subprogram(block, m)
 
-    def _plan(self, block: Block, g: dict[str, int]) -> int | None:
+    def _set(self, key: int | str, value: float, column: int) -> None:
+        try:
+            self.parameters.set(key, value)
+        except BlockError as error:
+            raise BlockError(error.code, error.message, column) from None
+
+    def _comment(self, block: Block) -> None:
+        found = message(block.comment or "", self.parameters)
+        if found is None:
+            return
+        channel, text = found
+        if channel == "abort":
+            raise BlockError("VP027", f"the program asks to stop: {text.strip()}")
+        if channel == "file":
+            self.recorder.event(block.line, "not executed", text=text)
+        elif channel == "msg":
+            self.recorder.event(block.line, "message", text=text)
+        else:
+            self.recorder.event(block.line, "message", text=text, channel=channel)
+
+    def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         """What the axis words of the block are for; refuses words that nothing uses."""
+        self._polar(block, g)
         axes = [letter for letter in block.words if letter in AXES]
         for letter in axes:
             if letter not in self.setup.axes:
@@ -131,7 +187,12 @@ class Interpreter(FrameCodes):
         if vectors and motion in (0, 10) and "machine coordinates" not in g:
             allowed |= set("IJK")
         for code in (*g.values(), motion):
-            allowed |= set(WORDS_OF_G.get(code, "")) if code is not None else set()
+            allowed |= set(self.table.words_of_g.get(code, "")) if code is not None else set()
+        for codes in m.values():
+            for code in codes:
+                allowed |= set(self.table.words_of_m.get(code, ""))
+        if any(self._meaning(letter, number) for letter, number, _column in block.codes):
+            allowed |= set(_REMAPPED_WORDS)
         for letter, column in block.columns.items():
             if letter not in allowed:
                 raise BlockError("VP006", f"nothing in the block uses {letter}{block.words[letter]:g}", column)
@@ -144,76 +205,51 @@ class Interpreter(FrameCodes):
 
     # --- words that set modes ----------------------------------------------------------------
 
-    def _comment(self, block: Block) -> None:
-        text = block.comment or ""
-        if text[:4].upper() == "MSG,":
-            self.recorder.event(block.line, "message", text=text[4:])
-
-    def _feed_mode(self, block: Block, g: dict[str, int]) -> None:
-        state = self.state
-        mode = g.get("feed mode")
-        if mode is not None:
-            wanted = {930: FeedMode.INVERSE, 940: FeedMode.PER_MINUTE, 950: FeedMode.PER_REVOLUTION}[mode]
-            if wanted != state.feed_mode:
-                state.feed = state.feed_angular = 0.0
-            state.feed_mode = wanted
-        if "F" in block.words:
-            value = block.words["F"]
-            if value < 0:
-                raise BlockError("VP007", f"F{value:g}: a feed is not negative", block.columns["F"])
-            state.feed_angular = value
-            state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
-
-    def _speed_and_tool(self, block: Block, m: dict[str, list[int]]) -> None:
-        state, record = self.state, self.recorder
-        if "S" in block.words:
-            if block.words["S"] < 0:
-                raise BlockError("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", block.columns["S"])
-            state.spindle_speed = block.words["S"]
-        if "T" in block.words:
-            tool = whole(block, "T")
-            if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise BlockError("VP012", f"T{tool}: the tool table has no such tool", block.columns["T"])
-            state.selected_tool = tool
-        if "tool change" in m:
-            self._change_tool(block)
-        for code in m.get("spindle", []):
-            state.spindle_on = code != 5
-            direction = {3: "clockwise", 4: "counterclockwise", 5: "stop"}[code]
-            record.event(block.line, "spindle", direction=direction, speed=state.spindle_speed)
-        for code in m.get("coolant", []):
-            record.event(block.line, "coolant", state={7: "mist", 8: "flood", 9: "off"}[code])
-
-    def _change_tool(self, block: Block) -> None:
-        state = self.state
-        tool = state.selected_tool or 0
-        if tool:
-            self._one_tool(tool)
-        state.loaded_tool = tool
-        state.spindle_on = False
-        self.recorder.event(block.line, "tool", number=tool)
-
     def _modes(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
         if "plane" in g:
-            state.plane = (g["plane"] - 170) // 10
+            plane = (g["plane"] - 170) // 10
+            if plane != state.plane:
+                self._refuse_compensation("a change of plane")
+            state.plane = plane
         if "units" in g:
             state.inch = g["units"] == 200
+        if "lathe diameter" in g:
+            state.diameter_mode = g["lathe diameter"] == 70
+        if state.diameter_mode and "X" in block.words:
+            raise BlockError(
+                "VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", block.columns["X"]
+            )
+        if "cutter compensation" in g:
+            self._compensate(block, g["cutter compensation"])
         if "tool length" in g:
+            self._refuse_compensation(g_name(g["tool length"]))
             state.vectors = g["tool length"] == 435
             self._tool_length(block, g["tool length"])
         if "work offset" in g:
-            self._set_frame(
-                replace(state.systems[_SYSTEMS[g["work offset"]]], g92=state.frame.g92, tool=state.frame.tool)
-            )
+            self._select_system(block, g["work offset"])
         if "path control" in g:
             self._path_control(block, g["path control"])
         if "distance" in g:
             state.absolute = g["distance"] == 900
         if "arc distance" in g:
             state.absolute_centers = g["arc distance"] == 901
+        if "retract" in g:
+            state.initial_level = g["retract"] == 980
         if "motion" in g or "cancel" in g:
             state.motion = g.get("motion")
+        if state.motion not in CYCLES:
+            state.cycle = None
+
+    def _select_system(self, block: Block, code: int) -> None:
+        state = self.state
+        system = self._system(block, code)
+        if system != state.frame.system:
+            self._set_frame(replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool))
+
+    def _system(self, block: Block, code: int) -> int:
+        """Number of the work system of a code."""
+        return _SYSTEMS[code]
 
     def _path_control(self, block: Block, code: int) -> None:
         if code != 640:
@@ -231,20 +267,17 @@ class Interpreter(FrameCodes):
     # --- dwell, offsets, home ------------------------------------------------------------
 
     def _dwell(self, block: Block) -> None:
-        seconds = block.words.get("P")
-        if seconds is None:
+        if "P" not in block.words:
             raise BlockError("VP005", "G4 needs P, the time in seconds")
-        if seconds < 0:
-            raise BlockError("VP007", f"P{seconds:g}: a dwell is not negative", block.columns["P"])
-        if seconds > MAX_DWELL_S:
-            raise BlockError("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", block.columns["P"])
-        self.recorder.add(self.state, block.line, MoveKind.DWELL, self.state.position, seconds)
+        self._wait(block, self._seconds(block))
 
     def _non_modal(self, block: Block, code: int) -> None:
         if code == 100:
             self._g10(block)
         elif code in (280, 300):
             self._home(block, code)
+        elif code in (281, 301):
+            self._store_home(block, code)
         elif code in (520, 920):
             self._g92(block, code)
         elif code in (921, 922):
@@ -254,216 +287,17 @@ class Interpreter(FrameCodes):
         else:
             self._set_frame(replace(self.state.frame, g92=vector9(self.state.g92_stored)))
 
-    def _home(self, block: Block, code: int) -> None:
-        state, setup = self.state, self.setup
-        home = setup.home if code == 280 else setup.home2
-        if home is None:
-            raise BlockError(
-                "VP015", f"{g_name(code)} needs the home position of the machine: add [home] {g_name(code).lower()} "
-                "to the machine file, or retract with G53 G0 Z0",
-            )  # fmt: skip
-        axes = self._named_axes(block)
-        # an incremental via word of 0 means no via point, so the axis need not be known
-        moving = [axis for axis in axes if state.absolute or block.words[AXES[axis]] != 0.0]
-        if not state.absolute:
-            self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
-        if state.vector is not None or state.vectors:
-            self._check_vector_axes(block, moving, machine=False)
-        via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
-        if _C in moving:
-            self.recorder.fix_c(block.line)
-        for axis in moving:
-            value = self._axis_value(block, axis)
-            via[axis] = value if state.absolute else via[axis] + value
-            state.known[axis] = True
-        self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
-        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
-        self._leave_vector_for_machine(block, chosen, g_name(code))
-        self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
-
-    # --- motion ----------------------------------------------------------------------------------
-
-    def _move(self, block: Block, motion: int, *, machine: bool) -> None:
-        kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
-        axes = self._named_axes(block)
+    def _store_home(self, block: Block, code: int) -> None:
+        """G28.1, G30.1: the home position is where the machine stands."""
         state = self.state
-        if kind == MoveKind.FEED:
-            self._check_feed(block, motion)
-        if state.vector is not None or state.vectors:
-            self._check_vector_axes(block, axes, machine=machine)
-        if machine:
-            self._leave_vector_for_machine(block, axes, "G53")
-            self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
-            return
-        if motion in (20, 30):
-            self._require_known(block, self._arc_axes(axes), "an arc")
-        if not state.absolute:
-            self._require_known(block, axes, "an incremental move")
-        start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
-        end = list(start)
-        if _C in axes:
-            self.recorder.fix_c(block.line)
-        for axis in axes:
-            value = self._axis_value(block, axis)
-            end[axis] = value if state.absolute else end[axis] + value
-        if motion in (0, 10) and state.vectors and any(letter in block.words for letter in "IJK"):
-            end = self._pointed(block, end)
-            axes = [*axes, _A, _C] if self.setup.machine else axes
-        if motion in (20, 30):
-            self._arc(block, motion, start, end)
+        self._require_known(block, [AXES.index(letter) for letter in self.setup.axes], g_name(code))
+        point = tuple(float(v) for v in self.setup.coordinates.to_machine(np.array(state.position), state.frame))
+        if code == 281:
+            state.home = point
         else:
-            self._record(block.line, kind, end, axes, absolute=state.absolute)
+            state.home2 = point
 
-    def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
-        """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
-        state = self.state
-        rotary = [axis for axis in axes if axis in _ROTARY]
-        if not rotary:
-            return
-        letter = AXES[rotary[0]]
-        if state.vectors:
-            raise BlockError(
-                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words",
-                block.columns[letter],
-            )  # fmt: skip
-        if not {_A, _C} <= set(rotary):
-            raise BlockError(
-                "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
-                "name A and C together", block.columns[letter],
-            )  # fmt: skip
-        if not machine:
-            state.vector = None
-
-    def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
-        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, nothing else is told."""
-        if self.state.vector is None or not set(axes) - {_Z}:
-            return
-        if not {_X, _Y, _A, _C} <= set(axes):
-            letter = AXES[next(axis for axis in axes if axis != _Z)]
-            raise BlockError(
-                "VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
-                "or X, Y, A and C together after G43.4 or G49", block.columns.get(letter),
-            )  # fmt: skip
-        self.state.vector = None
-
-    def _pointed(self, block: Block, end: list[float]) -> list[float]:
-        """Take the tool axis I J K: the end point with a pair A, C that holds it."""
-        for letter in "IJK":
-            if letter not in block.words:
-                given = next(other for other in "IJK" if other in block.words)
-                raise BlockError(
-                    "VP005", f"{given} without {letter}: a tool axis needs I, J and K", block.columns[given]
-                )
-        vector = np.array([block.words[letter] for letter in "IJK"])
-        size = float(np.linalg.norm(vector))
-        if abs(size - 1.0) > VECTOR_LENGTH:
-            raise BlockError(
-                "VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", block.columns["I"]
-            )
-        self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
-        return self.setup.coordinates.pointed(end, vector / size, self.state.frame)
-
-    @staticmethod
-    def _arc_axes(axes: list[int]) -> list[int]:
-        return sorted({0, 1, 2, *axes})
-
-    def _check_feed(self, block: Block, motion: int) -> None:
-        state = self.state
-        name = g_name(motion)
-        if state.feed_mode == FeedMode.INVERSE and "F" not in block.words:
-            raise BlockError("VP009", f"{name} in inverse time mode (G93) needs F in its own block")
-        if state.feed == 0.0:
-            raise BlockError("VP009", f"{name} with feed zero; give F")
-        turning = state.spindle_on and state.spindle_speed > 0
-        if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
-            raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
-        if self.setup.machine and not state.length_said:
-            raise BlockError(
-                "VP012", "the tool length has not been said before the first feed move; "
-                "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
-            )  # fmt: skip
-
-    def _start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
-        """Where unnamed axes stay; applies the rule for a change of tool length under tilt."""
-        state = self.state
-        held, state.held = state.held, None
-        if held is None:
-            return state.position
-        tilt = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[3]
-        if abs(math.sin(RAD_PER_DEG * tilt)) <= POLE_SINE and math.cos(RAD_PER_DEG * tilt) > 0:
-            return state.position
-        if kind != MoveKind.RAPID or not (absolute or machine):
-            raise BlockError(
-                "VP016", f"the tool length has changed while the table is tilted (A {tilt:g} deg), so the tip is elsewhere; "
-                "the next motion must be a G0 in absolute terms",
-            )  # fmt: skip
-        if machine:
-            return state.position
-        return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
-
-    def _to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
-        """Move the named axes to machine coordinates; the others keep theirs."""
-        state, coordinates = self.state, self.setup.coordinates
-        self._start_of_motion(kind, absolute=True, machine=True)
-        if {_X, _Y, _C} & set(targets):
-            self.recorder.fix_c(line)
-        machine = coordinates.to_machine(np.array(state.position), state.frame)
-        for axis, value in targets.items():
-            machine[axis] = value
-        end = [float(v) for v in coordinates.to_program(machine, state.frame)]
-        self._record(line, kind, end, list(targets), absolute=True)
-        for axis in {0, 1, 2, *targets}:
-            state.named[axis] = False  # what it has now was not programmed but follows from machine coordinates
-
-    def _record(self, line: int, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool) -> None:
-        state = self.state
-        if kind == MoveKind.RAPID:
-            feed = math.nan
-        else:
-            feed = self._feed_of(line_lengths(np.array(end) - np.array(state.position)))
-        self.recorder.add(state, line, kind, end, feed)
-        self._arrive(end, axes, absolute=absolute)
-
-    def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
-        state = self.state
-        state.position = end
-        state.placed = state.placed or bool(axes)
-        for axis in axes:
-            state.named[axis] = True
-            if absolute:
-                state.known[axis] = True
-
-    def _feed_of(self, lengths: tuple[object, object]) -> float:
-        """Feed of a move as `dump moves` shows it: see :func:`effective_feed`."""
-        state = self.state
-        return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
-
-    def _arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
-        state = self.state
-        offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
-        for letter in "IJKR":
-            if self.setup.machine and abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
-                raise BlockError(
-                    "VP007", f"{letter}{block.words[letter]:g} is beyond any machine", block.columns[letter]
-                )
-        turns = whole(block, "P") if "P" in block.words else 1
-        if not 1 <= turns <= MAX_TURNS:
-            raise BlockError("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", block.columns["P"])
-        clockwise = motion == 20
-        if "R" in block.words:
-            if offsets:
-                raise BlockError("VP003", "an arc has either R or a centre (I, J, K), not both", block.columns["R"])
-            arc = radius_arc(start, end, state.plane, clockwise, self._length(block.words["R"]), turns - 1)
-        elif offsets:
-            tolerance = ARC_RADIUS_INCH_MM if state.inch else ARC_RADIUS_MM
-            arc = center_arc(start, end, state.plane, clockwise, offsets, state.absolute_centers, turns - 1, tolerance)
-        else:
-            raise BlockError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
-        feed = self._feed_of((arc_length(arc, start, end), True))
-        self.recorder.add(state, block.line, MoveKind.ARC, end, feed, arc)
-        self._arrive(end, self._named_axes(block), absolute=state.absolute)
-
-    # --- ends ------------------------------------------------------------------------------------
+    # --- ends, subprograms ---------------------------------------------------------------------
 
     def _stop(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("stopping", []):
@@ -474,69 +308,116 @@ class Interpreter(FrameCodes):
                 kind = {0: "program", 1: "optional", 60: "pallet"}[code]
                 self.recorder.event(block.line, "stop", stop=kind)
 
+    def _subprogram(self, block: Block, m: dict[str, list[int]]) -> None:
+        for code in m.get("subprograms", []):
+            column = next(at for letter, number, at in block.codes if letter == "M" and round(number) == code)
+            if code == 99:
+                self.call = Call(None, column)
+                return
+            if "P" not in block.words:
+                raise BlockError("VP005", "M98 needs P, the number of the subprogram", column)
+            repeats = whole(block, "L") if "L" in block.words else 1
+            self.call = Call(str(whole(block, "P")), column, repeats)
 
-def line_lengths(delta: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Length of a straight move by LinuxCNC's rule, and whether the tip moves.
+    # --- polar words -------------------------------------------------------------------------------
 
-    XYZ if they move, else UVW, else the norm of ABC; ``delta`` has shape (..., 9).
-    """
-    linear = np.sqrt(delta[..., 0] ** 2 + delta[..., 1] ** 2 + delta[..., 2] ** 2)
-    second = np.sqrt(delta[..., 6] ** 2 + delta[..., 7] ** 2 + delta[..., 8] ** 2)
-    angular = np.sqrt(delta[..., 3] ** 2 + delta[..., 4] ** 2 + delta[..., 5] ** 2)
-    length = np.where(linear > 0, linear, np.where(second > 0, second, angular))
-    return length, (linear > 0) | (second > 0)
-
-
-def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
-    """Length of a helical arc, mm."""
-    first, second, normal = ((0, 1, 2), (2, 0, 1), (1, 2, 0))[arc.plane]
-    radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
-    return math.hypot(radius * math.radians(arc.sweep), end[normal] - start[normal])
-
-
-def effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:
-    """Feed in mm/min, deg/min for rotary-only moves, mm or deg per revolution for G95.
-
-    Inverse time (F in 1/min) becomes the speed that results, length times F.
-    """
-    if mode == FeedMode.INVERSE:
-        return np.asarray(length) * np.asarray(feed)
-    return np.where(np.asarray(tip_moves), np.asarray(feed), np.asarray(angular))
-
-
-def _codes(block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
-    """G codes by modal group (times ten) and M codes by modal group."""
-    g: dict[str, int] = {}
-    m: dict[str, list[int]] = {}
-    for letter, number, column in block.codes:
-        if letter == "G":
-            code = round(number * 10)
-            if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
-                raise BlockError("VP002", f"G{number:g} is not a code", column)
-            if code in REFUSED_G:
+    def _polar(self, block: Block, g: dict[str, int]) -> None:
+        """Turn ``@`` distance and ``^`` angle about XY zero into X and Y words."""
+        words, state = block.words, self.state
+        given = [letter for letter in POLAR if letter in words]
+        if not given:
+            return
+        column = block.columns[given[0]]
+        for letter in "XY":
+            if letter in words:
                 raise BlockError(
-                    "VP002", f"{g_name(code)} ({REFUSED_G[code]}) is not supported by this version", column
+                    "VP003", f"{letter} beside {given[0]}: a place is given by X, Y or by @, ^, not both", column
                 )
-            if code not in GROUP_OF_G:
-                raise BlockError("VP002", f"{g_name(code)} is not a code of this language", column)
-            group = GROUP_OF_G[code]
-            if group in g:
-                raise BlockError(
-                    "VP003", f"{g_name(g[group])} and {g_name(code)} are of one modal group ({group})", column
-                )
-            g[group] = code
-            continue
+        if g.get("plane", 170 + 10 * state.plane) != 170:
+            raise BlockError("VP017", "polar words (@, ^) need the XY plane (G17)", column)
+        absolute = g.get("distance", 900 if state.absolute else 910) == 900
+        unit = MM_PER_INCH if g.get("units", 200 if state.inch else 210) == 200 else 1.0
+        x, y = state.position[0] / unit, state.position[1] / unit
+        if not absolute or len(given) < len(POLAR):
+            self._require_known(block, [0, 1], "a polar word alone, or in G91,")
+        distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+        if distance == 0.0 and (not absolute or "^" not in words):
+            raise BlockError("VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", column)
+        if absolute:
+            distance, angle = words.pop("@", distance), words.pop("^", angle)
+        else:
+            distance, angle = distance + words.pop("@", 0.0), angle + words.pop("^", 0.0)
+        to_x, to_y = distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
+        words["X"], words["Y"] = (to_x, to_y) if absolute else (to_x - x, to_y - y)
+        block.columns["X"] = block.columns["Y"] = column
+        for letter in POLAR:
+            block.columns.pop(letter, None)
+
+    # --- codes ---------------------------------------------------------------------------------------
+
+    def _codes(self, block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
+        """G codes by modal group (times ten) and M codes by modal group; codes of the shop are done here."""
+        g: dict[str, int] = {}
+        m: dict[str, list[int]] = {}
+        for letter, number, column in block.codes:
+            if self._remapped(block, letter, number):
+                continue
+            if letter == "G":
+                code = self._g_code(number, column)
+                group = self.table.group_of_g[code]
+                if group in g:
+                    raise BlockError(
+                        "VP003", f"{g_name(g[group])} and {g_name(code)} are of one modal group ({group})", column
+                    )
+                g[group] = code
+                continue
+            code = self._m_code(number, column)
+            group = self.table.group_of_m[code]
+            if group in m:
+                raise BlockError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
+            m.setdefault(group, []).append(code)
+        if sum(len(codes) for codes in m.values()) > _MAX_M_CODES:
+            raise BlockError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
+        return g, m
+
+    def _g_code(self, number: float, column: int) -> int:
+        code = round(number * 10)
+        if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
+            raise BlockError("VP002", f"G{number:g} is not a code", column)
+        if code in self.table.refused_g:
+            raise BlockError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
+        if code not in self.table.group_of_g:
+            raise BlockError("VP002", f"{g_name(code)} is not a code of this language", column)
+        return code
+
+    def _m_code(self, number: float, column: int) -> int:
         code = round(number)
         if abs(number - code) > WHOLE_NUMBER or number < 0:
             raise BlockError("VP007", f"M{number:g}: an M code is a whole number", column)
-        if code in REFUSED_M:
-            raise BlockError("VP002", f"M{code} ({REFUSED_M[code]}) is not supported by this version", column)
-        if code not in GROUP_OF_M:
-            raise BlockError("VP002", f"M{code} is not a code of this language", column)
-        group = GROUP_OF_M[code]
-        if group in m:
-            raise BlockError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
-        m.setdefault(group, []).append(code)
-    if sum(len(codes) for codes in m.values()) > _MAX_M_CODES:
-        raise BlockError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
-    return g, m
+        if code in self.table.refused_m:
+            raise BlockError("VP002", f"M{code} is not executed ({self.table.refused_m[code]})", column)
+        if code not in self.table.group_of_m:
+            raise BlockError(
+                "VP002",
+                f"M{code} is not a code of this language; [remap] in the settings file can give it a meaning",
+                column,
+            )
+        return code
+
+    def _meaning(self, letter: str, number: float) -> str | None:
+        """What the settings say about a code."""
+        if not self.setup.remap or number < 0:
+            return None
+        return self.setup.remap.get(g_name(round(number * 10)) if letter == "G" else f"M{number:g}")
+
+    def _remapped(self, block: Block, letter: str, number: float) -> bool:
+        """Do what the settings say about a code of the shop."""
+        meaning = self._meaning(letter, number)
+        if meaning is None:
+            return False
+        if meaning in ("tcp on", "tcp off"):
+            self.state.tcp_off = meaning == "tcp off"
+        if meaning != "ignore":
+            words = {key: value for key, value in block.words.items() if key in _REMAPPED_WORDS}
+            self.recorder.event(block.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **words)
+        return True

@@ -1,7 +1,7 @@
 """Work offsets, G92 and tool offsets as frames, and what they mean to a plain Cartesian interpreter."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,27 +23,46 @@ class CartesianCoordinates:
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into machine directions."""
-        angle = RAD_PER_DEG * frame.turn
-        c, s = math.cos(angle), math.sin(angle)
-        turned = np.array(vector, dtype=float)
-        turned[..., 0] = c * vector[..., 0] - s * vector[..., 1]
-        turned[..., 1] = s * vector[..., 0] + c * vector[..., 1]
-        return turned
+        inner = np.array(vector, dtype=float)
+        if frame.feature is not None:
+            inner = frame.feature.turned_outside(inner)
+        return _turned(inner, frame.turn)
 
     def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A plain interpreter does not know which angles hold a tool axis: the point as it is."""
         return program
 
+    def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
+        """A plain interpreter does not know how rotary axes turn the tool."""
+        return None
+
     def to_machine(self, program: Array, frame: Frame) -> Array:
         """Program coordinates (..., 9) -> machine coordinates."""
-        machine = program + np.asarray(frame.g92)
+        machine = np.array(program, dtype=float)
+        if frame.feature is not None:
+            machine[..., :3] = frame.feature.outside(machine[..., :3])
+        machine += np.asarray(frame.g92)
         if frame.turn:
-            machine[..., :3] = self.displacement(machine[..., :3], frame)
+            machine[..., :3] = _turned(machine[..., :3], frame.turn)
         return machine + np.asarray(frame.origin) + np.asarray(frame.tool)
 
     def to_program(self, machine: Array, frame: Frame) -> Array:
         """Machine coordinates (..., 9) -> program coordinates."""
         program = machine - np.asarray(frame.origin) - np.asarray(frame.tool)
         if frame.turn:
-            program[..., :3] = self.displacement(program[..., :3], replace(frame, turn=-frame.turn))
-        return program - np.asarray(frame.g92)
+            program[..., :3] = _turned(program[..., :3], -frame.turn)
+        program = program - np.asarray(frame.g92)
+        if frame.feature is not None:
+            program[..., :3] = frame.feature.inside(program[..., :3])
+        return program
+
+
+def _turned(vector: Array, angle_deg: float) -> Array:
+    """Turn vectors (..., 3) about Z."""
+    if not angle_deg:
+        return vector
+    c, s = math.cos(RAD_PER_DEG * angle_deg), math.sin(RAD_PER_DEG * angle_deg)
+    turned = np.array(vector)
+    turned[..., 0] = c * vector[..., 0] - s * vector[..., 1]
+    turned[..., 1] = s * vector[..., 0] + c * vector[..., 1]
+    return turned

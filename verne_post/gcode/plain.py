@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.block import MAX_NUMBER
+from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
-from verne_post.gcode.interpret import effective_feed, line_lengths
+from verne_post.gcode.motion_codes import effective_feed, line_lengths
 from verne_post.gcode.scan import WordTable
 from verne_post.gcode.state import Recorder, Setup, State
 from verne_post.model.moves import AXES, FeedMode, MoveKind
@@ -65,12 +65,31 @@ class PlainLines:
 def ready(state: State) -> bool:
     """True when the modal state lets plain lines be nothing but absolute straight moves."""
     return (
-        state.absolute and state.motion in (0, 10) and state.held is None and not state.vectors and state.vector is None
+        state.absolute
+        and state.motion in (0, 10)
+        and state.held is None
+        and not state.vectors
+        and state.vector is None
+        and state.compensation is None
+        and state.centre is None
+        and not state.diameter_mode
+        and not state.tcp_off
     )
 
 
-def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State, recorder: Recorder) -> int:
-    """Execute lines ``first`` to ``last`` (exclusive) as far as possible; returns the first line not done."""
+def execute(
+    lines: PlainLines,
+    first: int,
+    last: int,
+    setup: Setup,
+    state: State,
+    recorder: Recorder,
+    shown_line: int | None = None,
+) -> int:
+    """Execute lines ``first`` to ``last`` (exclusive) as far as possible; returns the first line not done.
+
+    ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file.
+    """
     values, present = lines.values[first:last], lines.present[first:last]
     n = last - first
     if not all(state.known[AXES.index(letter)] for letter in setup.axes):
@@ -118,16 +137,19 @@ def execute(lines: PlainLines, first: int, last: int, setup: Setup, state: State
     shown = effective_feed(state.feed_mode, feed, angular, *line_lengths(delta))
     rapid = motion == 0
     rows = np.flatnonzero(moves)
+    number = lines.first_line + first + rows if shown_line is None else np.full(len(rows), shown_line)
     recorder.add_many(
         state,
-        lines.first_line + first + rows,
+        number,
         np.where(rapid, MoveKind.RAPID, MoveKind.FEED)[rows],
         end[rows],
         np.where(rapid, np.nan, shown)[rows],
     )
     if present[:n, _C].any():
-        recorder.fix_c(int(lines.first_line + first + np.argmax(present[:n, _C])))
+        named = int(lines.first_line + first + np.argmax(present[:n, _C]))
+        recorder.fix_c(named if shown_line is None else shown_line)
     state.motion = 10 * int(motion[-1])
+    state.arc_may_follow = state.arc_may_follow or bool(moves.any())
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = [float(v) for v in end[-1]]
     for axis, seen in enumerate(present[:, :9].any(axis=0)):

@@ -5,7 +5,6 @@ parameters, expressions, damaged numbers) is left to :mod:`verne_post.gcode.bloc
 block exactly; both obey one contract, and numbers are bit-identical to ``float()``.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -65,19 +64,12 @@ class WordTable:
     plain: NDArray[np.bool_]
 
 
-def chunks(source: bytes) -> Iterator[tuple[int, bytes]]:
-    """Cut a program into pieces of whole lines: (1-based number of the first line, bytes)."""
-    start, line = 0, 1
-    while start < len(source):
-        end = source.rfind(b"\n", start, start + CHUNK_BYTES) + 1
-        if end == 0:
-            end = source.find(b"\n", start) + 1 or len(source)
-        elif start + CHUNK_BYTES >= len(source):
-            end = len(source)
-        piece = source[start:end]
-        yield line, piece
-        line += piece.count(b"\n")
-        start = end
+def chunk_end(source: bytes, start: int) -> int:
+    """Where the chunk of whole lines that begins at ``start`` ends."""
+    if start + CHUNK_BYTES >= len(source):
+        return len(source)
+    end = source.rfind(b"\n", start, start + CHUNK_BYTES) + 1
+    return end or source.find(b"\n", start) + 1 or len(source)
 
 
 def scan(first_line: int, text: bytes) -> WordTable:

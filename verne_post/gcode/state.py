@@ -1,17 +1,23 @@
 """The modal state of the interpreter, and the recorder that turns its motion into a Moves table."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.gcode.arcs import Arc
-from verne_post.model.moves import Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
-from verne_post.model.options import Tool
+from verne_post.gcode.compensation import Compensation
+from verne_post.gcode.parameters import Store
+from verne_post.model.moves import Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Vector9
+from verne_post.model.options import MAX_REPEATS, Tool
 from verne_post.model.protocols import Coordinates
 
 Array = NDArray[np.float64]
 
+#: Override switches as a program finds them.
+OVERRIDES = {"speed": True, "feed": True, "adaptive": False, "hold": True}
 #: In place of a tool axis where A and C words hold.
 NO_VECTOR = (np.nan, np.nan, np.nan)
 
@@ -36,6 +42,20 @@ class Setup:
     frames : dict
         Initial frame of each work system, 1 to 9.
     block_delete : bool
+    subroutines : mapping
+        Text of the files that a call may name, by name without ending, lower case.
+    parameters : mapping
+        Numbered parameters that the program finds.
+    parameter_mm : float
+        Unit of lengths among the parameters 5161 to 5413.
+    remap : mapping
+        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore", "event".
+    max_repeats : int
+        So many blocks may be executed beyond one pass over the text.
+    dialect : str
+        Name of the program's dialect; "auto" recognises it.
+    given_systems : frozenset of int
+        Work systems whose origin was given: parameters do not change them.
     """
 
     coordinates: Coordinates
@@ -47,6 +67,40 @@ class Setup:
     tool_length: float | None
     frames: dict[int, Frame]
     block_delete: bool = False
+    subroutines: Mapping[str, bytes] = field(default_factory=dict)
+    parameters: Mapping[int, float] = field(default_factory=dict)
+    parameter_mm: float = 1.0
+    remap: Mapping[str, str] = field(default_factory=dict)
+    max_repeats: int = MAX_REPEATS
+    dialect: str = "auto"
+    given_systems: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Saved:
+    """Modal state that M72, or the return from a call after M73 (``automatic``), brings back."""
+
+    values: dict[str, object]
+    overrides: dict[str, bool]
+    system: int
+    tool: Vector9
+    automatic: bool
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """What canned cycles remember while they follow each other.
+
+    The drill axis; its place before the first of them; then of the cycle that repeats R, the bottom, Q, P, and I J K of G87.
+    """
+
+    normal: int
+    start: float
+    clear: float
+    bottom: float
+    step: float | None = None
+    dwell: float | None = None
+    shift: tuple[float, ...] | None = None
 
 
 @dataclass
@@ -71,8 +125,31 @@ class State:
     feed: float = 0.0  # mm/min, mm/rev or 1/min, as the mode has it
     feed_angular: float = 0.0  # the same number, never scaled by units
     g92_stored: tuple[float, ...] = (0.0,) * 9
+    home: tuple[float, ...] | None = None
+    home2: tuple[float, ...] | None = None
     spindle_speed: float = 0.0
     spindle_on: bool = False
+    spindle_reversed: bool = False
+    mist: bool = False
+    flood: bool = False
+    overrides: dict[str, bool] = field(default_factory=lambda: dict(OVERRIDES))
+    #: G7: a lathe's X words are diameters.
+    diameter_mode: bool = False
+    #: G98: canned cycles retract to where they began.
+    initial_level: bool = False
+    cycle: Cycle | None = None
+    compensation: Compensation | None = None
+    #: Where the tool's centre is while compensation holds, and until the next motion after it.
+    centre: list[float] | None = None
+    #: False behind G40, until a straight move has led back to the programmed contour.
+    arc_may_follow: bool = True
+    #: A remapped code has ended tool-centre-point control.
+    tcp_off: bool = False
+    #: M66 has asked for an input, whose value nobody knows here.
+    inputs_read: bool = False
+    store: Store = field(default_factory=Store)
+    #: What M70 and M73 have saved, one place a level of calls.
+    saved: list[Saved | None] = field(default_factory=lambda: [None])
     selected_tool: int | None = None
     loaded_tool: int | None = None
     #: Some axis has been given a place, in program or in machine coordinates.
@@ -88,14 +165,27 @@ class State:
     floating: tuple[int, ...] = ()
 
 
+class Row(NamedTuple):
+    """One motion or dwell as it is recorded; the columns of :class:`~verne_post.model.moves.Moves`."""
+
+    line: int
+    kind: int
+    end: list[float]
+    feed: float
+    feed_mode: int
+    spindle: float
+    frame: int
+    control: int
+    arc: int
+    vector: tuple[float, ...]
+
+
 @dataclass
 class Recorder:
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
     columns: list[dict[str, Array]] = field(default_factory=list)
-    rows: list[tuple[int, int, list[float], float, int, float, int, int, int, tuple[float, ...]]] = field(
-        default_factory=list
-    )
+    rows: list[Row] = field(default_factory=list)
     arcs: list[Arc] = field(default_factory=list)
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
@@ -118,9 +208,27 @@ class Recorder:
             self.arcs.append(arc)
         spindle = state.spindle_speed if state.spindle_on else 0.0
         control = self.controls.setdefault(state.control, len(self.controls))
-        row = (line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row,
-               state.vector or NO_VECTOR)  # fmt: skip
+        row = Row(line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row,
+                  state.vector or NO_VECTOR)  # fmt: skip
         self.rows.append(row)
+        self.count += 1
+
+    def amend(self, index: int, u: int, v: int, end: tuple[float, float], sweep: float | None) -> None:
+        """Let the motion ``index`` (counted over all) end elsewhere in a plane; an arc turns ``sweep`` degrees more."""
+        place = index - (self.count - len(self.rows))
+        row = self.rows[place]
+        point = list(row.end)
+        point[u], point[v] = end
+        self.rows[place] = row._replace(end=point)
+        if sweep is not None:
+            arc = self.arcs[row.arc]
+            self.arcs[row.arc] = replace(arc, sweep=arc.sweep + sweep)
+
+    def repeat_as_arc(self, index: int, line: int, end: list[float], feed: float, arc: Arc) -> None:
+        """Record an arc under the modes of the motion ``index``."""
+        row = self.rows[index - (self.count - len(self.rows))]
+        self.rows.append(row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=len(self.arcs)))
+        self.arcs.append(arc)
         self.count += 1
 
     def add_many(self, state: State, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:

@@ -165,6 +165,41 @@ CODES: Final[dict[str, Code]] = _table(
         "Check that this is the right file.",
     ),
     ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
+    (
+        "VP023",
+        "O words that do not fit together",
+        "error",
+        "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
+        "Close what is open, in reverse order, with the same label; define a subroutine before the program calls it.",
+    ),
+    (
+        "VP024",
+        "program without end",
+        "error",
+        "Loops and calls repeat more blocks, or go deeper, than is permitted.",
+        "Mend the condition of the loop; where so many blocks are meant, raise --max-repeats.",
+    ),
+    (
+        "VP025",
+        "impossible parameter",
+        "error",
+        "The parameter does not exist, has no value, or cannot be set.",
+        "Set it first, or use one that the message names.",
+    ),
+    (
+        "VP026",
+        "impossible cutter compensation",
+        "error",
+        "The tool's radius does not fit the contour, or the move is none that compensation knows.",
+        "Use a smaller tool, a longer straight entry move, or a contour without such corners.",
+    ),
+    (
+        "VP027",
+        "stopped by the program",
+        "error",
+        "The program itself asks to stop, with (ABORT, ...).",
+        "Do what its message says.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -56,6 +56,43 @@ class PathControl:
     merge: float | None = None
 
 
+#: Number of the work system before G54.1 P1: those of G54 to G59.3 are 1 to 9.
+ADDITIONAL_SYSTEMS: Final = 100
+#: G54 to G59.3, then G54.1 P1 to P48.
+WORK_SYSTEMS: Final = (*range(1, 10), *range(ADDITIONAL_SYSTEMS + 1, ADDITIONAL_SYSTEMS + 49))
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A tilted work plane (G68.2): where its origin is, and how its X, Y, Z point, both in program coordinates without it.
+
+    ``rotation`` has nine numbers, row by row; its columns are the plane's axes.
+    """
+
+    origin: tuple[float, float, float]
+    rotation: tuple[float, ...]
+
+    def outside(self, point: Array) -> Array:
+        """Points (..., 3) of the plane in program coordinates without it."""
+        return self.turned_outside(point) + np.asarray(self.origin)
+
+    def inside(self, point: Array) -> Array:
+        """Inverse of :meth:`outside`."""
+        return (point - np.asarray(self.origin)) @ self._matrix
+
+    def turned_outside(self, direction: Array) -> Array:
+        """Directions (..., 3) of the plane in program coordinates without it."""
+        return direction @ self._matrix.T
+
+    def turned_inside(self, direction: Array) -> Array:
+        """Inverse of :meth:`turned_outside`."""
+        return direction @ self._matrix
+
+    @property
+    def _matrix(self) -> Array:
+        return np.array(self.rotation).reshape(3, 3)
+
+
 @dataclass(frozen=True)
 class Frame:
     """Everything that lies between program coordinates and machine coordinates.
@@ -65,7 +102,7 @@ class Frame:
     Attributes
     ----------
     system : int
-        1 to 9 for G54 to G59.3.
+        1 to 9 for G54 to G59.3, above :data:`ADDITIONAL_SYSTEMS` for G54.1 P1 and so on.
     origin : Vector9
         The system's origin in machine coordinates (parameters 5221 ...).
     turn : float
@@ -76,6 +113,8 @@ class Frame:
         Offset of G92 or G52 in force.
     tool : Vector9
         Tool offset in force; the length is its third entry.
+    feature : Feature or None
+        The tilted plane in which the program speaks; G92 lies outside it.
     """
 
     system: int = 1
@@ -84,6 +123,7 @@ class Frame:
     part_turn: float = 0.0
     g92: Vector9 = ZERO9
     tool: Vector9 = ZERO9
+    feature: Feature | None = None
 
     @property
     def tool_length(self) -> float:

@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 
 from verne_post.model.moves import Vector9
 
+#: Blocks that loops and calls may repeat, unless the user says otherwise.
+MAX_REPEATS = 1_000_000
+
 
 @dataclass(frozen=True)
 class Tool:
@@ -64,6 +67,18 @@ class Options:
         Skip blocks that begin with a slash.
     optional_stop : bool
         M1 stops.
+    subroutines : mapping
+        Text of the files that calls may name, by name without ending, in lower case.
+    parameters : mapping
+        Numbered parameters that the program finds (a parameter file).
+    parameter_mm : float
+        Unit of the lengths among them, in mm.
+    remap : mapping
+        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
+    max_repeats : int
+        So many blocks may loops and calls repeat.
+    dialect : str
+        Name of the program's dialect; "auto" recognises it.
     source_name : str
         Name of the program in messages.
     """
@@ -86,4 +101,10 @@ class Options:
     free_c: bool = False
     block_delete: bool = False
     optional_stop: bool = False
+    subroutines: Mapping[str, bytes] = field(default_factory=dict)
+    parameters: Mapping[int, float] = field(default_factory=dict)
+    parameter_mm: float = 1.0
+    remap: Mapping[str, str] = field(default_factory=dict)
+    max_repeats: int = MAX_REPEATS
+    dialect: str = "auto"
     source_name: str = "program"

@@ -325,6 +325,9 @@ class Coordinates(Protocol):
     def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with rotary words that hold the tool axis ``vector`` (3,), program directions."""
 
+    def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
+        """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles mean nothing."""
+
 
 class TableCoordinates(Coordinates, Protocol):
     """Coordinates of a real machine: they also know where the tool is on the table."""

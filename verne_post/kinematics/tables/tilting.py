@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.rotations import angles_of_axis, rotate_x, rotate_z, wrapped
+from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z, wrapped
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
@@ -83,9 +83,12 @@ class TiltingTable:
 
     def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program coordinates (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2)."""
-        shifted = np.asarray(program, dtype=float) + np.asarray(frame.g92)
+        shifted = np.array(program, dtype=float)
+        if frame.feature is not None:
+            shifted[..., :3] = frame.feature.outside(shifted[..., :3])
+        shifted += np.asarray(frame.g92)
         origin = np.asarray(frame.origin)
-        tip = self.machine_zero + origin[:3] + self.displacement(shifted[..., :3], frame)
+        tip = self.machine_zero + origin[:3] + rotate_z(shifted[..., :3], self._turn(frame))
         a = self.a_sign * RAD_PER_DEG * (shifted[..., 3] + origin[3])
         c = self.c_sign * RAD_PER_DEG * (shifted[..., 5] + origin[5]) - RAD_PER_DEG * frame.part_turn
         return tip, np.stack([a, c], axis=-1)
@@ -97,7 +100,10 @@ class TiltingTable:
         program[..., :3] = rotate_z(tip - self.machine_zero - origin[:3], -self._turn(frame))
         program[..., 3] = self.a_sign * DEG_PER_RAD * angles[..., 0] - origin[3]
         program[..., 5] = self.c_sign * (DEG_PER_RAD * angles[..., 1] + frame.part_turn) - origin[5]
-        return program - np.asarray(frame.g92)
+        program -= np.asarray(frame.g92)
+        if frame.feature is not None:
+            program[..., :3] = frame.feature.inside(program[..., :3])
+        return program
 
     def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with A and C words that hold a tool axis (3,) given in program directions.
@@ -107,7 +113,7 @@ class TiltingTable:
         point's own C: the same axis a hair away would ask for any C.
         """
         tip, angles = self.to_table(np.array(program), frame)
-        tilt, turn = (float(angle) for angle in angles_of_axis(rotate_z(np.asarray(vector), self._turn(frame))))
+        tilt, turn = (float(angle) for angle in angles_of_axis(self.displacement(vector, frame)))
         if math.sin(tilt) <= POLE_CROSSING:
             tilt, turn = (0.0 if tilt < 1.0 else math.pi), float(angles[1])
         elif math.sin(angles[0]) < -POLE_SINE:
@@ -117,9 +123,18 @@ class TiltingTable:
         found = self.from_table(tip, np.array([tilt, turn]), frame)
         return [*program[:3], float(found[3]), program[4], float(found[5]), *program[6:]]
 
+    def tool_axis(self, program: list[float], frame: Frame) -> Array:
+        """Tool axis (3,) of the nominal machine at a program point, program directions."""
+        _tip, angles = self.to_table(np.array(program), frame)
+        axis = rotate_z(axis_of_angles(angles[0], angles[1]), -self._turn(frame))
+        return axis if frame.feature is None else frame.feature.turned_inside(axis)
+
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the table frame."""
-        return rotate_z(np.asarray(vector, dtype=float), self._turn(frame))
+        inner = np.asarray(vector, dtype=float)
+        if frame.feature is not None:
+            inner = frame.feature.turned_outside(inner)
+        return rotate_z(inner, self._turn(frame))
 
     def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
         """A point and a direction (..., 3) of the table frame in the work frame of ``frame``."""

@@ -1,0 +1,255 @@
+"""Cutter compensation, G41 and G42: programmed contour -> path of the tool's centre, in one plane.
+
+The centre runs beside the contour at the tool's radius. Round an outside corner it goes on an arc about
+the corner; in an inside corner the two offset pieces end where they meet. So a piece is settled only when
+the next one is known: it is recorded at once and its end amended, so that everything keeps its order.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
+from verne_post.gcode.arcs import PLANES, Arc
+from verne_post.gcode.expressions import BlockError
+
+if TYPE_CHECKING:
+    from verne_post.gcode.state import Recorder
+
+Point = tuple[float, float]
+_FULL: Final = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Offset:
+    """One offset piece: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
+
+    ``center`` is None for a straight piece; ``sense`` is +1 for a counter-clockwise arc.
+    """
+
+    start: Point
+    end: Point
+    direction: Point
+    entry: bool = False
+    center: Point | None = None
+    sense: int = 0
+
+
+@dataclass
+class Compensation:
+    """Compensation in force.
+
+    Attributes
+    ----------
+    code : int
+        410, 411, 420 or 421.
+    plane : int
+    radius : float
+        mm, positive to the left of the contour.
+    piece : Offset or None
+        The piece whose end may still be amended; None before the entry move.
+    rows : list of int
+        Rows of the recorder that end where it ends.
+    corner : list of float
+        End of the piece as programmed, nine axes.
+    line : int
+        Source line of the piece.
+    """
+
+    code: int
+    plane: int
+    radius: float
+    piece: Offset | None = None
+    rows: list[int] = field(default_factory=list)
+    corner: list[float] = field(default_factory=list)
+    line: int = 0
+
+    # --- the three things that may come ---------------------------------------------------------
+
+    def straight(self, recorder: "Recorder", start: list[float], end: list[float], feed: float) -> list[float]:
+        """A straight move between programmed points; returns where the centre ends. ``feed``: of an arc about a corner."""
+        u, v, *_ = PLANES[self.plane]
+        p, q = (start[u], start[v]), (end[u], end[v])
+        length = math.dist(p, q)
+        if length == 0.0:
+            return self._at(end, self.piece.end if self.piece else p)
+        t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
+        target = self._beside(q, t)
+        if self.piece is None:
+            if length <= abs(self.radius):
+                raise BlockError(
+                    "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
+                    f"radius, {abs(self.radius):.4f} mm",
+                )  # fmt: skip
+            self._begin(Offset(p, target, t, entry=True))
+            return self._at(end, target)
+        start_uv = self._join(recorder, feed, p, t, None, 0)
+        if (target[0] - start_uv[0]) * t[0] + (target[1] - start_uv[1]) * t[1] < -CORNER_REACH_MM:
+            raise self._gouge()
+        self._begin(Offset(start_uv, target, t))
+        return self._at(end, target)
+
+    def arc(
+        self, recorder: "Recorder", start: list[float], end: list[float], arc: Arc, feed: float
+    ) -> tuple[list[float], Arc]:
+        """An arc between programmed points; returns where the centre ends and its arc."""
+        u, v, *_ = PLANES[self.plane]
+        if self.piece is None:
+            raise BlockError("VP026", "the entry move of the cutter compensation must be straight, not an arc")
+        p, q, c = (start[u], start[v]), (end[u], end[v]), (arc.center[u], arc.center[v])
+        sense = 1 if arc.sweep > 0 else -1
+        radius = math.dist(p, c) - sense * self.radius
+        if radius <= 0:
+            raise BlockError(
+                "VP026", f"the radius of the tool, {abs(self.radius):.4f} mm, is not less than that of the arc, "
+                f"{math.dist(p, c):.4f} mm",
+            )  # fmt: skip
+        first, last = _tangent(p, c, sense), _tangent(q, c, sense)
+        start_uv = self._join(recorder, feed, p, first, c, sense, radius)
+        target = self._beside(q, last)
+        sweep = _sweep(start_uv, target, c, sense)
+        full = round((abs(math.radians(arc.sweep)) - sweep) / _FULL)
+        if abs(abs(math.radians(arc.sweep)) - sweep - full * _FULL) > math.pi / 2:
+            raise self._gouge()
+        self._begin(Offset(start_uv, target, last, center=c, sense=sense))
+        moved = Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * (sweep + full * _FULL)))
+        return self._at(end, target), moved
+
+    def settle(self, row: int, line: int, corner: list[float]) -> None:
+        """Note the row in which the last move was recorded."""
+        self.rows.append(row)
+        self.corner, self.line = corner, line
+
+    # --- corners ----------------------------------------------------------------------------------
+
+    def _join(
+        self, recorder: "Recorder", feed: float, corner: Point, t2: Point, center: Point | None, sense: int,
+        radius: float = 0.0,
+    ) -> Point:  # fmt: skip
+        """Settle the corner between the last piece and one that leaves in direction t2; returns where that starts."""
+        piece = self.piece
+        assert piece is not None
+        t1 = piece.direction
+        cross, dot = t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1]
+        turn = math.atan2(cross, dot)
+        target = self._beside(corner, t2)
+        if abs(turn) <= CORNER_ANGLE:
+            return target
+        if turn * self.radius < 0 or abs(turn) >= math.pi - CORNER_ANGLE:
+            self._round(recorder, feed, corner, target, turn)
+            return target
+        meeting = self._meeting(piece, corner, t2, center, sense, radius)
+        self._shorten(recorder, piece, meeting)
+        return meeting
+
+    def _round(self, recorder: "Recorder", feed: float, corner: Point, target: Point, turn: float) -> None:
+        """An arc about an outside corner."""
+        if feed == 0.0:
+            raise BlockError("VP009", "the arc about an outside corner needs a feed; give F")
+        assert self.piece is not None
+        sense = -1 if self.radius > 0 else 1
+        sweep = _sweep(self.piece.end, target, corner, sense)
+        end = self._at(self.corner, target)
+        center = self._at(self.corner, corner)
+        arc = Arc(self.plane, (center[0], center[1], center[2]), sense, math.degrees(sense * sweep))
+        recorder.repeat_as_arc(self.rows[-1], self.line, end, feed, arc)
+
+    def _meeting(
+        self, piece: Offset, corner: Point, t2: Point, center: Point | None, sense: int, radius: float
+    ) -> Point:
+        """Where two offset pieces meet in an inside corner."""
+        line1 = (piece.end, piece.direction)
+        line2 = (self._beside(corner, t2), t2)
+        if piece.center is None and center is None:
+            n1, n2 = self._normal(piece.direction), self._normal(t2)
+            share = self.radius / (1 + n1[0] * n2[0] + n1[1] * n2[1])
+            return corner[0] + share * (n1[0] + n2[0]), corner[1] + share * (n1[1] + n2[1])
+        if piece.center is None:
+            assert center is not None
+            found = _line_and_circle(line1, center, radius)
+        elif center is None:
+            found = _line_and_circle(line2, piece.center, math.dist(piece.center, piece.end))
+        else:
+            found = _two_circles(piece.center, math.dist(piece.center, piece.end), center, radius)
+        if not found:
+            raise self._gouge()
+        return min(found, key=lambda point: math.dist(point, corner))
+
+    def _shorten(self, recorder: "Recorder", piece: Offset, end: Point) -> None:
+        """Let the last piece end earlier."""
+        if piece.center is None:
+            along = (end[0] - piece.start[0]) * piece.direction[0] + (end[1] - piece.start[1]) * piece.direction[1]
+            if not piece.entry and along < -CORNER_REACH_MM:
+                raise self._gouge()
+            sweep = None
+        else:
+            was = _sweep(piece.start, piece.end, piece.center, piece.sense)
+            now = _sweep(piece.start, end, piece.center, piece.sense)
+            if now > was + math.pi / 2 and _FULL - now > CORNER_ANGLE:
+                raise self._gouge()
+            sweep = math.degrees(piece.sense * (now - was)) if now <= was else math.degrees(-piece.sense * was)
+        u, v, *_ = PLANES[self.plane]
+        for row in self.rows:
+            recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
+
+    def _gouge(self) -> BlockError:
+        return BlockError(
+            "VP026",
+            f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without cutting into the contour",
+        )
+
+    # --- small geometry -----------------------------------------------------------------------------
+
+    def _begin(self, piece: Offset) -> None:
+        self.piece = piece
+        self.rows = []
+
+    def _normal(self, t: Point) -> Point:
+        return -t[1], t[0]
+
+    def _beside(self, point: Point, t: Point) -> Point:
+        n = self._normal(t)
+        return point[0] + self.radius * n[0], point[1] + self.radius * n[1]
+
+    def _at(self, point: list[float], uv: Point) -> list[float]:
+        u, v, *_ = PLANES[self.plane]
+        moved = list(point)
+        moved[u], moved[v] = uv
+        return moved
+
+
+def _tangent(point: Point, center: Point, sense: int) -> Point:
+    """Direction of travel at a point of a circle."""
+    du, dv = point[0] - center[0], point[1] - center[1]
+    size = math.hypot(du, dv)
+    return -sense * dv / size, sense * du / size
+
+
+def _sweep(start: Point, end: Point, center: Point, sense: int) -> float:
+    """Angle from start to end about a centre, in (0, 2 pi]."""
+    first = math.atan2(start[1] - center[1], start[0] - center[0])
+    last = math.atan2(end[1] - center[1], end[0] - center[0])
+    angle = (sense * (last - first)) % _FULL
+    return angle if angle > CORNER_ANGLE else _FULL
+
+
+def _line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:
+    (u, v), (du, dv) = line
+    wu, wv = u - center[0], v - center[1]
+    half = wu * du + wv * dv
+    root = half * half - (wu * wu + wv * wv - radius * radius)
+    if root < 0:
+        return []
+    return [(u + s * du, v + s * dv) for s in (-half - math.sqrt(root), -half + math.sqrt(root))]
+
+
+def _two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
+    distance = math.dist(c1, c2)
+    if not abs(r1 - r2) <= distance <= r1 + r2 or distance == 0.0:
+        return []
+    along = (distance**2 + r1**2 - r2**2) / (2 * distance)
+    height = math.sqrt(max(r1**2 - along**2, 0.0))
+    du, dv = (c2[0] - c1[0]) / distance, (c2[1] - c1[1]) / distance
+    return [
+        (c1[0] + along * du - s * height * dv, c1[1] + along * dv + s * height * du) for s in (-1, 1)
+    ]  # fmt: skip

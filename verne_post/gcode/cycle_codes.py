@@ -1,0 +1,247 @@
+"""Canned cycles: drilling, pecking, boring, tapping, in all planes. Moves and order as LinuxCNC has them."""
+
+from typing import Final
+
+from verne_post.base.tolerances import DRILL_TILT
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.frame_codes import MAX_DWELL_S, whole
+from verne_post.gcode.motion_codes import MotionCodes
+from verne_post.gcode.state import Cycle
+from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
+
+#: How far above the last depth a peck begins again, mm.
+PECK_CLEARANCE_MM: Final = 0.254
+#: So many holes of one block, and pecks of one hole, at most.
+MAX_HOLES, MAX_PECKS = 10_000, 100_000
+_NEEDS_DWELL: Final = (820, 860, 880, 890)
+_NEEDS_STEP: Final = (730, 830)
+_NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
+
+
+class CycleCodes(MotionCodes):
+    """Motion codes, and cycles made of them."""
+
+    #: The word that counts holes.
+    repeat_letter = "L"
+
+    def _cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
+        """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
+        state = self.state
+        name = g_name(motion)
+        _u, _v, normal, *_ = PLANES[state.plane]
+        self._check_cycle(block, motion, normal)
+        goes_on = goes_on and state.cycle is not None and state.cycle.normal == normal
+        cycle = self._cycle_heights(block, motion, normal, state.cycle if goes_on else None)
+        state.cycle = cycle
+        repeats = whole(block, self.repeat_letter) if self.repeat_letter in block.words else 1
+        if not 1 <= repeats <= MAX_HOLES:
+            raise BlockError(
+                "VP007", f"{self.repeat_letter}{repeats}: a cycle is repeated 1 to {MAX_HOLES} times",
+                block.columns[self.repeat_letter],
+            )  # fmt: skip
+        if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
+            raise BlockError("VP017", f"{name} needs a turning spindle; give S and M3 or M4 first")
+        if motion in (740, 840) and state.spindle_reversed != (motion == 740):
+            raise BlockError(
+                "VP017",
+                f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs {'M4' if motion == 740 else 'M3'}",
+            )
+        control = state.control
+        if control.mode == PathMode.BLEND:
+            state.control = PathControl(PathMode.EXACT_PATH)
+        try:
+            self._holes(block, motion, cycle, repeats)
+        finally:
+            state.control = control
+
+    def _check_cycle(self, block: Block, motion: int, normal: int) -> None:
+        state = self.state
+        axes = self._named_axes(block)
+        if not axes:
+            raise BlockError("VP005", f"{g_name(motion)} needs at least one of X, Y, Z")
+        for axis in axes:
+            if axis > 2:
+                letter = AXES[axis]
+                raise BlockError(
+                    "VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", block.columns[letter]
+                )
+        if state.feed_mode == FeedMode.INVERSE:
+            raise BlockError("VP017", f"{g_name(motion)} in inverse time mode (G93); use G94")
+        if state.compensation is not None:
+            raise BlockError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
+        self._check_feed(block, 10)
+        self._require_known(block, [0, 1, 2], f"{g_name(motion)}")
+        tool = self.setup.coordinates.tool_axis(state.position, state.frame)
+        if tool is not None and tool[normal] < 1.0 - DRILL_TILT:
+            raise BlockError(
+                "VP017", f"{g_name(motion)} drills along {AXES[normal]}, but the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, "
+                f"{tool[2]:.4f}): it would be dragged sideways; turn the table, or write the hole with G0 and G1",
+            )  # fmt: skip
+
+    def _cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
+        state = self.state
+        letter, name = AXES[normal], g_name(motion)
+        here = state.position[normal]
+        series = state.cycle if state.cycle is not None and state.cycle.normal == normal else None
+        start = here if series is None else series.start
+        if "R" in block.words:
+            clear = self._length(block.words["R"]) + (0.0 if state.absolute else start)
+        elif before is not None:
+            clear = before.clear
+        else:
+            raise BlockError("VP005", f"{name} needs R, the height from which it feeds")
+        if letter in block.words:
+            bottom = self._axis_value(block, normal) + (0.0 if state.absolute else clear)
+        elif before is not None:
+            bottom = before.bottom if state.absolute else clear + before.bottom - before.clear
+        else:
+            raise BlockError("VP005", f"{name} needs {letter}, the bottom of the hole")
+        if clear < bottom:
+            raise BlockError(
+                "VP007",
+                f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm",
+                block.columns.get("R"),
+            )
+        step = self._length(block.words["Q"]) if "Q" in block.words else before.step if before else None
+        if motion in _NEEDS_STEP:
+            if step is None:
+                raise BlockError("VP005", f"{name} needs Q, the depth of one peck")
+            if step <= 0:
+                raise BlockError("VP007", f"Q{step:g}: the depth of a peck is greater than 0", block.columns.get("Q"))
+            if (clear - bottom) / step > MAX_PECKS:
+                raise BlockError("VP007", f"Q{step:g}: more than {MAX_PECKS} pecks in one hole", block.columns.get("Q"))
+        dwell = self._seconds(block) if "P" in block.words else before.dwell if before else None
+        if motion in _NEEDS_DWELL and dwell is None:
+            raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")
+        shift = before.shift if before else None
+        if motion == 870 and (shift is None or any(axis in block.words for axis in "IJK")):
+            for axis in "IJK":
+                if axis not in block.words:
+                    raise BlockError("VP005", f"G87 needs {axis}")
+            shift = tuple(self._length(block.words[axis]) for axis in "IJK")
+        return Cycle(normal, start, clear, bottom, step, dwell, shift)
+
+    def _seconds(self, block: Block) -> float:
+        """The dwell of P."""
+        return self._checked_dwell(block, "P", block.words["P"])
+
+    def _checked_dwell(self, block: Block, letter: str, seconds: float) -> float:
+        if seconds < 0:
+            raise BlockError(
+                "VP007", f"{letter}{block.words[letter]:g}: a dwell is not negative", block.columns[letter]
+            )
+        if seconds > MAX_DWELL_S:
+            raise BlockError(
+                "VP007",
+                f"{letter}{block.words[letter]:g}: a dwell of more than a day is a mistake",
+                block.columns[letter],
+            )
+        return seconds
+
+    # --- the moves ---------------------------------------------------------------------------------
+
+    def _holes(self, block: Block, motion: int, cycle: Cycle, repeats: int) -> None:
+        state = self.state
+        u, v, w, *_ = PLANES[state.plane]
+        position = state.position
+        step = {axis: self._axis_value(block, axis) if AXES[axis] in block.words else None for axis in (u, v)}
+        retract = max(cycle.start, cycle.clear) if state.initial_level else cycle.clear
+        above = position[w]
+        # up before anything goes sideways: to R, under G98 to the initial level
+        if min(above, cycle.start) < cycle.clear or above < retract:
+            self._go(block, MoveKind.RAPID, {w: retract})
+            above = retract
+        target = {
+            axis: position[axis] if value is None or not state.absolute else value for axis, value in step.items()
+        }
+        for _hole in range(repeats):
+            for axis, value in step.items():
+                if value is not None and not state.absolute:
+                    target[axis] += value
+            self._go(block, MoveKind.RAPID, {**target, w: above})
+            if above != cycle.clear:
+                self._go(block, MoveKind.RAPID, {w: cycle.clear})
+            self._hole(block, motion, cycle, retract)
+            above = retract
+
+    def _hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
+        w = PLANES[self.state.plane][2]
+        rapid, feed = MoveKind.RAPID, MoveKind.FEED
+        if motion in _NEEDS_STEP:
+            self._pecks(block, motion, cycle)
+        elif motion == 870:
+            self._back_bore(block, cycle, retract)
+            return
+        self._go(block, feed, {w: cycle.bottom})
+        if motion in (740, 840):
+            backwards = self.state.spindle_reversed
+            self._spindle(block.line, on=True, backwards=not backwards)
+            self._wait(block, cycle.dwell or 0.0)
+            self._go(block, feed, {w: retract})
+            self._spindle(block.line, on=True, backwards=backwards)
+            return
+        if motion in _NEEDS_DWELL:
+            self._wait(block, cycle.dwell or 0.0)
+        if motion == 850:
+            self._go(block, feed, {w: cycle.clear})
+        if motion in (860, 880):
+            self._spindle(block.line, on=False)
+        if motion == 880:
+            self.recorder.event(block.line, "stop", stop="program")
+            self.state.position = [retract if axis == w else value for axis, value in enumerate(self.state.position)]
+        else:
+            self._go(block, feed if motion == 890 else rapid, {w: retract})
+        if motion in (860, 880):
+            self._spindle(block.line, on=True, backwards=self.state.spindle_reversed)
+
+    def _pecks(self, block: Block, motion: int, cycle: Cycle) -> None:
+        """All pecks of a hole but the last."""
+        w = PLANES[self.state.plane][2]
+        step = cycle.step or 0.0
+        depth = cycle.clear - step
+        while depth > cycle.bottom:
+            self._go(block, MoveKind.FEED, {w: depth})
+            if motion == 830:
+                self._go(block, MoveKind.RAPID, {w: cycle.clear})
+            self._go(block, MoveKind.RAPID, {w: depth + PECK_CLEARANCE_MM})
+            depth -= step
+
+    def _back_bore(self, block: Block, cycle: Cycle, retract: float) -> None:
+        """G87: down beside the hole with the spindle oriented, up and down turning, out beside it again."""
+        state = self.state
+        u, v, w, *_ = PLANES[state.plane]
+        assert cycle.shift is not None
+        shift = cycle.shift
+        top = shift[w] + (0.0 if state.absolute else cycle.bottom)
+        hole = {u: state.position[u], v: state.position[v]}
+        beside = {u: hole[u] + shift[u], v: hole[v] + shift[v]}
+        rapid, backwards = MoveKind.RAPID, state.spindle_reversed
+        self._go(block, rapid, beside)
+        self._orient(block)
+        self._go(block, rapid, {w: cycle.bottom})
+        self._go(block, rapid, hole)
+        self._spindle(block.line, on=True, backwards=backwards)
+        self._go(block, MoveKind.FEED, {w: top})
+        self._go(block, MoveKind.FEED, {w: cycle.bottom})
+        self._orient(block)
+        self._go(block, rapid, beside)
+        self._go(block, rapid, {w: retract})
+        self._go(block, rapid, hole)
+        self._spindle(block.line, on=True, backwards=backwards)
+
+    def _orient(self, block: Block) -> None:
+        backwards = self.state.spindle_reversed
+        self._spindle(block.line, on=False)
+        self.state.spindle_reversed = backwards
+        self.recorder.event(block.line, "orient", angle=0.0)
+
+    def _go(self, block: Block, kind: MoveKind, places: dict[int, float]) -> None:
+        end = list(self.state.position)
+        for axis, value in places.items():
+            end[axis] = value
+        self._record(block.line, kind, end, [0, 1, 2], absolute=True)
+
+    def _wait(self, block: Block, seconds: float) -> None:
+        self.recorder.add(self.state, block.line, MoveKind.DWELL, self.state.position, seconds)

@@ -1,0 +1,301 @@
+"""G-code of Fanuc controls (and of those that speak like them), with tool-centre-point and tilted-plane codes.
+
+What means the same as in RS274/NGC is executed by the same interpreter; here stands what differs: times in
+milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/gcode.md has the table.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import ClassVar, Final
+
+import numpy as np
+
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable
+from verne_post.gcode.dialects import rs274
+from verne_post.gcode.frame_codes import whole
+from verne_post.gcode.interpret import Interpreter, initial_state
+from verne_post.gcode.run import Pass, Stops, run_blocks
+from verne_post.gcode.state import Setup, State
+from verne_post.model.moves import ADDITIONAL_SYSTEMS, Feature, MoveKind, PathControl, PathMode
+
+#: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
+_PLANE, _TO_PLANE, _PLANE_OFF, _ADDITIONAL = 682, 531, 690, 541
+#: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
+_SMOOTHING: Final = (51, 80)
+#: Ends of modes that cannot be begun: nothing to do.
+_ENDS: Final = (150, 401, 500, 501, 670, 130, 131, 970)
+#: Cycles that mean what they mean in RS274/NGC.
+_CYCLES: Final = (730, 810, 820, 830, 850, 860, 890)
+_SECONDS_PER_P: Final = 1e-3
+_MACRO: Final = re.compile(
+    r"\s*(?:N\s*\d+\s*)?(IF|WHILE|GOTO|DO|END|THEN|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b", re.IGNORECASE
+)
+_COLON: Final = re.compile(r"(\s*):(\s*\d)")
+_DELETE: Final = re.compile(r"(\s*/)[1-9](?=\s*\D)")
+#: A header that only such controls write.
+_HEADER_LINES: Final = 200
+_OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]+[ \t]*(?:\([^)\n]*\))?[ \t\r]*(?:\n|$)", re.IGNORECASE)
+_OWN_CODES: Final = re.compile(
+    rb"(?<![A-Z0-9.])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P))(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
+    re.IGNORECASE,
+)
+
+
+def _table() -> CodeTable:
+    groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
+    del groups["lathe diameter"], groups["spindle mode"]
+    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
+    groups["motion"] = (0, 10, 20, 30, *_CYCLES)
+    groups["arc distance"] = ()
+    groups["tool length"] = (430, 434, 435, 490)
+    groups["cutter compensation"] = (400, 410, 420)
+    groups["work offset"] = (540, 550, 560, 570, 580, 590, _ADDITIONAL)
+    groups["path control"] = (610, 640)
+    groups["tilted plane"] = (_PLANE, _PLANE_OFF)
+    groups["plane axis"] = (_TO_PLANE,)
+    groups["smoothing"] = _SMOOTHING
+    for code in _ENDS:
+        groups[f"end of G{code / 10:g}"] = (code,)
+    m_groups = {
+        name: RS274.m_groups[name] for name in ("stopping", "tool change", "coolant", "override", "subprograms")
+    }
+    m_groups |= {"tool change": (6,), "override": (48, 49), "spindle": (3, 4, 5, 19)}
+    return CodeTable(
+        g_groups=groups,
+        m_groups=m_groups,
+        refused_g={
+            50: "high-speed cycle machining", 90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
+            **dict.fromkeys((650, 660, 661), "custom macro calls"),
+            **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
+            **dict.fromkeys((500, 510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
+            **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
+            **dict.fromkeys((611, 431, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
+        },
+        refused_m={29: "rigid tapping", 97: "local subprogram calls"},
+        words_of_g={**RS274.words_of_g, 430: "HD", _PLANE: "IJK", 51: "PQR", 80: "P", 640: ""},
+        words_of_m=RS274.words_of_m,
+    )  # fmt: skip
+
+
+class FanucInterpreter(Interpreter):
+    """The interpreter of RS274/NGC, given blocks in its own words."""
+
+    table: ClassVar[CodeTable] = _table()
+    percent: ClassVar[bytes] = rb"[^\n]*"
+    truncates: ClassVar[bool] = True
+
+    def read(self, text: str, line: int) -> Block:
+        """Read a line: ``:1000`` is O1000, ``/2`` is ``/``; custom macros are refused by name."""
+        macro = _MACRO.match(text)
+        if macro is not None:
+            raise BlockError(
+                "VP002",
+                f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
+                macro.start(1) + 1,
+            )
+        block = super().read(_DELETE.sub(r"\1 ", _COLON.sub(r"\1O\2", text, count=1), count=1), line)
+        if block.o is not None and block.o.keyword is not None:
+            raise BlockError(
+                "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
+            )
+        return block
+
+    def execute(self, block: Block) -> None:
+        """Execute one block, in the words of RS274/NGC."""
+        codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
+        self._times(block, codes)
+        self._repeats(block, codes)
+        modal = self._rapid_of_machine_codes(block, codes)
+        super().execute(block)
+        if modal is not None:
+            self.state.motion = modal
+
+    # --- the same thing in other words -----------------------------------------------------------
+
+    def _times(self, block: Block, codes: set[int]) -> None:
+        """G4 X or U in seconds, P in milliseconds, also in cycles."""
+        words, columns = block.words, block.columns
+        if 40 in codes:
+            for letter in "XU":
+                if letter in words:
+                    if "P" in words:
+                        raise BlockError("VP003", f"G4 with {letter} and P; one of them is the time", columns[letter])
+                    words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
+                    return
+        takes = codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING}
+        cycle = codes & set(CYCLES) or (self.state.motion in CYCLES and not codes & {0, 10, 20, 30, 800} and not takes)
+        if "P" in words and (40 in codes or cycle):
+            whole(block, "P")
+            words["P"] *= _SECONDS_PER_P
+
+    def _repeats(self, block: Block, codes: set[int]) -> None:
+        """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
+        words, columns = block.words, block.columns
+        if (
+            "K" in words
+            and "I" not in words
+            and (codes & set(CYCLES) or (self.state.motion in CYCLES and not codes & {0, 10, 20, 30, 800}))
+        ):
+            words["L"], columns["L"] = words.pop("K"), columns.pop("K")
+        if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
+            number = whole(block, "P")
+            if number > 9999 and "L" not in words:
+                words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
+        if any(letter == "M" and number == 99 for letter, number, _column in block.codes) and "P" in words:
+            raise BlockError("VP002", "M99 P (return to a block number) is not executed", columns["P"])
+
+    def _rapid_of_machine_codes(self, block: Block, codes: set[int]) -> int | None:
+        """G28, G30 and G53 are rapids of their own; a G0 beside them is only modal. Returns the modal motion behind the block."""
+        motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
+        if codes & {280, 300}:
+            block.codes = [
+                code
+                for code in block.codes
+                if code[0] != "G" or round(code[1] * 10) not in self.table.g_groups["motion"]
+            ]
+            if 300 in codes and block.words.get("P") == 2.0:
+                del block.words["P"], block.columns["P"]
+            return motion
+        if 530 in codes and motion is None:
+            column = next(
+                column for letter, number, column in block.codes if letter == "G" and round(number * 10) == 530
+            )
+            block.codes.append(("G", 0.0, column))
+            return self.state.motion
+        return None
+
+    # --- codes of its own ------------------------------------------------------------------------------
+
+    def _modes(self, block: Block, g: dict[str, int]) -> None:
+        if "tilted plane" in g:
+            self._tilted_plane(block, g["tilted plane"])
+        super()._modes(block, g)
+        if g.get("path control") == 610:  # here the tool stops at the end of every move
+            self.state.control = PathControl(PathMode.EXACT_STOP)
+        if "smoothing" in g:
+            words = {letter: block.words[letter] for letter in "PQR" if letter in block.words}
+            self.recorder.event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
+        if "plane axis" in g:
+            self._turn_to_plane(block)
+
+    def _system(self, block: Block, code: int) -> int:
+        if self.state.frame.feature is not None:
+            raise BlockError("VP017", "a change of work offset under G68.2; write G69 first")
+        if code != _ADDITIONAL:
+            return super()._system(block, code)
+        if "P" not in block.words:
+            raise BlockError("VP005", "G54.1 needs P, the number of the work system")
+        return ADDITIONAL_SYSTEMS + self._additional(block)
+
+    def _additional(self, block: Block) -> int:
+        number = whole(block, "P")
+        if ADDITIONAL_SYSTEMS + number not in self.state.systems or number == 0:
+            last = max(self.state.systems) - ADDITIONAL_SYSTEMS
+            raise BlockError("VP007", f"P{number}: additional work systems are P1 to P{last}", block.columns["P"])
+        return number
+
+    def _g10(self, block: Block) -> None:
+        """L2: G54 to G59; L20: G54.1 P; L10: the length of a tool, as L1 of RS274/NGC has it."""
+        words = block.words
+        kind = whole(block, "L") if "L" in words else 2
+        words["L"], block.columns["L"] = float(kind), block.columns.get("L", 1)
+        if self.state.frame.feature is not None:
+            raise BlockError("VP017", "G10 under G68.2; write G69 first")
+        if kind == 20 and "P" in words:
+            self._set_origin(block, ADDITIONAL_SYSTEMS + self._additional(block))
+            return
+        if kind == 10:
+            if "R" not in words:
+                raise BlockError("VP005", "G10 L10 needs R, the length")
+            words["L"], words["Z"], block.columns["Z"] = 1.0, words.pop("R"), block.columns.pop("R")
+        elif kind != 2:
+            raise BlockError("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", block.columns["L"])
+        super()._g10(block)
+
+    def _g92(self, block: Block, code: int) -> None:
+        if self.state.frame.feature is not None:
+            raise BlockError("VP017", f"G{code / 10:g} under G68.2; write G69 first")
+        super()._g92(block, code)
+
+    # --- tilted work plane -------------------------------------------------------------------------------
+
+    def _tilted_plane(self, block: Block, code: int) -> None:
+        """G68.2 X Y Z I J K: origin and Euler angles (Z, X, Z) of the plane in which the program goes on; G69 ends it."""
+        state = self.state
+        if code == _PLANE_OFF:
+            self._set_frame(replace(state.frame, feature=None))
+            return
+        if state.frame.feature is not None:
+            raise BlockError("VP017", "G68.2 under G68.2; write G69 first")
+        origin = [self._axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")]
+        i, j, k = (RAD_PER_DEG * block.words.get(letter, 0.0) for letter in "IJK")
+        rotation = _about_z(i) @ _about_x(j) @ _about_z(k)
+        feature = Feature((origin[0], origin[1], origin[2]), tuple(float(v) for v in rotation.ravel()))
+        self._set_frame(replace(state.frame, feature=feature))
+        for letter in "XYZIJK":
+            block.words.pop(letter, None)
+
+    def _turn_to_plane(self, block: Block) -> None:
+        """G53.1: turn the table so that the tool stands upright on the plane; the tip stays where it is on the part."""
+        state = self.state
+        if state.frame.feature is None:
+            raise BlockError("VP017", "G53.1 without G68.2: there is no plane to turn to")
+        self._refuse_compensation("G53.1")
+        self._require_known(block, [0, 1, 2], "G53.1")
+        state.vector = (0.0, 0.0, 1.0)
+        end = self.setup.coordinates.pointed(list(state.position), np.array(state.vector), state.frame)
+        self.recorder.fix_c(block.line)
+        self._record(block.line, MoveKind.RAPID, end, [3, 5] if self.setup.machine else [], absolute=True)
+
+    def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
+        if g.get("tilted plane") == _PLANE:  # takes the axis words; nothing else in the block may
+            if g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:
+                raise BlockError(
+                    "VP003", "G68.2 takes the axis words of its block; write the other code in a block of its own"
+                )
+            for letter, column in block.columns.items():
+                if letter not in "XYZIJKFST":
+                    raise BlockError("VP006", f"G68.2 does not use {letter}", column)
+            return None
+        return super()._plan(block, g, m)
+
+
+def _about_z(angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _about_x(angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+# --- the dialect ------------------------------------------------------------------------------------
+
+
+def recognise(source: bytes) -> bool:
+    """Text behind ``%``, or ``%`` and an O number with a code near the top that only these controls have."""
+    head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
+    if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
+        return True
+    without_comments = re.sub(rb"\([^)\n]*\)", b"", head)
+    return _OPENING.match(head) is not None and _OWN_CODES.search(without_comments) is not None
+
+
+def start(setup: Setup) -> State:
+    """As RS274/NGC, but G98."""
+    state = initial_state(setup)
+    state.initial_level = True
+    return state
+
+
+def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
+    """Execute the blocks."""
+    return run_blocks(source, setup, state, stops, FanucInterpreter)
+
+
+names: Callable[[bytes, str, Setup], bool] = rs274.names

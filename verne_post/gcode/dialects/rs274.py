@@ -1,0 +1,31 @@
+"""RS274/NGC as LinuxCNC speaks it: the language of the interpreter itself."""
+
+import re
+
+from verne_post.gcode.interpret import Interpreter, initial_state
+from verne_post.gcode.run import Pass, Stops, run_blocks
+from verne_post.gcode.state import Setup, State
+
+
+def recognise(source: bytes) -> bool:
+    """Nothing shows this dialect: it is what is left."""
+    return False
+
+
+def start(setup: Setup) -> State:
+    """G80 G17 G90 G91.1 G94 G40 G49 G54 G64 G99, mm."""
+    return initial_state(setup)
+
+
+def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
+    """Execute the blocks."""
+    return run_blocks(source, setup, state, stops, Interpreter)
+
+
+def names(source: bytes, letter: str, setup: Setup) -> bool:
+    """True when the letter stands anywhere outside comments: at least it may give the axis a place."""
+    text = b"\n".join([source, *setup.subroutines.values()])
+    text = re.sub(rb"\([^)\n]*\)|;[^\n]*", b"", text).upper()
+    if letter in "AC" and re.search(rb"G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])", text):
+        return True  # tool axes name them
+    return letter.encode() in text or (letter in "XY" and re.search(rb"[@^]", text) is not None)

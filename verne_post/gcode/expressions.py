@@ -1,0 +1,271 @@
+"""Values of a block: numbers, parameters, expressions, functions. LinuxCNC's rules, without clamping.
+
+The reader works on a line from which blanks and comments are gone; it knows the place of every
+character, so that an error names the column of the line as it was written.
+"""
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from typing import Final, Protocol
+
+from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
+
+#: Numbers beyond this mean nothing in any word, and would overflow somewhere.
+MAX_NUMBER: Final = 1e30
+#: Brackets and ``#`` inside each other: no program written by hand or by a post comes near.
+MAX_NESTING: Final = 50
+
+_NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_NAME: Final = re.compile(r"<([^<>]*)>")
+_LETTERS: Final = re.compile(r"[A-Z]+")
+_OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
+_PRECEDENCE: Final = {
+    "**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3,
+    **dict.fromkeys(("EQ", "NE", "GT", "GE", "LT", "LE"), 2),
+    **dict.fromkeys(("AND", "OR", "XOR"), 1),
+}  # fmt: skip
+#: A number parameter by its index, a named one by its name (lower case, without blanks).
+Key = int | str
+
+
+class BlockError(Exception):
+    """A block that cannot be used: finding code, sentence, 1-based column (None: the whole block).
+
+    ``line`` is None where it is that of the block being executed.
+    """
+
+    def __init__(self, code: str, message: str, column: int | None = None, line: int | None = None) -> None:
+        super().__init__(message)
+        self.code, self.message, self.column, self.line = code, message, column, line
+
+
+class Values(Protocol):
+    """Where parameters are looked up, and how the language rounds."""
+
+    @property
+    def truncates(self) -> bool:
+        """True where FIX goes towards zero and FUP away from it; else FIX goes down, FUP up."""
+
+    def value(self, key: Key) -> float:
+        """Value of a parameter; raises BlockError (VP025) for one that has none."""
+
+    def exists(self, name: str) -> bool:
+        """True for a named parameter that has a value."""
+
+
+def shown_key(key: Key) -> str:
+    """A parameter as it is written."""
+    return f"#<{key}>" if isinstance(key, str) else f"#{key}"
+
+
+class ValueReader:
+    """Reads values one after the other from a line.
+
+    Attributes
+    ----------
+    characters : str
+        The line in upper case, without blanks; a comment is one ``(``.
+    places : sequence of int
+        0-based place of each character in the line as it was written, and of the line's end.
+    values : Values or None
+        None where parameters mean nothing (tool tables).
+    at : int
+        Next character to read.
+    """
+
+    def __init__(self, characters: str, places: Sequence[int], values: Values | None) -> None:
+        self.characters, self.places, self.values = characters, places, values
+        self.at = 0
+        self._depth = 0
+
+    def column(self, at: int) -> int:
+        """1-based column of a character."""
+        return self.places[min(at, len(self.places) - 1)] + 1
+
+    def error(self, code: str, message: str, at: int) -> BlockError:
+        """An error at a character."""
+        return BlockError(code, message, self.column(at))
+
+    def word_value(self, letter: str, bound: float = MAX_NUMBER) -> float:
+        """The value behind a letter: as :meth:`value`, within bounds, and no second sign or point behind a number."""
+        begin = self.at
+        if (found := _NUMBER.match(self.characters, begin)) is not None:
+            end = found.end()
+            if self.characters[end : end + 1] in ("+", "-", "."):
+                raise self.error("VP001", f"{letter}{self.characters[begin : end + 1]}: not a number", end)
+        value = self.value(letter)
+        if abs(value) > bound:
+            raise self.error("VP007", f"{letter}{value:g}: the number is beyond any machine", begin)
+        return value
+
+    def value(self, owner: str) -> float:
+        """A number, parameter, bracket or function; ``owner`` is what needs it, for messages."""
+        characters, begin = self.characters, self.at
+        if (found := _NUMBER.match(characters, begin)) is not None:
+            self.at = found.end()
+            return self._finite(float(found.group()), begin)
+        first = characters[begin : begin + 1]
+        if first == "[":
+            return self._finite(self.bracket(), begin)
+        if first == "#":
+            return self._parameter()
+        if first in ("+", "-") and first and re.match(r"[#\[A-Z]", characters[begin + 1 :]):
+            self.at += 1
+            value = self.value(owner)
+            return -value if first == "-" else value
+        if first and (found := _LETTERS.match(characters, begin)) is not None:
+            name = next((name for name in _FUNCTIONS_LONGEST_FIRST if found.group().startswith(name)), None)
+            if name is not None:
+                self.at += len(name)
+                return self._finite(self._function(name, begin), begin)
+        shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
+        raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
+
+    def bracket(self) -> float:
+        """An expression in brackets."""
+        begin = self.at
+        if self.characters[begin : begin + 1] != "[":
+            raise self.error("VP001", "expected '['", begin)
+        self._deeper(begin)
+        self.at += 1
+        value = self._binary(1)
+        if self.characters[self.at : self.at + 1] != "]":
+            raise self.error("VP001", "expected an operator or ']'", self.at)
+        self.at += 1
+        self._depth -= 1
+        return value
+
+    def key(self) -> Key:
+        """What stands behind a ``#``: an index or a name."""
+        begin = self.at
+        if (found := _NAME.match(self.characters, begin)) is not None:
+            self.at = found.end()
+            if not found.group(1):
+                raise self.error("VP001", "the name of a parameter is missing", begin)
+            return found.group(1).lower()
+        if self.characters[begin : begin + 1] == "<":
+            raise self.error("VP001", "the name of a parameter is not closed; expected '>'", begin)
+        self._deeper(begin)
+        value = self.value("#")
+        self._depth -= 1
+        index = round(value)
+        if abs(value - index) > WHOLE_NUMBER:
+            raise self.error("VP025", f"#{value:g}: the index of a parameter is a whole number", begin)
+        return index
+
+    def _parameter(self) -> float:
+        begin = self.at
+        if self.values is None:
+            raise self.error("VP001", "'#': parameters mean nothing here", begin)
+        self.at += 1
+        key = self.key()
+        try:
+            return self.values.value(key)
+        except BlockError as error:
+            raise self.error(error.code, error.message, begin) from None
+
+    def _deeper(self, begin: int) -> None:
+        self._depth += 1
+        if self._depth > MAX_NESTING:
+            raise self.error("VP001", f"more than {MAX_NESTING} brackets or # inside each other", begin)
+
+    def _finite(self, value: float, begin: int) -> float:
+        if not math.isfinite(value):
+            raise self.error("VP007", "the value is not finite", begin)
+        return value
+
+    def _binary(self, least: int) -> float:
+        left = self.value("an expression")
+        while True:
+            found = _OPERATOR.match(self.characters, self.at)
+            if found is None or _PRECEDENCE[found.group()] < least:
+                return left
+            begin, self.at = self.at, found.end()
+            right = self._binary(_PRECEDENCE[found.group()] + 1)
+            left = self._finite(self._applied(found.group(), left, right, begin), begin)
+
+    def _applied(self, operator: str, left: float, right: float, begin: int) -> float:
+        if operator in ("/", "MOD") and right == 0:
+            raise self.error("VP007", f"{left:g} {operator} {right:g}: division by zero", begin)
+        if operator == "**" and left < 0 and right != int(right):
+            raise self.error("VP007", f"{left:g}**{right:g}: a negative number to a power that is not whole", begin)
+        if operator == "**" and left == 0 and right < 0:
+            raise self.error("VP007", f"0**{right:g}: zero to a negative power", begin)
+        try:
+            return float(_OPERATORS[operator](left, right))
+        except OverflowError:
+            return math.inf
+
+    def _function(self, name: str, begin: int) -> float:
+        if self.characters[self.at : self.at + 1] != "[":
+            raise self.error("VP001", f"{name} needs its argument in brackets: {name}[...]", self.at)
+        if name == "EXISTS":
+            return self._exists()
+        argument = self.bracket()
+        if name == "ATAN":
+            if self.characters[self.at : self.at + 1] != "/":
+                raise self.error("VP001", "ATAN has two arguments: ATAN[y]/[x]", self.at)
+            self.at += 1
+            return math.degrees(math.atan2(argument, self.bracket()))
+        allowed, what = _DOMAIN.get(name, (None, ""))
+        if allowed is not None and not allowed(argument):
+            raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
+        if name in ("FIX", "FUP") and argument < 0 and self.values is not None and self.values.truncates:
+            name = "FUP" if name == "FIX" else "FIX"
+        try:
+            return float(_FUNCTIONS[name](argument))
+        except OverflowError:
+            return math.inf
+
+    def _exists(self) -> float:
+        found = re.match(r"\[#<([^<>]+)>\]", self.characters[self.at :])
+        if found is None or self.values is None:
+            raise self.error("VP001", "EXISTS takes a named parameter: EXISTS[#<name>]", self.at)
+        self.at += found.end()
+        return float(self.values.exists(found.group(1).lower()))
+
+
+def _rounded(value: float) -> float:
+    """Half away from zero."""
+    return math.copysign(math.floor(abs(value) + 0.5), value)
+
+
+_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
+    "**": lambda a, b: a**b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "MOD": lambda a, b: math.fmod(a, b) + (abs(b) if math.fmod(a, b) < 0 else 0.0),  # never negative
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "EQ": lambda a, b: abs(a - b) < EQUAL_NUMBERS,
+    "NE": lambda a, b: abs(a - b) >= EQUAL_NUMBERS,
+    "GT": lambda a, b: a > b,
+    "GE": lambda a, b: a >= b,
+    "LT": lambda a, b: a < b,
+    "LE": lambda a, b: a <= b,
+    "AND": lambda a, b: a != 0 and b != 0,
+    "OR": lambda a, b: a != 0 or b != 0,
+    "XOR": lambda a, b: (a != 0) != (b != 0),
+}
+_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
+    "ABS": abs,
+    "ACOS": lambda x: math.degrees(math.acos(x)),
+    "ASIN": lambda x: math.degrees(math.asin(x)),
+    "COS": lambda x: math.cos(math.radians(x)),
+    "EXP": math.exp,
+    "FIX": math.floor,
+    "FUP": math.ceil,
+    "LN": math.log,
+    "ROUND": _rounded,
+    "SIN": lambda x: math.sin(math.radians(x)),
+    "SQRT": math.sqrt,
+    "TAN": lambda x: math.tan(math.radians(x)),
+}
+_FUNCTIONS_LONGEST_FIRST: Final = sorted([*_FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
+_DOMAIN: Final[dict[str, tuple[Callable[[float], bool], str]]] = {
+    "ACOS": (lambda x: abs(x) <= 1, "the argument lies between -1 and 1"),
+    "ASIN": (lambda x: abs(x) <= 1, "the argument lies between -1 and 1"),
+    "LN": (lambda x: x > 0, "the argument is greater than zero"),
+    "SQRT": (lambda x: x >= 0, "the argument is not negative"),
+}

@@ -1,0 +1,291 @@
+"""Where a program goes on: O words, subprograms, and the bounds of both.
+
+Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); this is what happens at run time:
+conditions, counters, calls with their arguments and names.
+"""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.gcode.block import Block, BlockError, OWord
+from verne_post.gcode.interpret import Call, Interpreter
+from verne_post.gcode.parameters import LOCAL_INDICES
+from verne_post.gcode.text import ProgramText, decoded
+
+#: Calls inside each other; LinuxCNC allows nine.
+MAX_DEPTH: Final = 50
+MAX_ARGUMENTS: Final = 30
+
+
+@dataclass
+class _Frame:
+    """One call: where it came from, and what it brings back.
+
+    ``label`` is None for the program itself; ``remaining`` counts the runs of M98 L; ``counters`` the rounds of repeat.
+    """
+
+    text: ProgramText
+    line: int
+    label: str | None = None
+    program: bool = False
+    begin: int = 0
+    remaining: int = 0
+    arguments: dict[int, float] = field(default_factory=dict)
+    counters: dict[int, int] = field(default_factory=dict)
+
+
+class Flow:
+    """The way through a program.
+
+    Attributes
+    ----------
+    text : ProgramText
+        The file that is being executed.
+    line : int
+        The line that comes next, 1-based.
+    shown_line : int or None
+        Line of the program that stands for lines of another file; None while the program itself runs.
+    """
+
+    def __init__(self, text: ProgramText, machine: Interpreter) -> None:
+        self.main, self.machine = text, machine
+        self.text, self.line = text, 1
+        self.shown_line: int | None = None
+        self._frames = [_Frame(text, 0)]
+        self._called: set[str] = set()
+        self._files: dict[str, ProgramText] = {}
+        self.steps = 0
+
+    def count(self, lines: int) -> None:
+        """Count executed lines.
+
+        Raises
+        ------
+        BlockError
+            VP024: more than one pass over the text and the permitted repeats.
+        """
+        self.steps += lines
+        if self.steps > self.main.n_lines + self.machine.setup.max_repeats:
+            raise BlockError(
+                "VP024", f"more than {self.machine.setup.max_repeats} blocks were repeated by loops and calls; if the program is meant to, "
+                "raise --max-repeats",
+            )  # fmt: skip
+
+    @property
+    def in_call(self) -> bool:
+        """True inside a subroutine."""
+        return len(self._frames) > 1
+
+    # --- O words ---------------------------------------------------------------------------------
+
+    def step(self, block: Block) -> None:
+        """Follow the O word of a block; ``line`` is already the one behind it."""
+        o, line = block.o, block.line
+        assert o is not None
+        if o.keyword is None:
+            return
+        _ = self.text.structure  # labels that do not fit together are errors from the first O word on
+        try:
+            self._take(o, line)
+        except BlockError as error:
+            column = error.column or (None if error.line else o.reader.column(o.label_at - 1))
+            raise BlockError(error.code, error.message, column, error.line) from None
+
+    def _take(self, o: OWord, line: int) -> None:
+        if o.keyword == "call":
+            self._call(o, line)
+        elif o.keyword in ("return", "endsub"):
+            self._return(o)
+        elif o.keyword == "sub":
+            self._skip_sub(o, line)
+        elif o.keyword == "if":
+            self._branch(o, line)
+        elif o.keyword in ("elseif", "else"):  # the branch before it has been executed
+            self.line = self.text.structure.end[line] + 1
+        elif o.keyword in ("break", "continue"):
+            self._leave_round(o, line)
+        else:
+            self._loop(o, line)
+
+    def _branch(self, o: OWord, line: int) -> None:
+        structure = self.text.structure
+        while not o.condition():
+            line = structure.branch[line]
+            if line == structure.end.get(line, line):  # endif
+                break
+            found = self.machine.read(decoded(self.text.line(line)), line).o
+            assert found is not None
+            o = found
+            if o.keyword == "else":
+                o.bare()
+                break
+        self.line = line + 1
+
+    def _loop(self, o: OWord, line: int) -> None:
+        structure, counters = self.text.structure, self._frames[-1].counters
+        if o.keyword == "while":
+            if line in structure.begin:  # of do
+                if o.condition():
+                    self.line = structure.begin[line] + 1
+            elif not o.condition():
+                self.line = structure.end[line] + 1
+        elif o.keyword == "repeat":
+            rounds = round(o.condition())
+            if rounds <= 0:
+                self.line = structure.end[line] + 1
+            counters[line] = rounds
+        elif o.keyword == "endwhile":
+            o.bare()
+            self.line = structure.begin[line]
+        elif o.keyword == "endrepeat":
+            o.bare()
+            begin = structure.begin[line]
+            counters[begin] -= 1
+            if counters[begin] > 0:
+                self.line = begin + 1
+        else:  # do, endif
+            o.bare()
+
+    def _leave_round(self, o: OWord, line: int) -> None:
+        o.bare()
+        structure = self.text.structure
+        end = structure.end[structure.loop[line]]
+        self.line = end + 1 if o.keyword == "break" else end
+
+    # --- calls -------------------------------------------------------------------------------------
+
+    def _skip_sub(self, o: OWord, line: int) -> None:
+        o.bare()
+        if o.label in self._called and not self.in_call:
+            raise BlockError(
+                "VP023",
+                f"o{o.label} sub is met behind its call; define it before the first call, or behind the end of the program",
+            )
+        self.line = self.text.structure.subs[o.label or ""][1] + 1
+
+    def _call(self, o: OWord, line: int) -> None:
+        label = o.labelled()
+        arguments = o.arguments()
+        if len(arguments) > MAX_ARGUMENTS:
+            raise BlockError(
+                "VP023", f"o{label} call with {len(arguments)} arguments; there are at most {MAX_ARGUMENTS}"
+            )
+        text, (begin, _end) = self._find_sub(label)
+        store = self.machine.state.store
+        frame = self._enter(text, begin + 1, line, label)
+        frame.arguments = {index: store.numbered.get(index, 0.0) for index in LOCAL_INDICES}
+        for index in LOCAL_INDICES:
+            store.numbered[index] = arguments[index - 1] if index <= len(arguments) else 0.0
+        store.local.append({})
+        store.named["_value"] = store.named["_value_returned"] = 0.0
+        self._called.add(label)
+
+    def _find_sub(self, label: str) -> tuple[ProgramText, tuple[int, int]]:
+        for text in (self.text, self.main):
+            if label in text.structure.subs:
+                return text, text.structure.subs[label]
+            if label in text.structure.programs and label not in text.structure.subs:
+                raise BlockError("VP023", f"o{label} is a subprogram of M98 and M99; call it with M98 P{label}")
+        name = label.strip("<>")
+        text_of_file = self._file(name)
+        if text_of_file is None:
+            raise BlockError(
+                "VP023",
+                f"o{label} is defined neither in the program nor in a file {name}.ngc in its folder or a --subroutine-path",
+            )
+        if label not in text_of_file.structure.subs:
+            raise BlockError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
+        return text_of_file, text_of_file.structure.subs[label]
+
+    def _file(self, name: str) -> ProgramText | None:
+        if name not in self._files:
+            source = self.machine.setup.subroutines.get(name)
+            if source is None:
+                return None
+            self._files[name] = ProgramText(source, self.machine.setup, self.machine.percent, f"{name}.ngc")
+        return self._files[name]
+
+    def _enter(self, text: ProgramText, begin: int, line: int, label: str) -> _Frame:
+        if len(self._frames) > MAX_DEPTH:
+            raise BlockError("VP024", f"more than {MAX_DEPTH} calls inside each other, the last of o{label}")
+        self.machine.recorder.event(self.shown_line or line, "call", label=label)
+        frame = _Frame(self.text, self.line, label, begin=begin)
+        self._frames.append(frame)
+        self.machine.state.saved.append(None)
+        if text is not self.main and self.shown_line is None:
+            self.shown_line = line
+        self.text, self.line = text, begin
+        return frame
+
+    def _return(self, o: OWord) -> None:
+        frame = self._frames[-1]
+        if frame.label is None:
+            raise BlockError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
+        if frame.program:
+            raise BlockError("VP023", f"o{o.label or ''} {o.keyword} in a subprogram that M98 has called; expected M99")
+        values = o.arguments()
+        if len(values) > 1:
+            raise BlockError(
+                "VP023", f"o{o.label or ''} {o.keyword} returns {len(values)} values; there is at most one"
+            )
+        store = self.machine.state.store
+        store.named["_value"] = values[0] if values else 0.0
+        store.named["_value_returned"] = float(bool(values))
+        store.numbered.update(frame.arguments)
+        store.local.pop()
+        self._leave(frame)
+
+    def _leave(self, frame: _Frame) -> None:
+        self._frames.pop()
+        self.text, self.line = frame.text, frame.line
+        if self.text is self.main:
+            self.shown_line = None
+        self.machine.leave_call()
+        self.machine.recorder.event(self.shown_line or max(frame.line - 1, 1), "return", label=frame.label)
+
+    # --- M98, M99 ------------------------------------------------------------------------------------
+
+    def follow(self, call: Call, line: int) -> None:
+        """Follow M98 or M99 of the block in ``line``."""
+        try:
+            self._follow(call, line)
+        except BlockError as error:
+            column = error.column or (None if error.line else call.column)
+            raise BlockError(error.code, error.message, column, error.line) from None
+
+    def _follow(self, call: Call, line: int) -> None:
+        if call.label is None:
+            self._end_program()
+        elif call.repeats > 0:
+            text, begin = self._find_program(call.label)
+            frame = self._enter(text, begin + 1, line, call.label)
+            frame.program, frame.remaining = True, call.repeats
+
+    def _end_program(self) -> None:
+        frame = self._frames[-1]
+        if frame.label is None:
+            raise BlockError("VP024", "M99 in the main program starts it again, without end; end it with M2 or M30")
+        if not frame.program:
+            raise BlockError(
+                "VP023", f"M99 in a subroutine that o{frame.label} call has called; expected endsub or return"
+            )
+        frame.remaining -= 1
+        if frame.remaining > 0:
+            self.line = frame.begin
+        else:
+            self._leave(frame)
+
+    def _find_program(self, label: str) -> tuple[ProgramText, int]:
+        for text in (self.text, self.main):
+            if label in text.structure.programs:
+                return text, text.structure.programs[label]
+            if label in text.structure.subs:
+                raise BlockError("VP023", f"o{label} sub is called with o{label} call, not with M98")
+        for name in (label, f"o{label}", f"o{int(label):04d}", f"{int(label):04d}"):
+            found = self._file(name)
+            if found is not None:
+                return found, found.structure.programs.get(label, 0)
+        raise BlockError(
+            "VP023",
+            f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or O{int(label):04d}.nc beside it",
+        )

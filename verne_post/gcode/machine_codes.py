@@ -1,0 +1,176 @@
+"""M codes, F, S and T: spindle, tool, coolant, signals, override switches, saved modal state."""
+
+from dataclasses import replace
+from typing import Final
+
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.frame_codes import FrameCodes, whole
+from verne_post.gcode.state import Saved
+from verne_post.model.moves import FeedMode
+
+_COOLANT: Final = {7: "mist", 8: "flood", 9: "off"}
+#: M50 to M53 -> switch; M48 and M49 turn the first two.
+_SWITCHES: Final = {50: "feed", 51: "speed", 52: "adaptive", 53: "hold"}
+#: Words with which M66 waits: L0 at once, rise, fall, high, low.
+_MAX_WAIT: Final = 4
+#: What M70 and M73 save of the state. The motion mode is not among it.
+_SAVED: Final = (
+    "plane", "absolute", "absolute_centers", "feed_mode", "inch", "control", "feed", "feed_angular", "spindle_speed",
+    "spindle_on", "spindle_reversed", "mist", "flood", "diameter_mode", "initial_level",
+)  # fmt: skip
+
+
+class MachineCodes(FrameCodes):
+    """Frame codes, and those that act on anything but the axes."""
+
+    # --- feed, speed, tool ---------------------------------------------------------------------
+
+    def _feed_mode(self, block: Block, g: dict[str, int]) -> None:
+        state = self.state
+        mode = g.get("feed mode")
+        if mode is not None:
+            wanted = {930: FeedMode.INVERSE, 940: FeedMode.PER_MINUTE, 950: FeedMode.PER_REVOLUTION}[mode]
+            if wanted != state.feed_mode:
+                self._refuse_compensation("a change of feed mode")
+                state.feed = state.feed_angular = 0.0
+            state.feed_mode = wanted
+        if "F" in block.words:
+            value = block.words["F"]
+            if value < 0:
+                raise BlockError("VP007", f"F{value:g}: a feed is not negative", block.columns["F"])
+            state.feed_angular = value
+            state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
+
+    def _speed_and_tool(self, block: Block, m: dict[str, list[int]]) -> None:
+        state = self.state
+        if "S" in block.words:
+            if block.words["S"] < 0:
+                raise BlockError("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", block.columns["S"])
+            state.spindle_speed = block.words["S"]
+        if "T" in block.words:
+            tool = whole(block, "T")
+            if state.tools is not None and tool != 0 and tool not in state.tools:
+                raise BlockError("VP012", f"T{tool}: the tool table has no such tool", block.columns["T"])
+            state.selected_tool = tool
+        for code in m.get("signals", []):
+            self._signal(block, code)
+        for code in m.get("tool change", []):
+            self._change_tool(block, code)
+        for code in m.get("spindle", []):
+            if code == 19:
+                self.recorder.event(block.line, "orient", angle=block.words.get("R", 0.0))
+                state.spindle_on = False
+            else:
+                self._spindle(block.line, on=code != 5, backwards=code == 4)
+        for code in m.get("saved state", []):
+            self._save(code)
+        for code in m.get("coolant", []):
+            state.mist = code == 7 or (state.mist and code != 9)
+            state.flood = code == 8 or (state.flood and code != 9)
+            self.recorder.event(block.line, "coolant", state=_COOLANT[code])
+        for code in m.get("override", []):
+            self._override(block, code)
+
+    def _change_tool(self, block: Block, code: int) -> None:
+        state = self.state
+        tool = state.selected_tool or 0
+        if code == 61:
+            if "Q" not in block.words:
+                raise BlockError("VP005", "M61 needs Q, the number of the tool")
+            tool = whole(block, "Q")
+            if state.tools is not None and tool != 0 and tool not in state.tools:
+                raise BlockError("VP012", f"M61 Q{tool}: the tool table has no such tool", block.columns["Q"])
+        if tool:
+            self._one_tool(tool)
+        state.loaded_tool = tool
+        if code == 61:  # nobody changes anything: the number is set right
+            self.recorder.event(block.line, "tool number", number=tool)
+            return
+        self._refuse_compensation("M6")
+        state.spindle_on = False
+        self.recorder.event(block.line, "tool", number=tool)
+
+    def _spindle(self, line: int, *, on: bool, backwards: bool = False) -> None:
+        state = self.state
+        state.spindle_on = on
+        if on:
+            state.spindle_reversed = backwards
+        direction = "stop" if not on else "counterclockwise" if backwards else "clockwise"
+        self.recorder.event(line, "spindle", direction=direction, speed=state.spindle_speed)
+
+    # --- switches and signals --------------------------------------------------------------------
+
+    def _override(self, block: Block, code: int) -> None:
+        overrides = self.state.overrides
+        if code in (48, 49):
+            overrides["feed"] = overrides["speed"] = code == 48
+        else:
+            overrides[_SWITCHES[code]] = block.words.get("P", 1.0) != 0.0
+        self.recorder.event(block.line, "override", **overrides)
+
+    def _signal(self, block: Block, code: int) -> None:
+        """M62 to M68: outputs, and M66, which waits for an input."""
+        if code == 66:
+            self._wait_for_input(block)
+            return
+        digital = code <= 65
+        letter = "P" if digital else "E"
+        if letter not in block.words:
+            raise BlockError("VP005", f"M{code} needs {letter}, the number of the output")
+        data: dict[str, object] = {"output": whole(block, letter), "synchronised": code in (62, 63, 67)}
+        if digital:
+            data["on"] = code in (62, 64)
+        elif "Q" not in block.words:
+            raise BlockError("VP005", f"M{code} needs Q, the value")
+        else:
+            data["value"] = block.words["Q"]
+        self.recorder.event(block.line, "signal", **data)
+
+    def _wait_for_input(self, block: Block) -> None:
+        words = block.words
+        if ("P" in words) == ("E" in words):
+            raise BlockError("VP005", "M66 needs P, a digital input, or E, an analog one")
+        how = whole(block, "L") if "L" in words else 0
+        if how > _MAX_WAIT:
+            raise BlockError("VP007", f"M66 L{how}: ways to wait are L0 to L{_MAX_WAIT}", block.columns["L"])
+        if how and "E" in words:
+            raise BlockError("VP007", "M66 E waits for nothing: only L0 goes with an analog input", block.columns["L"])
+        if how and words.get("Q", 0.0) <= 0:
+            raise BlockError("VP005", f"M66 L{how} needs Q, the longest time to wait, greater than 0")
+        self.state.inputs_read = True
+        letter = "P" if "P" in words else "E"
+        self.recorder.event(block.line, "input", input=whole(block, letter), analog=letter == "E", wait=how)
+
+    # --- saved state ---------------------------------------------------------------------------------
+
+    def _save(self, code: int) -> None:
+        saved = self.state.saved
+        if code == 71:
+            saved[-1] = None
+        elif code == 72:
+            last = saved[-1]
+            if last is None:
+                raise BlockError("VP017", "M72 without M70 or M73 before it at the same level of calls")
+            self._restore(last)
+        else:
+            state = self.state
+            values = {name: getattr(state, name) for name in _SAVED}
+            saved[-1] = Saved(values, dict(state.overrides), state.frame.system, state.frame.tool, code == 73)
+
+    def _restore(self, saved: Saved) -> None:
+        state = self.state
+        self._refuse_compensation("M72, or a return after M73,")
+        for name, value in saved.values.items():
+            setattr(state, name, value)
+        state.overrides = dict(saved.overrides)
+        frame = state.frame
+        if saved.system != frame.system:
+            self._set_frame(replace(state.systems[saved.system], g92=frame.g92, tool=frame.tool))
+        if saved.tool != state.frame.tool:
+            self._set_frame(replace(state.frame, tool=saved.tool))
+
+    def leave_call(self) -> None:
+        """Back from a call: bring back what M73 has saved in it."""
+        saved = self.state.saved.pop()
+        if saved is not None and saved.automatic:
+            self._restore(saved)

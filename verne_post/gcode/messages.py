@@ -1,0 +1,50 @@
+"""Comments that speak: (MSG,..), (DEBUG,..), (PRINT,..), (LOG,..), (ABORT,..), and those that would open files."""
+
+import re
+from typing import Final
+
+from verne_post.gcode.expressions import BlockError, Values
+
+_CHANNELS: Final = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT")
+#: They write to files or read from them: a program names no files here.
+_FILES: Final = ("LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE")
+_PARAMETER: Final = re.compile(r"#<([^<>]*)>|#([0-9]+)|%(l?f|d|\.[0-9]l?f)")
+#: #5599 = 0 silences DEBUG.
+_DEBUG_SWITCH: Final = 5599
+
+
+def message(comment: str, values: Values) -> tuple[str, str] | None:
+    """What a comment says: (channel, text); None for a plain comment.
+
+    The channel is "msg", "debug", "print", "log", "abort", or "file" for what is never executed.
+    """
+    upper = comment.upper()
+    for name in _FILES:
+        if upper.startswith(name):
+            return "file", comment
+    for name in _CHANNELS:
+        if upper.startswith(name + ","):
+            text = comment[len(name) + 1 :]
+            if name == "DEBUG" and values.value(_DEBUG_SWITCH) == 0:
+                return None
+            return name.lower(), text if name == "MSG" else _expanded(text, values)
+    return None
+
+
+def _expanded(text: str, values: Values) -> str:
+    """Put in the values of #n and #<name>; %d, %f and %.2f set how those that follow are written."""
+    form = "%f"
+
+    def replacement(found: re.Match[str]) -> str:
+        nonlocal form
+        name, index, new_form = found.groups()
+        if new_form is not None:
+            form = "%" + new_form.replace("l", "")
+            return ""
+        try:
+            value = values.value(name.replace(" ", "").replace("\t", "").lower() if name is not None else int(index))
+        except BlockError:
+            return "######"
+        return "%d" % round(value) if form == "%d" else form % (value + 0.0)  # noqa: UP031 - the form is the program's
+
+    return _PARAMETER.sub(replacement, text)

@@ -1,0 +1,354 @@
+"""Codes that move: straight moves, arcs, tool vectors, home positions, cutter compensation."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, UPRIGHT_DEG, VECTOR_LENGTH
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.arcs import Arc, center_arc, radius_arc
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.compensation import Compensation
+from verne_post.gcode.frame_codes import MAX_LENGTH_MM, whole
+from verne_post.gcode.machine_codes import MachineCodes
+from verne_post.model.moves import AXES, FeedMode, MoveKind
+
+Array = NDArray[np.float64]
+
+_X, _Y, _Z = 0, 1, 2
+_A, _C = 3, 5
+_ROTARY: Final = (3, 4, 5)
+#: So many turns of one arc at most.
+MAX_TURNS: Final = 10_000
+
+
+class MotionCodes(MachineCodes):
+    """Machine codes, and those that move the axes."""
+
+    # --- home --------------------------------------------------------------------------------
+
+    def _home(self, block: Block, code: int) -> None:
+        state, setup = self.state, self.setup
+        self._refuse_compensation(g_name(code))
+        home = state.home if code == 280 else state.home2
+        if home is None:
+            raise BlockError(
+                "VP015", f"{g_name(code)} needs the home position of the machine: add [home] {g_name(code).lower()} "
+                "to the machine file, or retract with G53 G0 Z0",
+            )  # fmt: skip
+        axes = self._named_axes(block)
+        # an incremental via word of 0 means no via point, so the axis need not be known
+        moving = [axis for axis in axes if state.absolute or block.words[AXES[axis]] != 0.0]
+        if not state.absolute:
+            self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
+        if state.vector is not None or state.vectors:
+            self._check_vector_axes(block, moving, machine=False)
+        via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
+        if _C in moving:
+            self.recorder.fix_c(block.line)
+        for axis in moving:
+            value = self._axis_value(block, axis)
+            via[axis] = value if state.absolute else via[axis] + value
+            state.known[axis] = True
+        self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
+        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        for axis in chosen:
+            if math.isnan(home[axis]):
+                raise BlockError(
+                    "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
+                )
+        self._leave_vector_for_machine(block, chosen, g_name(code))
+        self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
+
+    # --- motion ----------------------------------------------------------------------------------
+
+    def _move(self, block: Block, motion: int, *, machine: bool) -> None:
+        kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
+        axes = self._named_axes(block)
+        state = self.state
+        if kind == MoveKind.FEED:
+            self._check_feed(block, motion)
+        if state.vector is not None or state.vectors:
+            self._check_vector_axes(block, axes, machine=machine)
+        if machine:
+            self._refuse_compensation("G53")
+            self._leave_vector_for_machine(block, axes, "G53")
+            self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
+            return
+        if motion in (20, 30):
+            self._require_known(block, self._arc_axes(axes), "an arc")
+        if not state.absolute:
+            self._require_known(block, axes, "an incremental move")
+        start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
+        end = list(start)
+        if _C in axes:
+            self.recorder.fix_c(block.line)
+        for axis in axes:
+            value = self._axis_value(block, axis)
+            end[axis] = value if state.absolute else end[axis] + value
+        if state.tcp_off:
+            self._check_tcp_off(start, end)
+        if motion in (0, 10) and state.vectors and any(letter in block.words for letter in "IJK"):
+            end = self._pointed(block, end)
+            axes = [*axes, _A, _C] if self.setup.machine else axes
+        if motion in (20, 30):
+            self._arc(block, motion, start, end)
+        else:
+            self._record(block.line, kind, end, axes, absolute=state.absolute)
+
+    def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
+        """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
+        state = self.state
+        rotary = [axis for axis in axes if axis in _ROTARY]
+        if not rotary:
+            return
+        letter = AXES[rotary[0]]
+        if state.vectors:
+            raise BlockError(
+                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words",
+                block.columns[letter],
+            )  # fmt: skip
+        if not {_A, _C} <= set(rotary):
+            raise BlockError(
+                "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
+                "name A and C together", block.columns[letter],
+            )  # fmt: skip
+        if not machine:
+            state.vector = None
+
+    def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
+        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, nothing else is told."""
+        if self.state.vector is None or not set(axes) - {_Z}:
+            return
+        if not {_X, _Y, _A, _C} <= set(axes):
+            letter = AXES[next(axis for axis in axes if axis != _Z)]
+            raise BlockError(
+                "VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
+                "or X, Y, A and C together after G43.4 or G49", block.columns.get(letter),
+            )  # fmt: skip
+        self.state.vector = None
+
+    def _pointed(self, block: Block, end: list[float]) -> list[float]:
+        """Take the tool axis I J K: the end point with a pair A, C that holds it."""
+        for letter in "IJK":
+            if letter not in block.words:
+                given = next(other for other in "IJK" if other in block.words)
+                raise BlockError(
+                    "VP005", f"{given} without {letter}: a tool axis needs I, J and K", block.columns[given]
+                )
+        vector = np.array([block.words[letter] for letter in "IJK"])
+        size = float(np.linalg.norm(vector))
+        if abs(size - 1.0) > VECTOR_LENGTH:
+            raise BlockError(
+                "VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", block.columns["I"]
+            )
+        self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
+        return self.setup.coordinates.pointed(end, vector / size, self.state.frame)
+
+    @staticmethod
+    def _arc_axes(axes: list[int]) -> list[int]:
+        return sorted({0, 1, 2, *axes})
+
+    def _check_feed(self, block: Block, motion: int) -> None:
+        state = self.state
+        name = g_name(motion)
+        if state.feed_mode == FeedMode.INVERSE and "F" not in block.words:
+            raise BlockError("VP009", f"{name} in inverse time mode (G93) needs F in its own block")
+        if state.feed == 0.0:
+            raise BlockError("VP009", f"{name} with feed zero; give F")
+        turning = state.spindle_on and state.spindle_speed > 0
+        if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
+            raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
+        if self.setup.machine and not state.length_said:
+            raise BlockError(
+                "VP012", "the tool length has not been said before the first feed move; "
+                "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
+            )  # fmt: skip
+
+    def _start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
+        """Where unnamed axes stay; applies the rule for a change of tool length under tilt."""
+        state = self.state
+        held, state.held = state.held, None
+        if held is None:
+            return state.position
+        tilt = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[3]
+        if abs(math.sin(RAD_PER_DEG * tilt)) <= POLE_SINE and math.cos(RAD_PER_DEG * tilt) > 0:
+            return state.position
+        if kind != MoveKind.RAPID or not (absolute or machine):
+            raise BlockError(
+                "VP016", f"the tool length has changed while the table is tilted (A {tilt:g} deg), so the tip is elsewhere; "
+                "the next motion must be a G0 in absolute terms",
+            )  # fmt: skip
+        if machine:
+            return state.position
+        return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
+
+    def _to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
+        """Move the named axes to machine coordinates; the others keep theirs."""
+        state, coordinates = self.state, self.setup.coordinates
+        self._start_of_motion(kind, absolute=True, machine=True)
+        if {_X, _Y, _C} & set(targets):
+            self.recorder.fix_c(line)
+        machine = coordinates.to_machine(np.array(state.position), state.frame)
+        for axis, value in targets.items():
+            machine[axis] = value
+        end = [float(v) for v in coordinates.to_program(machine, state.frame)]
+        self._record(line, kind, end, list(targets), absolute=True)
+        for axis in {0, 1, 2, *targets}:
+            state.named[axis] = False  # what it has now was not programmed but follows from machine coordinates
+
+    def _record(self, line: int, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool) -> None:
+        state = self.state
+        begin, target = state.centre or state.position, end
+        state.centre = None
+        if state.compensation is not None:
+            self._check_compensated(state.position, end)
+            target = state.compensation.straight(self.recorder, state.position, end, state.feed)
+        feed = math.nan if kind == MoveKind.RAPID else self._feed_of(line_lengths(np.array(target) - np.array(begin)))
+        self.recorder.add(state, line, kind, target, feed)
+        if state.compensation is not None:
+            state.compensation.settle(self.recorder.count - 1, line, end)
+            state.centre = target
+        state.arc_may_follow = True
+        self._arrive(end, axes, absolute=absolute)
+
+    def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
+        state = self.state
+        state.position = end
+        state.placed = state.placed or bool(axes)
+        for axis in axes:
+            state.named[axis] = True
+            if absolute:
+                state.known[axis] = True
+
+    def _feed_of(self, lengths: tuple[object, object]) -> float:
+        """Feed of a move as `dump moves` shows it: see :func:`effective_feed`."""
+        state = self.state
+        return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
+
+    def _arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
+        state = self.state
+        offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
+        for letter in "IJKR":
+            if self.setup.machine and abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
+                raise BlockError(
+                    "VP007", f"{letter}{block.words[letter]:g} is beyond any machine", block.columns[letter]
+                )
+        turns = whole(block, "P") if "P" in block.words else 1
+        if not 1 <= turns <= MAX_TURNS:
+            raise BlockError("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", block.columns["P"])
+        clockwise = motion == 20
+        if "R" in block.words:
+            if offsets:
+                raise BlockError("VP003", "an arc has either R or a centre (I, J, K), not both", block.columns["R"])
+            arc = radius_arc(start, end, state.plane, clockwise, self._length(block.words["R"]), turns - 1)
+        elif offsets:
+            tolerance = ARC_RADIUS_INCH_MM if state.inch else ARC_RADIUS_MM
+            arc = center_arc(start, end, state.plane, clockwise, offsets, state.absolute_centers, turns - 1, tolerance)
+        else:
+            raise BlockError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+        if not state.arc_may_follow:
+            raise BlockError(
+                "VP026", "the move after the end of cutter compensation (G40) must be straight, not an arc"
+            )
+        target = end
+        if state.compensation is not None:
+            self._check_compensated(start, end)
+            target, arc = state.compensation.arc(self.recorder, start, end, arc, state.feed)
+        feed = self._feed_of((arc_length(arc, start, end), True))
+        self.recorder.add(state, block.line, MoveKind.ARC, target, feed, arc)
+        if state.compensation is not None:
+            state.compensation.settle(self.recorder.count - 1, block.line, end)
+            state.centre = target
+        self._arrive(end, self._named_axes(block), absolute=state.absolute)
+
+    # --- cutter compensation ------------------------------------------------------------------------
+
+    def _compensate(self, block: Block, code: int) -> None:
+        """G40, G41, G42, G41.1, G42.1."""
+        state = self.state
+        if code == 400:
+            state.arc_may_follow = state.arc_may_follow and (
+                state.compensation is None or state.compensation.piece is None
+            )
+            state.compensation = None
+            return
+        name = g_name(code)
+        if state.compensation is not None:
+            raise BlockError("VP017", f"{name} while cutter compensation is on; write G40 first")
+        if state.plane == 2:
+            raise BlockError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
+        if state.feed_mode != FeedMode.PER_MINUTE:
+            raise BlockError(
+                "VP017", f"{name} needs feed per minute (G94): beside the contour moves have other lengths"
+            )
+        if state.vectors or state.vector is not None:
+            raise BlockError("VP017", f"{name} while a tool axis (I J K) holds")
+        radius = 0.5 * self._cutter_diameter(block, code)
+        state.compensation = Compensation(code, state.plane, radius if code < 420 else -radius)
+
+    def _cutter_diameter(self, block: Block, code: int) -> float:
+        state = self.state
+        if code % 10:  # in the block
+            if "D" not in block.words:
+                raise BlockError("VP005", f"{g_name(code)} needs D, the diameter")
+            return self._length(block.words["D"])
+        number = whole(block, "D") if "D" in block.words else state.loaded_tool or 0
+        if number == 0:
+            raise BlockError("VP012", f"{g_name(code)} without D, and no tool is in the spindle")
+        if state.tools is None or number not in state.tools:
+            raise BlockError(
+                "VP012", f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
+                block.columns.get("D"),
+            )  # fmt: skip
+        return state.tools[number].diameter
+
+    def _check_compensated(self, start: list[float], end: list[float]) -> None:
+        turning = next((axis for axis in _ROTARY if start[axis] != end[axis]), None)
+        if turning is not None:
+            raise BlockError(
+                "VP026", f"{AXES[turning]} turns under cutter compensation: the contour is plane; write G40 first"
+            )
+
+    def _check_tcp_off(self, start: list[float], end: list[float]) -> None:
+        """Without tool-centre-point control other controls mean other places, but for an upright, unturned table."""
+        coordinates, frame = self.setup.coordinates, self.state.frame
+        for point in (start, end):
+            machine = coordinates.to_machine(np.array(point), frame)
+            if self.setup.machine and (abs(machine[_A]) > UPRIGHT_DEG or abs(machine[_C]) > UPRIGHT_DEG):
+                raise BlockError(
+                    "VP017", f"tool-centre-point control is off (remapped code), and the table stands at A {machine[_A]:g}, "
+                    f"C {machine[_C]:g}: this machine always controls the tool centre point; use G53, or turn to A0 C0 before",
+                )  # fmt: skip
+
+
+def line_lengths(delta: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Length of a straight move by LinuxCNC's rule, and whether the tip moves.
+
+    XYZ if they move, else UVW, else the norm of ABC; ``delta`` has shape (..., 9).
+    """
+    linear = np.sqrt(delta[..., 0] ** 2 + delta[..., 1] ** 2 + delta[..., 2] ** 2)
+    second = np.sqrt(delta[..., 6] ** 2 + delta[..., 7] ** 2 + delta[..., 8] ** 2)
+    angular = np.sqrt(delta[..., 3] ** 2 + delta[..., 4] ** 2 + delta[..., 5] ** 2)
+    length = np.where(linear > 0, linear, np.where(second > 0, second, angular))
+    return length, (linear > 0) | (second > 0)
+
+
+def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
+    """Length of a helical arc, mm."""
+    first, second, normal = ((0, 1, 2), (2, 0, 1), (1, 2, 0))[arc.plane]
+    radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
+    return math.hypot(radius * math.radians(arc.sweep), end[normal] - start[normal])
+
+
+def effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:
+    """Feed in mm/min, deg/min for rotary-only moves, mm or deg per revolution for G95.
+
+    Inverse time (F in 1/min) becomes the speed that results, length times F.
+    """
+    if mode == FeedMode.INVERSE:
+        return np.asarray(length) * np.asarray(feed)
+    return np.where(np.asarray(tip_moves), np.asarray(feed), np.asarray(angular))

@@ -1,0 +1,260 @@
+"""Parameters: numbered and named ones, and those that show the state of the interpreter.
+
+Numbers and names as LinuxCNC has them (docs/gcode.md). Lengths in 5161 to 5413 are in the unit of the
+parameter file, those of 5420 to 5428 and of the named positions in the unit of the program.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.expressions import BlockError, Key, shown_key
+from verne_post.gcode.offsets import vector9
+from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame
+
+if TYPE_CHECKING:
+    from verne_post.gcode.state import Setup, State
+
+MAX_INDEX: Final = 5601
+#: Arguments of a call: saved and restored by it.
+LOCAL_INDICES: Final = range(1, 31)
+_HOME, _HOME2, _G92, _SYSTEM, _ORIGINS = 5161, 5181, 5211, 5220, 5221
+_TOOL, _POSITION = 5400, 5420
+_LINEAR: Final = (0, 1, 2, 6, 7, 8)
+
+
+@dataclass
+class Store:
+    """What programs have set: numbered parameters, global names, and the names of each call (the last is in force)."""
+
+    numbered: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
+    named: dict[str, float] = field(default_factory=dict)
+    local: list[dict[str, float]] = field(default_factory=lambda: [{}])
+
+
+class Parameters:
+    """The parameters of one interpretation; implements :class:`~verne_post.gcode.expressions.Values`.
+
+    ``line`` is the block that is being read; ``truncates`` how FIX and FUP round negative numbers.
+    """
+
+    def __init__(self, setup: "Setup", state: "State", *, truncates: bool = False) -> None:
+        self.setup, self.state, self.truncates = setup, state, truncates
+        self.line = 0
+
+    # --- reading ------------------------------------------------------------------------------
+
+    def value(self, key: Key) -> float:
+        """Value of a parameter; a number that was never set is 0.
+
+        Raises
+        ------
+        BlockError
+            VP025: no such parameter.
+        """
+        if isinstance(key, str):
+            return self._named(key)
+        if not 1 <= key <= MAX_INDEX:
+            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_INDEX}")
+        if 5161 <= key <= 5428:
+            return self._numbered_state(key)
+        if 5021 <= key <= 5029 or 5081 <= key <= 5089:
+            raise BlockError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
+        return self.state.store.numbered.get(key, 0.0)
+
+    def exists(self, name: str) -> bool:
+        """True for a named parameter that has a value."""
+        store = self.state.store
+        return name in (store.named if name.startswith("_") else store.local[-1]) or name in PREDEFINED
+
+    def _named(self, name: str) -> float:
+        store = self.state.store
+        place = store.named if name.startswith("_") else store.local[-1]
+        if name in place:
+            return place[name]
+        shown = PREDEFINED.get(name)
+        if shown is not None:
+            return float(shown(self))
+        if name.startswith(("_ini[", "_hal[")):
+            raise BlockError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
+        raise BlockError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
+
+    def _numbered_state(self, key: int) -> float:
+        state, store = self.state, self.state.store
+        for first, point in ((_HOME, state.home), (_HOME2, state.home2)):
+            if first <= key < first + 9:
+                if point is None:
+                    raise BlockError("VP015", f"#{key}: the machine file has no such home position")
+                return self._in_file(key - first, point[key - first])
+        if _G92 <= key < _G92 + 9:
+            return self._in_file(key - _G92, state.g92_stored[key - _G92])
+        if key == 5210:
+            return float(state.frame.g92 != ZERO9)
+        if key == _SYSTEM:
+            return float(state.frame.system)
+        if _ORIGINS <= key < 5400:
+            system, entry = divmod(key - _ORIGINS, 20)
+            if system < 9 and entry < 10:
+                frame = state.systems[system + 1]
+                return frame.turn if entry == 9 else self._in_file(entry, frame.origin[entry])
+            if key == 5399 and key not in store.numbered and state.inputs_read:
+                raise BlockError("VP025", "#5399: what M66 reads is only known at the machine")
+        if _TOOL <= key <= 5413:
+            tool = (state.tools or {}).get(state.loaded_tool or 0)
+            if key == _TOOL:
+                return float(state.loaded_tool or 0)
+            if key <= 5409:
+                return self._in_file(key - 5401, tool.offset[key - 5401]) if tool else 0.0
+            return self._in_file(0, tool.diameter) if tool and key == 5410 else 0.0
+        if _POSITION <= key <= 5428:
+            return self.position(key - _POSITION)
+        return store.numbered.get(key, 0.0)
+
+    def position(self, axis: int) -> float:
+        """Where the program stands, in its own unit."""
+        if not self.state.known[axis]:
+            raise BlockError(
+                "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
+            )
+        value = self.state.position[axis]
+        return value / MM_PER_INCH if self.state.inch and axis in _LINEAR else value
+
+    def machine_position(self, axis: int) -> float:
+        """Where the machine stands, in its own unit."""
+        self.position(axis)
+        state = self.state
+        return float(self.setup.coordinates.to_machine(np.array(state.position), state.frame)[axis])
+
+    def _in_file(self, axis: int, value: float) -> float:
+        return value / self.setup.parameter_mm if axis in _LINEAR else value
+
+    # --- setting ------------------------------------------------------------------------------
+
+    def set(self, key: Key, value: float) -> None:
+        """Set a parameter.
+
+        Raises
+        ------
+        BlockError
+            VP025: it cannot be set.
+        """
+        state, store = self.state, self.state.store
+        if isinstance(key, str):
+            if key in PREDEFINED and key not in SETTABLE:
+                raise BlockError("VP025", f"{shown_key(key)} shows a state and cannot be set")
+            (store.named if key.startswith("_") else store.local[-1])[key] = value
+            return
+        if not 1 <= key <= MAX_INDEX:
+            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_INDEX}")
+        if key in (5210, _SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
+            raise BlockError("VP025", f"#{key} shows a state and cannot be set")
+        if _HOME <= key < _HOME + 9:
+            state.home = self._with_entry(state.home, key - _HOME, value)
+        elif _HOME2 <= key < _HOME2 + 9:
+            state.home2 = self._with_entry(state.home2, key - _HOME2, value)
+        elif _G92 <= key < _G92 + 9:
+            state.g92_stored = self._with_entry(state.g92_stored, key - _G92, value)
+        elif _ORIGINS <= key < 5400 and (key - _ORIGINS) // 20 < 9 and (key - _ORIGINS) % 20 < 10:
+            system, entry = divmod(key - _ORIGINS, 20)
+            frame = state.systems[system + 1]
+            state.systems[system + 1] = (
+                replace(frame, turn=value) if entry == 9
+                else replace(frame, origin=vector9(self._with_entry(frame.origin, entry, value)))
+            )  # fmt: skip
+        else:
+            store.numbered[key] = value
+
+    def _with_entry(self, point: tuple[float, ...] | None, axis: int, value: float) -> tuple[float, ...]:
+        values = [np.nan] * 9 if point is None else list(point)
+        values[axis] = value * self.setup.parameter_mm if axis in _LINEAR else value
+        return tuple(values)
+
+    def persistent(self) -> dict[int, float]:
+        """What a parameter file keeps: home positions, G92, the active system, all work systems."""
+        state = self.state
+        kept: dict[int, float] = {}
+        for first, point in ((_HOME, state.home), (_HOME2, state.home2), (_G92, state.g92_stored)):
+            for axis, value in enumerate(point or ()):
+                if np.isfinite(value):
+                    kept[first + axis] = self._in_file(axis, value)
+        kept[5210] = float(state.frame.g92 != ZERO9)
+        kept[_SYSTEM] = float(state.frame.system)
+        for system in range(9):
+            for entry in range(10):
+                kept[_ORIGINS + 20 * system + entry] = self.value(_ORIGINS + 20 * system + entry)
+        return dict(sorted(kept.items()))
+
+
+def _system_code(frame: Frame) -> float:
+    return 540.0 + 10 * (frame.system - 1) if frame.system < 7 else 590.0 + frame.system - 6
+
+
+_Shown = Callable[[Parameters], float]
+
+
+def _positions() -> dict[str, _Shown]:
+    shown: dict[str, _Shown] = {}
+    for axis, letter in enumerate(AXES.lower()):
+        shown[f"_{letter}"] = lambda p, axis=axis: p.position(axis)  # type: ignore[misc]
+        shown[f"_abs_{letter}"] = lambda p, axis=axis: p.machine_position(axis)  # type: ignore[misc]
+    return shown
+
+
+def _motion_mode(p: Parameters) -> float:
+    return 800.0 if p.state.motion is None else float(p.state.motion)
+
+
+#: Names that show the state. Codes are ten times the G number.
+PREDEFINED: Final[dict[str, _Shown]] = {
+    **_positions(),
+    "_line": lambda p: p.line,
+    "_motion_mode": _motion_mode,
+    "_plane": lambda p: 170 + 10 * p.state.plane,
+    "_ccomp": lambda p: 400 if p.state.compensation is None else p.state.compensation.code,
+    "_metric": lambda p: not p.state.inch,
+    "_imperial": lambda p: p.state.inch,
+    "_absolute": lambda p: p.state.absolute,
+    "_incremental": lambda p: not p.state.absolute,
+    "_ijk_absolute_mode": lambda p: p.state.absolute_centers,
+    "_inverse_time": lambda p: p.state.feed_mode == FeedMode.INVERSE,
+    "_units_per_minute": lambda p: p.state.feed_mode == FeedMode.PER_MINUTE,
+    "_units_per_rev": lambda p: p.state.feed_mode == FeedMode.PER_REVOLUTION,
+    "_coord_system": lambda p: _system_code(p.state.frame),
+    "_tool_offset": lambda p: p.state.frame.tool != ZERO9,
+    "_retract_r_plane": lambda p: not p.state.initial_level,
+    "_retract_old_z": lambda p: p.state.initial_level,
+    "_spindle_rpm_mode": lambda _p: 1,
+    "_spindle_css_mode": lambda _p: 0,
+    "_lathe_diameter_mode": lambda p: p.state.diameter_mode,
+    "_lathe_radius_mode": lambda p: not p.state.diameter_mode,
+    "_spindle_on": lambda p: p.state.spindle_on,
+    "_spindle_cw": lambda p: p.state.spindle_on and not p.state.spindle_reversed,
+    "_mist": lambda p: p.state.mist,
+    "_flood": lambda p: p.state.flood,
+    "_speed_override": lambda p: p.state.overrides["speed"],
+    "_feed_override": lambda p: p.state.overrides["feed"],
+    "_adaptive_feed": lambda p: p.state.overrides["adaptive"],
+    "_feed_hold": lambda p: p.state.overrides["hold"],
+    "_feed": lambda p: p.state.feed_angular,
+    "_rpm": lambda p: p.state.spindle_speed,
+    "_current_tool": lambda p: p.state.loaded_tool or 0,
+    "_current_pocket": lambda p: _pocket(p, p.state.loaded_tool, 0),
+    "_selected_tool": lambda p: p.state.selected_tool or 0,
+    "_selected_pocket": lambda p: _pocket(p, p.state.selected_tool, -1),
+    "_value": lambda _p: 0,
+    "_value_returned": lambda _p: 0,
+    "_call_level": lambda p: len(p.state.store.local) - 1,
+    "_remap_level": lambda _p: 0,
+    "_task": lambda _p: 0,
+}
+#: Names of that table that returning from a call sets.
+SETTABLE: Final = ("_value", "_value_returned")
+
+
+def _pocket(p: Parameters, tool: int | None, none: int) -> float:
+    if not tool:
+        return none
+    return (p.state.tools or {})[tool].pocket if tool in (p.state.tools or {}) else tool

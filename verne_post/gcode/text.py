@@ -1,0 +1,249 @@
+"""A program text: chunks of scanned lines on demand, its limits, and where its O words lead."""
+
+import re
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Final
+
+from verne_post.gcode.block import Block, read_block
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.plain import PlainLines
+from verne_post.gcode.scan import chunk_end, scan
+from verne_post.gcode.state import Setup
+
+#: So many scanned chunks are kept: loops that stay within them are scanned once.
+_KEPT_CHUNKS: Final = 8
+_O_LINE: Final = re.compile(rb"^[ \t/]*(?:N[ \t0-9.]*)?O[^\n]*", re.MULTILINE | re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Scanned lines: their table, and for each the end (exclusive) of the stretch of plain lines that it stands in."""
+
+    first_line: int
+    text: bytes
+    lines: PlainLines
+    ends: list[int]
+
+    @cached_property
+    def raw(self) -> list[bytes]:
+        """The lines themselves."""
+        return self.text.split(b"\n")
+
+
+@dataclass
+class Structure:
+    """Where O words lead, by line: everything that can be told without executing.
+
+    Attributes
+    ----------
+    subs : dict
+        Label -> (line of sub, line of endsub).
+    programs : dict
+        Number -> line of an O number that stands alone.
+    branch : dict
+        Line of if or elseif -> line of the next elseif, else or endif.
+    end : dict
+        Line of if, elseif, else -> line of endif; of while, do, repeat -> the line that ends the loop.
+    begin : dict
+        Line that ends a loop -> line that begins it.
+    loop : dict
+        Line of break or continue -> line that begins its loop.
+    """
+
+    subs: dict[str, tuple[int, int]] = field(default_factory=dict)
+    programs: dict[str, int] = field(default_factory=dict)
+    branch: dict[int, int] = field(default_factory=dict)
+    end: dict[int, int] = field(default_factory=dict)
+    begin: dict[int, int] = field(default_factory=dict)
+    loop: dict[int, int] = field(default_factory=dict)
+
+
+class ProgramText:
+    """One file.
+
+    Attributes
+    ----------
+    percent : bytes
+        Regular expression of what may stand behind a ``%``.
+    name : str or None
+        None for the program itself, else the file of a subroutine.
+    """
+
+    def __init__(self, source: bytes, setup: Setup, percent: bytes, name: str | None = None) -> None:
+        self.source, self.setup, self.name, self.percent = source, setup, name, percent
+        self.opening, self.closing = _percent_lines(source, percent)
+        self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
+        self._starts = [(1, 0)]  # first line and offset of every chunk met so far
+        self._kept: OrderedDict[int, Chunk] = OrderedDict()
+
+    def chunk(self, line: int) -> Chunk | None:
+        """The scanned chunk that holds a line; None behind the end of the text."""
+        for kept in reversed(self._kept.values()):
+            if kept.first_line <= line < kept.first_line + len(kept.ends):
+                return kept
+        while True:
+            first, start = self._starts[-1]
+            if line < first or start >= len(self.source):
+                break
+            end = chunk_end(self.source, start)
+            self._starts.append(
+                (first + self.source.count(b"\n", start, end) + (self.source[end - 1 : end] != b"\n"), end)
+            )
+        at = next((i for i in range(len(self._starts) - 2, -1, -1) if self._starts[i][0] <= line), None)
+        if at is None or line >= self._starts[at + 1][0]:
+            return None
+        first, start = self._starts[at]
+        text = self.source[start : self._starts[at + 1][1]]
+        words = scan(first, text)
+        lines = PlainLines(words, self.setup)
+        made = Chunk(first, text, lines, lines.ends().tolist())
+        self._kept[first] = made
+        if len(self._kept) > _KEPT_CHUNKS:
+            self._kept.popitem(last=False)
+        return made
+
+    def line(self, line: int) -> bytes:
+        """One line."""
+        chunk = self.chunk(line)
+        return b"" if chunk is None else chunk.raw[line - chunk.first_line]
+
+    @cached_property
+    def structure(self) -> Structure:
+        """Where O words lead.
+
+        Raises
+        ------
+        BlockError
+            VP023, with its line: labels that do not fit together.
+        """
+        found, opened = Structure(), _Opened()
+        line, at = 1, 0
+        for match in _O_LINE.finditer(self.source):
+            line += self.source.count(b"\n", at, match.start())
+            at = match.start()
+            if self.closing is not None and self.opening is not None and not self.opening < line < self.closing:
+                continue
+            try:
+                block = read_block(decoded(match.group()), line)
+                if block.o is not None:
+                    opened.take(found, block)
+            except BlockError as error:
+                column = error.column or match.group().upper().index(b"O") + 1
+                raise BlockError(error.code, error.message, column, line=line) from None
+        opened.check_all_closed()
+        return found
+
+
+def decoded(raw: bytes) -> str:
+    """A line of bytes as text."""
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")  # older CAM systems; it can only matter inside comments
+
+
+def _percent_lines(source: bytes, percent: bytes) -> tuple[int | None, int | None]:
+    """1-based lines of the opening and the closing ``%``; None where there are none."""
+    opening = re.match(rb"\s*%" + percent + rb"(?:\n|$)", source)
+    if opening is None:
+        return None, None
+    first = source.count(b"\n", 0, source.index(b"%")) + 1
+    closing = re.compile(rb"^[ \t]*%" + percent + rb"$", re.MULTILINE).search(source, opening.end())
+    if closing is None:
+        return first, None
+    return first, source.count(b"\n", 0, closing.start()) + 1
+
+
+# --- the structure of O words -----------------------------------------------------------------
+
+_CLOSES: Final = {"endsub": "sub", "endif": "if", "endwhile": "while", "endrepeat": "repeat"}
+_LOOPS: Final = ("while", "do", "repeat")
+
+
+@dataclass
+class _Construct:
+    kind: str
+    label: str
+    line: int
+    column: int
+    branches: list[int] = field(default_factory=list)
+
+
+class _Opened:
+    """Constructs that are open while a text is read from top to bottom."""
+
+    def __init__(self) -> None:
+        self._open: list[_Construct] = []
+
+    def take(self, found: Structure, block: Block) -> None:
+        """Go on with the next O word."""
+        o, line = block.o, block.line
+        assert o is not None
+        if o.keyword in ("call", "return"):
+            return
+        if o.label is None:
+            raise BlockError("VP023", f"o... {o.keyword or ''}: a computed label can only be called")
+        kind, label = o.keyword, o.label
+        if kind is None:
+            found.programs.setdefault(label, line)
+        elif kind == "while" and self._top("do", label):
+            self._close_loop(found, line)
+        elif kind in ("sub", "if", *_LOOPS):
+            if kind == "sub" and self._open:
+                raise BlockError("VP023", f"o{label} sub inside {self._shown(self._open[-1])}; close that first")
+            if kind == "sub" and label in found.subs:
+                raise BlockError("VP023", f"o{label} sub stands twice, first in line {found.subs[label][0]}")
+            self._open.append(_Construct(kind, label, line, o.reader.column(o.label_at - 1)))
+        elif kind in ("elseif", "else"):
+            self._expect("if", label, kind)
+            self._open[-1].branches.append(line)
+        elif kind in ("break", "continue"):
+            loop = next((item for item in reversed(self._open) if item.kind in _LOOPS and item.label == label), None)
+            if loop is None:
+                raise BlockError("VP023", f"o{label} {kind} stands in no loop with this label")
+            found.loop[line] = loop.line
+        else:
+            self._close(found, _CLOSES[kind], kind, label, line)
+
+    def _close(self, found: Structure, opening: str, kind: str, label: str, line: int) -> None:
+        self._expect(opening, label, kind)
+        if opening in _LOOPS:
+            self._close_loop(found, line)
+            return
+        item = self._open.pop()
+        if opening == "sub":
+            found.subs[label] = (item.line, line)
+            return
+        stops = [item.line, *item.branches, line]
+        for here, following in pairwise(stops):
+            found.branch[here] = following
+            found.end[here] = line
+
+    def _close_loop(self, found: Structure, line: int) -> None:
+        item = self._open.pop()
+        found.end[item.line], found.begin[line] = line, item.line
+
+    def _top(self, kind: str, label: str) -> bool:
+        return bool(self._open) and self._open[-1].kind == kind and self._open[-1].label == label
+
+    def _expect(self, opening: str, label: str, kind: str) -> None:
+        if not self._top(opening, label):
+            still = f"; {self._shown(self._open[-1])} is open" if self._open else ""
+            raise BlockError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}")
+
+    @staticmethod
+    def _shown(item: _Construct) -> str:
+        return f"o{item.label} {item.kind} (line {item.line})"
+
+    def check_all_closed(self) -> None:
+        """At the end of the text nothing may be open."""
+        if self._open:
+            item = self._open[-1]
+            ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
+            raise BlockError(
+                "VP023", f"o{item.label} {item.kind} is never closed; expected o{item.label} {ends[item.kind]}",
+                item.column, line=item.line,
+            )  # fmt: skip
