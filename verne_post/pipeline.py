@@ -510,4 +510,5 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         format=fmt,
         verification=verdict,
         free_turn=program.free_turn,
+        parameters=moves.parameters,
     )

@@ -2,6 +2,7 @@
 
     python tests/reference/compare_rs274.py program.ngc ...      these programs
     python tests/reference/compare_rs274.py --random 500 --seed 1   generated ones
+    python tests/reference/compare_rs274.py --store 100 > tests/reference/rs274_generated.jsonl   answers for the test suite
 
 Motion (kind, end point, arc centre and sense), dwells, messages and whether there is an error are compared.
 rs274 alone works in inches: the tool table is given to it in inches, and parameters are compared in inches.
@@ -9,6 +10,7 @@ Exit status 1 when anything differs.
 """
 
 import argparse
+import json
 import math
 import random
 import re
@@ -109,7 +111,12 @@ def _without_rest(moves: list[tuple]) -> list[tuple]:
 
 def differences(program: str) -> list[str]:
     """Every disagreement, in words; after an error only what came before it on both sides is compared."""
-    theirs, here = linuxcnc(program), ours(program)
+    return disagreements(program, linuxcnc(program))
+
+
+def disagreements(program: str, theirs: tuple[list[tuple], list[str], str]) -> list[str]:
+    """The same against an answer of rs274 that is already there."""
+    here = ours(program)
     close = (CLOSE_INCH if "G20" in program else CLOSE_MM) * (CORNERS if re.search("G4[12]", program) else 1)
     found = []
     if bool(theirs[2]) != bool(here[2]):
@@ -265,7 +272,17 @@ def main() -> int:
     parser.add_argument("programs", nargs="*")
     parser.add_argument("--random", type=int, default=0, metavar="N")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--store", type=int, default=0, metavar="N")
     options = parser.parse_args()
+    for seed in range(options.store):
+        moves, messages, error = linuxcnc(generated(seed))
+        print(
+            json.dumps(
+                {"program": generated(seed), "moves": moves, "messages": messages, "error": error.partition("\n")[0]}
+            )
+        )
+    if options.store:
+        return 0
     cases = [(name, Path(name).read_text("utf-8", errors="replace")) for name in options.programs]
     cases += [(f"generated {seed}", generated(seed)) for seed in range(options.seed, options.seed + options.random)]
     wrong = 0

@@ -11,8 +11,8 @@ from verne_post.cli.common import (
     from_option,
     load,
     program_options,
+    program_text,
     progress_bar,
-    read_bytes,
     refuse,
     shown_name,
     write_whole,
@@ -51,6 +51,7 @@ def command(
     from verne_post.output.findings import Report, as_json, counts, text
 
     check_writable(output_file, "--output-file")
+    paths = given.pop("subroutine_path")
     try:
         machine = load(given.pop("machine_name"))
         options = build_options("", **given)
@@ -66,7 +67,8 @@ def command(
         shown = shown_name(name)
         with progress_bar() as progress:
             try:
-                result = check(read_bytes(name), machine, replace(options, source_name=shown), progress)
+                source, own = program_text(name, replace(options, source_name=shown), paths)
+                result = check(source, machine, own, progress)
             except click.UsageError as error:  # the others are judged all the same
                 result = failed(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None

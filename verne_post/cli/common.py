@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-6, 10.0
-_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+#: Blocks that loops and calls may repeat, unless the user says otherwise (model.options has the same, and costs numpy).
+MAX_REPEATS = 1_000_000
 
 
 def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -49,6 +50,18 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
                      help="The table may rewind C or change sides where a limit needs it, with a retract, between feed moves."),
         click.option("--free-c", is_flag=True,
                      help="For a tool that is vertical throughout: turn the part to where the smallest margin is largest."),
+        click.option("--dialect", type=click.Choice(["auto", "rs274", "fanuc", "aptcl"]), default="auto", show_default=True,
+                     help="Language of the program; auto: as its first lines show, else rs274."),
+        click.option("--subroutine-path", multiple=True, metavar="DIR",
+                     help="Where files of subroutines are looked for beside the program's own folder; must lie inside it; repeatable."),
+        click.option("--parameters", "parameter_file", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+                     help="LinuxCNC parameter file (.var): numbered parameters, home positions and work offsets that the program finds."),
+        click.option("--parameter-units", type=click.Choice(["mm", "inch"]), default="mm", show_default=True,
+                     help="Unit of lengths among them."),
+        click.option("--max-repeats", type=click.IntRange(min=0), default=MAX_REPEATS, show_default=True, metavar="N",
+                     help="Blocks that loops and calls may repeat before the program is refused as endless."),
+        click.option("--settings", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
+                     help="Settings file; default: the nearest verne-post.toml, from the current folder upwards."),
         click.option("--block-delete", is_flag=True, help="Skip blocks that begin with a slash."),
         click.option("--optional-stop", is_flag=True, help="M1 stops."),
     ]  # fmt: skip
@@ -82,6 +95,11 @@ def build_options(name: str, **given: Any) -> "Options":
     if length is not None and not 0.0 <= length <= 1e4:
         raise click.UsageError(f"--tool-length {length:g}: a tool length lies between 0 and 10000 mm")
     return Options(
+        dialect=given.get("dialect", "auto"),
+        parameters=_parameters(given.get("parameter_file")),
+        parameter_mm=25.4 if given.get("parameter_units") == "inch" else 1.0,
+        max_repeats=given.get("max_repeats", MAX_REPEATS),
+        remap=_remap(given.get("settings")),
         tool_length=length,
         tools=_tools(given.get("tool_table")),
         wcs=dict(_work_offset(text) for text in given.get("wcs", ())),
@@ -118,6 +136,38 @@ def _tools(path: Path | None) -> Any:
     return read_tool_table(read_bytes(str(path)).decode("utf-8", errors="replace"), str(path))
 
 
+def _parameters(path: Path | None) -> dict[int, float]:
+    if path is None:
+        return {}
+    from verne_post.gcode.parameter_file import read_parameter_file
+
+    return read_parameter_file(read_bytes(str(path)).decode("utf-8", errors="replace"), str(path))
+
+
+def _remap(path: Path | None) -> dict[str, str]:
+    """What the settings file says about codes of the shop."""
+    from verne_post.config.settings import find_settings, load_settings
+
+    found = find_settings(Path.cwd()) if path is None else path
+    return {} if found is None else dict(load_settings(found).remap)
+
+
+def program_text(name: str, options: "Options", subroutine_path: tuple[str, ...]) -> tuple[bytes, "Options"]:
+    """A program, and options with the files of subroutines that it may call.
+
+    From standard input they come from the current folder, and only where ``--subroutine-path`` asks for them.
+    """
+    from dataclasses import replace
+
+    from verne_post.cli.subroutines import gather
+
+    source = read_bytes(name)
+    if name == "-" and not subroutine_path:
+        return source, options
+    folder = Path.cwd() if name == "-" else Path(name).resolve().parent
+    return source, replace(options, subroutines=gather(source, folder, subroutine_path))
+
+
 def _numbers(text: str, what: str) -> list[float]:
     import math
 
@@ -131,16 +181,20 @@ def _numbers(text: str, what: str) -> list[float]:
 
 
 def _work_offset(text: str) -> tuple[int, "WorkOffset"]:
+    from verne_post.model.moves import SYSTEM_NAMES
     from verne_post.model.options import WorkOffset
 
     name, _equals, rest = text.partition("=")
-    if name.upper() not in _SYSTEMS:
-        raise click.UsageError(f"--wcs {text}: {name!r} is no work system; expected one of {', '.join(_SYSTEMS)}")
+    systems = {written: number for number, written in SYSTEM_NAMES.items()}
+    if name.upper() not in systems:
+        raise click.UsageError(
+            f"--wcs {text}: {name!r} is no work system; expected one of {', '.join(list(systems)[:9])}, or G54.1P1 to G54.1P48"
+        )
     values = _numbers(rest, f"--wcs {text}")
     if len(values) not in (3, 4):
         raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
     turn = values[3] if len(values) == 4 else 0.0
-    return _SYSTEMS.index(name.upper()) + 1, WorkOffset((values[0], values[1], values[2]), turn)
+    return systems[name.upper()], WorkOffset((values[0], values[1], values[2]), turn)
 
 
 def _start(text: str | None) -> str | tuple[float, ...] | None:

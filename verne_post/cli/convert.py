@@ -15,8 +15,8 @@ from verne_post.cli.common import (
     load,
     print_findings,
     program_options,
+    program_text,
     progress_bar,
-    read_bytes,
     refuse,
     shown_name,
     write_whole,
@@ -46,11 +46,18 @@ _COPY: Final = 1 << 20
     metavar="FILE",
     help="Write facts of the conversion as JSON beside it.",
 )
+@click.option(
+    "--write-parameters",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write the parameter file that the program leaves behind.",
+)
 @from_option
 @program_options
 def command(
-    input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None, **given: Any
-) -> int:
+    input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None,
+    write_parameters: Path | None, **given: Any,
+) -> int:  # fmt: skip
     """Convert G-code to verified setpoints.
 
     INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
@@ -62,14 +69,16 @@ def command(
     given["decimals"] = None if decimals == "auto" else int(decimals)
     check_writable(output, "-o")
     check_writable(meta, "--meta")
+    check_writable(write_parameters, "--write-parameters")
     name = shown_name(input_name)
     try:
         machine = load(given.pop("machine_name"))
-        options = build_options(name, **given)
+        paths = given.pop("subroutine_path")
+        source, options = program_text(input_name, build_options(name, **given), paths)
     except InputError as error:
         return refuse(name, error)
-    source = read_bytes(input_name)
 
+    from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.setpoints import FORMATS
     from verne_post.output.summary import meta as meta_text
     from verne_post.output.summary import paragraph
@@ -96,5 +105,7 @@ def command(
             write_whole(output, iter(lambda: spool.read(_COPY), ""))
     if meta is not None:
         write_whole(meta, [meta_text(result.summary)])
+    if write_parameters is not None:
+        write_whole(write_parameters, [parameter_file(dict(result.summary.parameters))])
     click.echo(paragraph(result.summary), nl=False, err=True)
     return result.exit_code

@@ -11,7 +11,7 @@ from verne_post.cli.common import (
     load,
     print_findings,
     program_options,
-    read_bytes,
+    program_text,
     refuse,
     shown_name,
 )
@@ -22,7 +22,7 @@ from verne_post.cli.common import (
 @click.argument("input_name", metavar="INPUT")
 @from_option
 @program_options
-def command(stage: str, input_name: str, machine_name: str, **given: Any) -> int:
+def command(stage: str, input_name: str, machine_name: str, subroutine_path: tuple[str, ...], **given: Any) -> int:
     """Print one stage of a program as JSON lines.
 
     \b
@@ -37,13 +37,13 @@ def command(stage: str, input_name: str, machine_name: str, **given: Any) -> int
 
     name = shown_name(input_name)
     try:
-        options = build_options(name, **given)
+        source, options = program_text(input_name, build_options(name, **given), subroutine_path)
         if stage == "moves":
-            moves, errors = interpreter_view(read_bytes(input_name), options)
+            moves, errors = interpreter_view(source, options)
             sys.stdout.writelines(dump.moves(moves))
             print_findings(name, errors)
             return EXIT_USAGE if errors else EXIT_CLEAN
-        program = read_program(read_bytes(input_name), load(machine_name), options)
+        program = read_program(source, load(machine_name), options)
     except InputError as error:
         return refuse(name, error)
     lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.joints(program.joints())

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import build_options, from_option, load, program_options, read_bytes, refuse
+from verne_post.cli.common import build_options, from_option, load, program_options, program_text, refuse
 
 
 @click.command("explain")
@@ -38,9 +38,10 @@ def command(what: str, machine_name: str, **given: Any) -> int:
     from verne_post.output.explain import Line, explain_line, lines_near
     from verne_post.pipeline import modal_state, read_program
 
-    source, line = read_bytes(name), int(number)
+    line, paths = int(number), given.pop("subroutine_path")
     try:
-        program = read_program(source, load(machine_name), build_options(name, **{**given, "smoothing": "off"}))
+        source, options = program_text(name, build_options(name, **{**given, "smoothing": "off"}), paths)
+        program = read_program(source, load(machine_name), options)
     except InputError as error:
         return refuse(name, error)
     joints = of_line(program.joints(), line)

@@ -11,7 +11,7 @@ from verne_post.cli.common import (
     load,
     print_findings,
     program_options,
-    read_bytes,
+    program_text,
     refuse,
     shown_name,
 )
@@ -38,7 +38,9 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
         raise click.UsageError("only one of the two inputs can be standard input")
     name = shown_name(setpoints)
     try:
-        program = read_program(read_bytes(against), load(machine_name), build_options(shown_name(against), **given))
+        paths = given.pop("subroutine_path")
+        source, options = program_text(against, build_options(shown_name(against), **given), paths)
+        program = read_program(source, load(machine_name), options)
         stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
         with stream:
             verdict = verify_setpoints(program, read_csv(stream, name, program.machine.columns, program.cycle))

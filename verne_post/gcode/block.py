@@ -4,7 +4,6 @@ Blanks may stand anywhere outside comments, letter case means nothing, a number 
 digits and at most one point; there is no exponent.
 """
 
-import math
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -141,7 +140,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
                     "VP001", f"{shown_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at
                 )
             reader.at += 1
-            block.settings.append((key, reader.word_value(f"{shown_key(key)}=", math.inf), reader.column(at)))
+            block.settings.append((key, reader.assigned(f"{shown_key(key)}="), reader.column(at)))
         else:
             raise reader.error("VP001", _strange(character, first), at)
         first = False

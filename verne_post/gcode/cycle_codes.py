@@ -31,6 +31,7 @@ class CycleCodes(MotionCodes):
         state = self.state
         name = g_name(motion)
         _u, _v, normal, *_ = PLANES[state.plane]
+        state.position = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=False))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and state.cycle is not None and state.cycle.normal == normal
         cycle = self._cycle_heights(block, motion, normal, state.cycle if goes_on else None)

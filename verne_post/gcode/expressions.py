@@ -44,8 +44,8 @@ class Values(Protocol):
     """Where parameters are looked up, and how the language rounds."""
 
     @property
-    def truncates(self) -> bool:
-        """True where FIX goes towards zero and FUP away from it; else FIX goes down, FUP up."""
+    def custom_macro(self) -> bool:
+        """Fanuc's ways: FIX goes towards zero, FUP away from it, and an expression behind ``=`` needs no brackets."""
 
     def value(self, key: Key) -> float:
         """Value of a parameter; raises BlockError (VP025) for one that has none."""
@@ -121,6 +121,12 @@ class ValueReader:
                 return self._finite(self._function(name, begin), begin)
         shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
+
+    def assigned(self, owner: str) -> float:
+        """The value behind ``=``."""
+        if self.values is not None and self.values.custom_macro:
+            return self._binary(1)
+        return self.word_value(owner, math.inf)
 
     def bracket(self) -> float:
         """An expression in brackets."""
@@ -211,7 +217,7 @@ class ValueReader:
         allowed, what = _DOMAIN.get(name, (None, ""))
         if allowed is not None and not allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
-        if name in ("FIX", "FUP") and argument < 0 and self.values is not None and self.values.truncates:
+        if name in ("FIX", "FUP") and argument < 0 and self.values is not None and self.values.custom_macro:
             name = "FUP" if name == "FIX" else "FIX"
         try:
             return float(_FUNCTIONS[name](argument))

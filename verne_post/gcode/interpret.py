@@ -82,12 +82,12 @@ class Interpreter(CycleCodes):
     table: ClassVar[CodeTable] = RS274
     #: What may stand behind a ``%`` that begins or ends a program.
     percent: ClassVar[bytes] = rb"[ \t\r]*"
-    #: FIX goes towards zero.
-    truncates: ClassVar[bool] = False
+    #: Expressions are read as Fanuc's custom macro has them.
+    custom_macro: ClassVar[bool] = False
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
-        self.parameters = Parameters(setup, state, truncates=self.truncates)
+        self.parameters = Parameters(setup, state, custom_macro=self.custom_macro)
         self.ended = False
         self.call: Call | None = None
 

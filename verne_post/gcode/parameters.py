@@ -38,11 +38,11 @@ class Store:
 class Parameters:
     """The parameters of one interpretation; implements :class:`~verne_post.gcode.expressions.Values`.
 
-    ``line`` is the block that is being read; ``truncates`` how FIX and FUP round negative numbers.
+    ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's.
     """
 
-    def __init__(self, setup: "Setup", state: "State", *, truncates: bool = False) -> None:
-        self.setup, self.state, self.truncates = setup, state, truncates
+    def __init__(self, setup: "Setup", state: "State", *, custom_macro: bool = False) -> None:
+        self.setup, self.state, self.custom_macro = setup, state, custom_macro
         self.line = 0
 
     # --- reading ------------------------------------------------------------------------------
@@ -173,9 +173,9 @@ class Parameters:
         return tuple(values)
 
     def persistent(self) -> dict[int, float]:
-        """What a parameter file keeps: home positions, G92, the active system, all work systems."""
+        """What a parameter file keeps: home positions, G92, the active system, all work systems, and what it had before."""
         state = self.state
-        kept: dict[int, float] = {}
+        kept = {index: self.value(index) for index in self.setup.parameters}
         for first, point in ((_HOME, state.home), (_HOME2, state.home2), (_G92, state.g92_stored)):
             for axis, value in enumerate(point or ()):
                 if np.isfinite(value):

@@ -4,6 +4,7 @@ import numpy as np
 
 from verne_post.base.tolerances import START_POSE_MM
 from verne_post.gcode.dialects import Dialect, chosen
+from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.run import Pass, Stops, all_known
 from verne_post.gcode.state import Setup, State
 from verne_post.model.findings import Finding, InputError, finding
@@ -46,7 +47,7 @@ def interpret_program(source: bytes, setup: Setup) -> Moves:
     done = dialect.run(source, setup, state, Stops())
     if done.errors:
         raise InputError(*done.errors)
-    return done.recorder.freeze(start, start_frame)
+    return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
 
 
 def interpreted_until_error(source: bytes, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
@@ -55,7 +56,7 @@ def interpreted_until_error(source: bytes, setup: Setup) -> tuple[Moves, tuple[F
     state = dialect.start(setup)
     start, frame = list(state.position), state.frame
     done = dialect.run(source, setup, state, Stops(error=True))
-    return done.recorder.freeze(start, frame), tuple(done.errors)
+    return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(done.errors)
 
 
 def state_after(source: bytes, setup: Setup, moves: Moves, line: int) -> State:

@@ -283,8 +283,8 @@ class Recorder:
         )
         self.rows = []
 
-    def freeze(self, start: list[float], first_frame: Frame) -> Moves:
-        """Build the table; ``start`` is where the program starts, in ``first_frame``."""
+    def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
+        """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""
         self._flush()
         names = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")
         kinds = (np.int32, np.int8, float, float, np.int8, float, np.int32, np.int32, np.int32, float)
@@ -302,5 +302,5 @@ class Recorder:
         )
         return Moves(
             arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
-            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, **table,
+            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, **table,
         )  # fmt: skip

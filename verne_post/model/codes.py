@@ -200,6 +200,13 @@ CODES: Final[dict[str, Code]] = _table(
         "The program itself asks to stop, with (ABORT, ...).",
         "Do what its message says.",
     ),
+    (
+        "VP028",
+        "unreadable parameter file",
+        "error",
+        "A line of the parameter file is not a number and a value.",
+        "Mend the line that the message names.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
@@ -376,6 +383,13 @@ CODES: Final[dict[str, Code]] = _table(
         "error",
         "The file of measured sliders and poses has a missing column, a value that is no number, or too little data.",
         "Mend the line and column that the message names; docs/calibration.md shows a good file.",
+    ),
+    (
+        "VP503",
+        "settings file",
+        "error",
+        "The settings file is not TOML, or a key of it is unknown or has a value that means nothing.",
+        "Mend the key that the message names (docs/gcode.md, codes of the shop).",
     ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (

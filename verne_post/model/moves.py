@@ -5,6 +5,7 @@ with tool offset and G92 taken out, mm and degrees whatever the program's units,
 X Y Z A B C U V W. Every row knows its source line.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Final
@@ -60,6 +61,10 @@ class PathControl:
 ADDITIONAL_SYSTEMS: Final = 100
 #: G54 to G59.3, then G54.1 P1 to P48.
 WORK_SYSTEMS: Final = (*range(1, 10), *range(ADDITIONAL_SYSTEMS + 1, ADDITIONAL_SYSTEMS + 49))
+#: Number -> how it is written in options and reports.
+SYSTEM_NAMES: Final = dict(zip(WORK_SYSTEMS, (
+    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", *(f"G54.1P{number}" for number in range(1, 49)),
+), strict=True))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -199,6 +204,8 @@ class Moves:
     start : ndarray, shape (9,)
         Where the program starts, program coordinates of ``start_frame``.
     start_frame : Frame
+    parameters : mapping
+        What a parameter file would keep behind the program.
     """
 
     line: NDArray[np.int32]
@@ -218,6 +225,7 @@ class Moves:
     start: Array
     start_frame: Frame
     fixes_c: int | None = None
+    parameters: Mapping[int, float] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.line)

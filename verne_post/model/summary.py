@@ -1,6 +1,7 @@
 """The facts of one conversion: what the summary paragraph says and `--meta` writes."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Frame
@@ -75,3 +76,4 @@ class Summary:
     format: SetpointFormat
     verification: Verification | None
     free_turn: FreeTurn | None = None
+    parameters: Mapping[int, float] = field(default_factory=dict)

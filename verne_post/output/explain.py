@@ -19,14 +19,13 @@ from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, worst
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, Frame, Moves, PathMode
+from verne_post.model.moves import AXES, SYSTEM_NAMES, FeedMode, Frame, Moves, PathMode
 from verne_post.model.options import Options
 from verne_post.model.protocols import Margin, Pose, WholeSolution
 from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
 
-_SYSTEMS: Final = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 _FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
 _PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}
 #: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
@@ -124,7 +123,7 @@ def _words(line: Line, tool: float) -> Iterator[str]:
         "G90 (absolute)" if state.absolute else "G91 (incremental)",
         _FEED_CODES[FeedMode(moves.feed_mode[line.move])],
         _PATH_CODES[moves.controls[moves.control[line.move]].mode],
-        _SYSTEMS[line.frame.system - 1],
+        SYSTEM_NAMES[line.frame.system],
         f"tool length {tool:g} mm",
     ]
     feed = float(moves.feed[line.move])
@@ -172,7 +171,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
         yield f"  G92, G52             p = program coordinates + ({shown})"
     origin = _origin_on_table(machine, frame)
     turn = frame.turn + frame.part_turn
-    yield (f"  work offset          {_SYSTEMS[frame.system - 1]}: o = {_mm(origin)}, c = {_short(turn)} deg; "
+    yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {_mm(origin)}, c = {_short(turn)} deg; "
            "tip = o + Rz(c) p")  # fmt: skip
     wanted = machine.coordinates.to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
@@ -318,7 +317,7 @@ def _offset(line: Line, shift: remedies.Shift) -> str:
     """The work offset that moves the part."""
     frame = line.frame
     origin = _origin_on_table(line.joints.machine, frame)
-    name = _SYSTEMS[frame.system - 1]
+    name = SYSTEM_NAMES[frame.system]
     numbers = [*(origin + np.array(shift.vector)), *([frame.part_turn] if frame.part_turn else [])]
     given = line.options.wcs.get(frame.system)
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))

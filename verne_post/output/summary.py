@@ -9,11 +9,10 @@ import numpy as np
 from verne_post.base.tolerances import ROUNDING_JERK_SHARE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
+from verne_post.model.moves import SYSTEM_NAMES
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
-
-_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 
 
 def paragraph(summary: Summary) -> str:
@@ -75,7 +74,7 @@ def paragraph(summary: Summary) -> str:
 def _offsets(summary: Summary) -> list[str]:
     said = []
     for frame in summary.frames:
-        name = _SYSTEMS[frame.system - 1]
+        name = SYSTEM_NAMES[frame.system]
         x, y, z = (value - origin for value, origin in zip(
             frame.origin[:3], summary.machine.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True))  # fmt: skip
         turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
@@ -156,13 +155,20 @@ def meta(summary: Summary) -> str:
             "accept_rounding": summary.options.accept_rounding,
             "free_c": summary.options.free_c,
             "block_delete": summary.options.block_delete,
+            "dialect": summary.options.dialect,
+            "parameters": {str(index): value for index, value in sorted(summary.options.parameters.items())},
+            "parameter_mm": summary.options.parameter_mm,
+            "remap": dict(sorted(summary.options.remap.items())),
+            "subroutines": {
+                name: hashlib.sha256(text).hexdigest() for name, text in sorted(summary.options.subroutines.items())
+            },
             "optional_stop": summary.options.optional_stop,
             "tools": {
                 str(number): [tool.offset[2], tool.diameter]
                 for number, tool in sorted((summary.options.tools or {}).items())
             },
             "wcs": {
-                _SYSTEMS[system - 1]: [*offset.origin_mm, offset.turn_deg]
+                SYSTEM_NAMES[system]: [*offset.origin_mm, offset.turn_deg]
                 for system, offset in sorted(summary.options.wcs.items())
             },
         },

@@ -7,7 +7,7 @@ and moves as in any other program. docs/gcode.md lists the statements.
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -85,7 +85,8 @@ class Translator:
     cycle: _Cycle | None = None
     multax: bool = False
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
-    axis_said: bool = field(default=False)
+    #: The last FEDRAT, which holds again behind a cycle with a feed of its own.
+    feed: tuple[float, int, bool | None] | None = None
 
     def blocks(self, statement: Statement) -> Iterator[Block]:
         """Blocks that do what a statement says.
@@ -131,7 +132,7 @@ class Translator:
             return
         if not self.multax and any(abs(a - b) > VECTOR_LENGTH for a, b in zip(axis, self.axis, strict=True)):
             raise BlockError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
-        self.axis, self.axis_said = tuple(axis), True
+        self.axis = tuple(axis)
 
     def _axis_words(self) -> dict[str, float]:
         return dict(zip("IJK", self.axis, strict=True))
@@ -181,8 +182,9 @@ class Translator:
     def _cycle(self, s: Statement) -> Iterator[Block]:
         kind = s.words[0].upper() if s.words else ""
         if kind in ("OFF", "NOMORE"):
+            own_feed = self.cycle is not None and self.cycle.feed is not None
             self.cycle = None
-            return iter(())
+            return self._feed(s, *self.feed) if own_feed and self.feed is not None else iter(())
         if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
             raise BlockError(
                 "VP002", f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF"
@@ -267,8 +269,8 @@ class Translator:
         if len(numbers) != 1 or len(units) > 1 or any(unit not in _FEED_UNITS for unit in units):
             raise BlockError("VP005", f"FEDRAT takes one number and one of {', '.join(_FEED_UNITS)}")
         mode, inch = _FEED_UNITS[units[0]] if units else (94, None)
-        self.rapid = False
-        yield from self._feed(s, _numbers(s, numbers)[0], mode, inch)
+        self.rapid, self.feed = False, (_numbers(s, numbers)[0], mode, inch)
+        yield from self._feed(s, *self.feed)
 
     def _feed(self, s: Statement, value: float, mode: int, inch: bool | None) -> Iterator[Block]:
         if inch is not None and inch != self.state.inch:
@@ -289,7 +291,7 @@ class Translator:
         numbers = _numbers(s, s.words)
         if len(numbers) != 3:
             raise BlockError("VP005", "TLAXIS takes i, j, k")
-        self.axis, self.axis_said = tuple(numbers), True
+        self.axis = tuple(numbers)
         return iter(())
 
     def _loadtl(self, s: Statement) -> Iterator[Block]:

@@ -76,7 +76,7 @@ def _table() -> CodeTable:
             **dict.fromkeys((611, 431, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
         refused_m={29: "rigid tapping", 97: "local subprogram calls"},
-        words_of_g={**RS274.words_of_g, 430: "HD", _PLANE: "IJK", 51: "PQR", 80: "P", 640: ""},
+        words_of_g={**RS274.words_of_g, 430: "HD", _ADDITIONAL: "P", _PLANE: "IJK", 51: "PQR", 80: "P", 640: ""},
         words_of_m=RS274.words_of_m,
     )  # fmt: skip
 
@@ -86,7 +86,7 @@ class FanucInterpreter(Interpreter):
 
     table: ClassVar[CodeTable] = _table()
     percent: ClassVar[bytes] = rb"[^\n]*"
-    truncates: ClassVar[bool] = True
+    custom_macro: ClassVar[bool] = True
 
     def read(self, text: str, line: int) -> Block:
         """Read a line: ``:1000`` is O1000, ``/2`` is ``/``; custom macros are refused by name."""
