@@ -1,7 +1,8 @@
 %
 O1204 (BRACKET, TWO FACES)
-(SHOWS: FANUC WORDS. G54.1, G43.4, A TILTED PLANE WITH G68.2 AND G53.1, A DRILL CYCLE IN IT, M98 WITH REPEATS, DWELL IN MS)
-(CONVERTS WITH: --TOOL-LENGTH 80 --WCS "G54.1P3=0,0,40")
+(shows: words of Fanuc controls: G54.1, G43.4, G68.2 with G53.1, cycles in the tilted plane, M98 with repeats, ms)
+(expect: exit 0)
+(options: --tool-length 80 --wcs G54.1P3=0,0,40)
 N10 G00 G17 G21 G40 G49 G69 G80 G90 G94 G98
 N20 G05.1 Q1
 N30 T1 M06

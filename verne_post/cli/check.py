@@ -65,6 +65,7 @@ def command(
     reports, statuses = [], []
     for name in inputs:
         shown = shown_name(name)
+        source = b""
         with progress_bar() as progress:
             try:
                 source, own = program_text(name, replace(options, source_name=shown), paths)
@@ -72,7 +73,7 @@ def command(
             except click.UsageError as error:  # the others are judged all the same
                 result = failed(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None
-        reports.append(Report(shown, result.findings, time))
+        reports.append(Report(shown, result.findings, time, source))
         status = result.exit_code
         if status == 0 and fail_level == "warning" and counts(result.findings)[1]:
             status = EXIT_VIOLATION

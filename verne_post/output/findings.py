@@ -3,7 +3,9 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 
@@ -15,6 +17,7 @@ class Report:
     program: str
     findings: tuple[Finding, ...]
     cycle_time_s: float | None = None
+    source: bytes = b""
 
 
 def text_line(program: str, item: Finding) -> str:
@@ -28,11 +31,36 @@ def text_line(program: str, item: Finding) -> str:
     return text
 
 
+#: So much of a long line is shown around a column.
+_SHOWN: Final = 100
+
+
+def quoted(item: Finding, source: bytes) -> list[str]:
+    """The line of an error in the text, a caret under the column, and what the code means; nothing for other findings."""
+    if item.line is None or not item.code.startswith("VP0"):
+        return []
+    lines = source.split(b"\n")
+    if item.line > len(lines):
+        return []
+    line = lines[item.line - 1].decode("utf-8", errors="replace").rstrip("\r").replace("\t", " ")
+    line = "".join(character if character.isprintable() else "?" for character in line)
+    column = item.column or 1
+    begin = max(0, column - 1 - _SHOWN // 2) if len(line) > _SHOWN else 0
+    number = str(item.line)
+    blank = " " * len(number)
+    found = [f"  {number} | {'...' if begin else ''}{line[begin : begin + _SHOWN]}"]
+    if item.column is not None:
+        found.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
+    code = CODES[item.code]
+    return [*found, f"  {blank} = {code.title}: {code.remedy}"]
+
+
 def text(reports: Sequence[Report]) -> str:
-    """One line a finding, then one line a program."""
+    """One line a finding, errors in the text with the line that they stand in; then one line a program."""
     lines = []
     for report in reports:
-        lines += [text_line(report.program, item) for item in report.findings]
+        for item in report.findings:
+            lines += [text_line(report.program, item), *quoted(item, report.source)]
         errors, warnings = counts(report.findings)
         verdict = "can run" if not errors else "refused"
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"

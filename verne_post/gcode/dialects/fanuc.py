@@ -40,7 +40,7 @@ _DELETE: Final = re.compile(r"(\s*/)[1-9](?=\s*\D)")
 _HEADER_LINES: Final = 200
 _OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]+[ \t]*(?:\([^)\n]*\))?[ \t\r]*(?:\n|$)", re.IGNORECASE)
 _OWN_CODES: Final = re.compile(
-    rb"(?<![A-Z0-9.])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P))(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
+    rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P))(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
 
@@ -71,7 +71,7 @@ def _table() -> CodeTable:
             50: "high-speed cycle machining", 90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
             **dict.fromkeys((650, 660, 661), "custom macro calls"),
             **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
-            **dict.fromkeys((500, 510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
+            **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
             **dict.fromkeys((611, 431, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },

@@ -1,0 +1,200 @@
+"""Options that concern the program's text: dialects, subroutine files, parameter files, codes of the shop, quoted errors."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
+HEAD = "G0 X0 Y0 Z20 A0 C0\n"
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Callable[[str], Path]:
+    def write(text: str) -> Path:
+        file = tmp_path / "job" / "main.ngc"
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text)
+        return file
+
+    return write
+
+
+def moves(answer: Any) -> list[dict[str, Any]]:
+    """Motion of `dump moves`."""
+    assert answer.code == 0, answer.err
+    return [row for row in map(json.loads, answer.out.splitlines()) if "end" in row]
+
+
+# --- subroutine files ---------------------------------------------------------------------------
+
+
+def test_subroutines_are_found_beside_the_program_and_on_the_path(run: Callable[..., Any], program: Any) -> None:
+    file = program("o<Side> call [3]\nM98 P20\no[1+1] call\nM2\n")
+    (file.parent / "side.ngc").write_text("o<side> sub\nG0 X#1\no<side> endsub\n")
+    (file.parent / "lib").mkdir()
+    (file.parent / "lib" / "O0020.NC").write_text("O20\nG0 Y2\nM99\n")
+    (file.parent / "lib" / "2.ngc").write_text("o2 sub\nG0 Z2\no2 endsub\n")
+    found = moves(run("dump", "moves", file, "--subroutine-path", "lib"))
+    assert [row["end"][:3] for row in found] == [[3, 0, 0], [3, 2, 0], [3, 2, 2]]
+    assert [row["line"] for row in found] == [1, 2, 3]
+    refused = run("dump", "moves", file)
+    assert refused.code == 2
+    assert "main.ngc:2: VP023 error" in refused.err
+
+
+def test_nothing_outside_the_folder_is_read(run: Callable[..., Any], program: Any, tmp_path: Path) -> None:
+    file = program("o<secret> call\nM2\n")
+    (tmp_path / "secret.ngc").write_text("o<secret> sub\nG0 X1\no<secret> endsub\n")
+    for path in ("..", str(tmp_path), "missing"):
+        answer = run("dump", "moves", file, "--subroutine-path", path)
+        assert answer.code == 2
+        assert "--subroutine-path" in answer.err
+    (file.parent / "secret.ngc").symlink_to(tmp_path / "secret.ngc")
+    answer = run("dump", "moves", file)
+    assert answer.code == 2
+    assert "VP023" in answer.err
+    named = program("o<../secret> call\nM2\n")
+    assert run("dump", "moves", named).code == 2
+
+
+def test_every_command_reads_them(run: Callable[..., Any], program: Any, tmp_path: Path) -> None:
+    file = program(HEAD + "o<side> call\nM2\n")
+    (file.parent / "side.ngc").write_text("o<side> sub\nG1 X4 F900\no<side> endsub\n")
+    assert run("check", file, *PLACE).code == 0
+    assert run("convert", file, *PLACE, "-o", tmp_path / "a.csv", "--meta", tmp_path / "a.json").code == 0
+    assert run("verify", tmp_path / "a.csv", "--against", file, *PLACE).code == 0
+    assert run("explain", f"{file}:2", *PLACE).code == 0
+    options = json.loads((tmp_path / "a.json").read_text())["options"]
+    assert list(options["subroutines"]) == ["side"]
+
+
+# --- parameters, budget, dialects ------------------------------------------------------------------
+
+
+def test_parameter_files(run: Callable[..., Any], program: Any, tmp_path: Path) -> None:
+    file = program("G49 " + HEAD + "G1 X#500 F900\n#500=[#500+1]\nM2\n")
+    (tmp_path / "v.var").write_text("500 3\n5221 0.1\n")
+    answer = run("convert", file, "--parameters", tmp_path / "v.var", "--write-parameters", tmp_path / "w.var", "-o", tmp_path / "a.csv",
+                 "--wcs", "G54=0,0,130")  # fmt: skip
+    assert answer.code == 0, answer.err
+    left = dict(line.split() for line in (tmp_path / "w.var").read_text().splitlines())
+    assert float(left["500"]) == 4.0
+    assert float(left["5220"]) == 1.0
+    (tmp_path / "v.var").write_text("500 x\n")
+    answer = run("check", file, "--parameters", tmp_path / "v.var")
+    assert answer.code == 2
+    assert "VP028" in answer.err
+    inch = moves(
+        run(
+            "dump",
+            "moves",
+            program("G55 G0 X0\nG53 G0 X0\nM2"),
+            "--parameters",
+            _file(tmp_path, "5241 1\n"),
+            "--parameter-units",
+            "inch",
+        )
+    )
+    assert inch[1]["end"][0] == -25.4
+
+
+def _file(folder: Path, text: str) -> Path:
+    file = folder / "p.var"
+    file.write_text(text)
+    return file
+
+
+def test_repeats_have_a_budget(run: Callable[..., Any], program: Any) -> None:
+    file = program("#1=0\no1 while [#1 LT 500]\n#1=[#1+1]\no1 endwhile\nG0 X1\nM2\n")
+    assert run("dump", "moves", file).code == 0
+    answer = run("dump", "moves", file, "--max-repeats", "100")
+    assert answer.code == 2
+    assert "VP024" in answer.err
+    assert "--max-repeats" in answer.err
+
+
+def test_dialects_by_name(run: Callable[..., Any], program: Any) -> None:
+    file = program("G4 P500\nG0 X1\nM30\n")
+    assert json.loads(run("dump", "moves", file).out.splitlines()[0])["seconds"] == 500.0
+    assert json.loads(run("dump", "moves", file, "--dialect", "fanuc").out.splitlines()[0])["seconds"] == 0.5
+    assert run("dump", "moves", file, "--dialect", "siemens").code == 2
+
+
+def test_additional_work_offsets(run: Callable[..., Any], program: Any) -> None:
+    file = program("%\nO1\nG54.1 P2 G0 X0 Y0 Z20 A0 C0\nG1 X2 F900\nM30\n%")
+    answer = run("check", file, "--tool-length", "80", "--wcs", "G54.1P2=0,0,50", "--dialect", "fanuc")
+    assert answer.code == 0, answer.out
+    assert run("check", file, "--tool-length", "80", "--wcs", "G54.1P49=0,0,50").code == 2
+
+
+# --- codes of the shop -------------------------------------------------------------------------------
+
+
+def test_settings_say_what_codes_of_the_shop_mean(
+    run: Callable[..., Any], program: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    settings = tmp_path / "s.toml"
+    settings.write_text('[remap]\nM428 = "tcp on"\nM429 = "tcp off"\nM150 = "ignore"\n"G68.3" = "event"\n')
+    file = program("M428\nM150 P3 Q2\nG68.3 R5\nG0 X1\nM2\n")
+    assert run("dump", "moves", file).code == 2
+    answer = run("dump", "moves", file, "--settings", settings)
+    rows = [json.loads(line) for line in answer.out.splitlines()]
+    assert answer.code == 0, answer.err
+    assert [row.get("code") for row in rows[:2]] == ["M428", "G68.3"]
+    assert rows[1] == {"line": 3, "kind": "remapped", "code": "G68.3", "meaning": "event", "R": 5.0}
+    (file.parent / "verne-post.toml").write_text(settings.read_text())
+    (file.parent / "below").mkdir()
+    monkeypatch.chdir(file.parent / "below")
+    assert run("dump", "moves", file).code == 0
+
+
+def test_without_tool_centre_point_control_nothing_moves_over_a_turned_table(
+    run: Callable[..., Any], program: Any, tmp_path: Path
+) -> None:
+    settings = tmp_path / "s.toml"
+    settings.write_text('[remap]\nM428 = "tcp on"\nM429 = "tcp off"\n')
+    good = program(
+        HEAD + "M429\nG1 X5 F900\nG53 G0 Z0\nM428\nG0 X0 Y0 Z40 A10\nM429\nG53 G0 Z0 A0 C0\nG0 X0 Y0 Z40\nM2\n"
+    )
+    assert run("check", good, *PLACE, "--settings", settings).code == 0
+    bad = program(HEAD + "A10\nM429\nX5\nM2\n")
+    answer = run("check", bad, *PLACE, "--settings", settings)
+    assert answer.code == 2
+    assert "main.ngc:4: VP017 error" in answer.out
+    turning = program(HEAD + "M429\nG0 A10\nM2\n")
+    assert "main.ngc:3: VP017 error" in run("check", turning, *PLACE, "--settings", settings).out
+
+
+@pytest.mark.parametrize(("text", "part"), [
+    ('[remap]\nM3 = "ignore"', "has a meaning of its own"), ('[remap]\nG1 = "event"', "has a meaning of its own"),
+    ('[remap]\nM428 = "tcp"', "remap.M428"), ('[remap]\nM0428 = "ignore"', "without leading zeros"), ('[map]\nM428 = "ignore"', "map"),
+    ("[remap", "not a TOML file"), ('remap = "x"', "remap"),
+])  # fmt: skip
+def test_bad_settings(run: Callable[..., Any], program: Any, tmp_path: Path, text: str, part: str) -> None:
+    settings = tmp_path / "s.toml"
+    settings.write_text(text)
+    answer = run("dump", "moves", program("G0 X1\nM2"), "--settings", settings)
+    assert answer.code == 2
+    assert "VP503" in answer.err
+    assert part in answer.err
+    assert run("dump", "moves", program("G0 X1\nM2"), "--settings", tmp_path / "none.toml").code == 2
+
+
+# --- errors ----------------------------------------------------------------------------------------------
+
+
+def test_check_quotes_the_line_of_an_error(run: Callable[..., Any], program: Any) -> None:
+    file = program(HEAD + "\tG1 X3 Q5 F3000\n(" + "a" * 200 + ") G1 X2 Q7\nG12\nM2\n")
+    lines = run("check", file, *PLACE).out.splitlines()
+    assert lines[0].endswith("main.ngc:2: VP006 error: nothing in the block uses Q5 (column 8)")
+    assert lines[1] == "  2 |  G1 X3 Q5 F3000"
+    assert lines[2] == "    |        ^"
+    assert lines[1][lines[2].index("^") :].startswith("Q5")
+    assert lines[3].startswith("    = word without a use: ")
+    assert lines[5].startswith("  3 | ...aaa")
+    assert lines[5][lines[6].index("^") :].startswith("Q7")
+    # the one-line form of convert stays one line a finding
+    assert len(run("convert", file, *PLACE).err.splitlines()) == 3

@@ -1,0 +1,117 @@
+"""Cutter compensation: the centre keeps its distance from the programmed contour. Measured on the curves themselves."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from verne_post.model.moves import MoveKind
+
+SETTINGS = settings(max_examples=60, deadline=None, database=None, derandomize=True)
+
+
+def points(moves, start):
+    """Points along the moves in XY, from ``start`` on, 0.05 mm or closer."""
+    place, found = np.array(start), []
+    for i in range(len(moves)):
+        end = moves.end[i, :2]
+        if moves.kind[i] == MoveKind.ARC:
+            row = moves.arc[i]
+            center, sweep = moves.arcs.center[row, :2], math.radians(moves.arcs.sweep[row])
+            r0, r1 = place - center, end - center
+            first = math.atan2(r0[1], r0[0])
+            u = np.linspace(0, 1, max(2, int(abs(sweep) * np.hypot(*r0) / 0.05)))
+            radius = np.hypot(*r0) + u * (np.hypot(*r1) - np.hypot(*r0))
+            found.append(
+                center + radius[:, None] * np.stack([np.cos(first + u * sweep), np.sin(first + u * sweep)], axis=-1)
+            )
+        else:
+            u = np.linspace(0, 1, max(2, int(np.hypot(*(end - place)) / 0.05)))[:, None]
+            found.append(place + u * (end - place))
+        place = end
+    return found
+
+
+@st.composite
+def contours(draw):
+    """Entry, then moves of 30 mm and quarter circles of 18 mm with corners between 20 and 120 degrees."""
+    heading, x, y = math.radians(draw(st.integers(0, 359))), 0.0, 0.0
+    start = (-40 * math.cos(heading), -40 * math.sin(heading))
+    lines = []
+    for _ in range(draw(st.integers(1, 5))):
+        heading += math.radians(draw(st.integers(20, 120)) * draw(st.sampled_from([1, -1])))
+        c, s = math.cos(heading), math.sin(heading)
+        side = draw(st.sampled_from([0, 0, 1, -1]))
+        if side:
+            i, j = -18 * side * s, 18 * side * c
+            x, y, heading = x + i + 18 * c, y + j + 18 * s, heading + side * math.pi / 2
+            lines.append(f"G{3 if side > 0 else 2} X{x:.9f} Y{y:.9f} I{i:.9f} J{j:.9f}")
+        else:
+            x, y = x + 30 * c, y + 30 * s
+            lines.append(f"G1 X{x:.9f} Y{y:.9f}")
+    return start, lines
+
+
+@SETTINGS
+@given(contours(), st.sampled_from(["G41.1", "G42.1"]), st.integers(2, 9))
+def test_the_centre_keeps_its_distance(view, contour, code, diameter):
+    (x, y), lines = contour
+    head, body = f"F100 G0 X{x:.9f} Y{y:.9f}\n", "G1 X0 Y0\n" + "\n".join(lines)
+    moves, findings = view(f"{head}{code} D{diameter}\n{body}\nG40\nG0 Z9\nM2", dialect="rs274")
+    if findings:
+        assert findings[0].code == "VP026"  # a corner into which the tool does not reach
+        return
+    plain, _ = view(f"{head}{body}\nM2", dialect="rs274")
+    programmed = points(plain, (0, 0))[2:]  # without the way to the start, and the entry
+    centre = points(moves, (0, 0))[2:-1]
+    path = np.concatenate(centre)
+    radius = diameter / 2
+    for k, piece in enumerate(programmed):
+        gap = np.sqrt(((path[:, None, :] - piece[None, :, :]) ** 2).sum(axis=-1)).min(axis=1)
+        if len(programmed) <= 2:  # a longer contour may cross itself, which no control looks for
+            assert gap.min() > radius - 0.002  # 0.05 mm between points: a chord's sag of 0.0006
+        beside = np.sort(np.abs(gap - radius))
+        assert beside[: len(piece) // 8].max() < 0.002, f"piece {k} is left"
+
+
+def test_left_and_right(view):
+    for code, y in (("G41.1", 2.0), ("G42.1", -2.0)):
+        moves, findings = view(f"F9 G0 X-10\n{code} D4\nG1 X0\nX10\nX20\nG40\nG0 X30\nM2", dialect="rs274")
+        assert findings == ()
+        assert moves.end[1:4, 1].tolist() == [y, y, y]
+        assert moves.end[-1, :2].tolist() == [30.0, 0.0]
+
+
+def test_outside_corners_are_rounded_about_the_corner_and_inside_ones_shortened(view):
+    moves, _ = view("F9 G0 X-10\nG41.1 D4\nG1 X0\nX10\nY-10\nX20\nG40 G0 Z5\nM2", dialect="rs274")
+    arc = moves.arc[3]
+    assert moves.kind[3] == MoveKind.ARC
+    assert moves.arcs.center[arc, :2].tolist() == [10.0, 0.0]
+    assert moves.arcs.sweep[arc] == pytest.approx(-90.0)
+    assert moves.end[3:6, :2].round(9).tolist() == [[12, 0], [12, -8], [20, -8]]
+
+
+def test_the_tool_table_has_the_diameter(view):
+    moves, _ = view("F9 G0 X-10\nG41 D1\nG1 X0\nX10\nG40 G0 Z5\nM2", dialect="rs274")  # T1 is 6 mm wide
+    assert moves.end[1, :2].tolist() == [0.0, 3.0]
+
+
+def test_moves_off_the_plane_follow_their_amended_corner(view):
+    moves, _ = view("F9 G0 X-10\nG41.1 D4\nG1 X0\nX10\nZ-3\nY10\nG40 G0 Z5\nM2", dialect="rs274")
+    assert moves.end[2:5, :3].round(9).tolist() == [[8, 2, 0], [8, 2, -3], [8, 10, -3]]
+
+
+@pytest.mark.parametrize(("program", "code", "line"), [
+    ("G41.1 D9\nG1 X4", "VP026", 3), ("G41.1 D9\nG2 X20 I10", "VP026", 3), ("G41.1 D9\nG1 X20\nA5", "VP026", 4),
+    ("G41.1 D9\nG1 X20\nX21\nY30", "VP026", 5), ("G41.1 D30\nG1 X20\nG3 X30 Y10 J10", "VP026", 4),
+    ("G41.1 D2\nG1 X20\nX30\nG40\nG2 X40 I5", "VP026", 6), ("G41.1 D2\nG41.1 D2", "VP017", 3), ("G19 G41.1 D2", "VP017", 2),
+    ("G41.1 D2\nG55", "VP017", 3), ("G41.1 D2\nG92 X5", "VP017", 3), ("G41.1 D2\nG53 G0 X5", "VP017", 3),
+    ("G41.1 D2\nG28 X5", "VP017", 3), ("G41.1 D2\nG43 H1", "VP017", 3), ("G41.1 D2\nG18", "VP017", 3), ("G41.1 D2\nM6", "VP017", 3),
+    ("G41.1 D2\nG81 Z-1 R1 X1", "VP017", 3), ("G93 G41.1 D2", "VP017", 2), ("G41.1", "VP005", 2), ("G41 D7", "VP012", 2),
+    ("G41", "VP012", 2),
+])  # fmt: skip
+def test_refused(view, program, code, line):
+    found = view(f"F9 G0 X0\n{program}\nM2", dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == [(code, line)]

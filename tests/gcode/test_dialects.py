@@ -1,0 +1,254 @@
+"""Other tongues: how they are recognised, what their words mean, and that they give what their RS274 twins give."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from verne_post.gcode.dialects import DIALECTS, chosen
+from verne_post.model.options import Options, WorkOffset
+from verne_post.pipeline import convert
+
+SAMPLES = Path(__file__).parents[2] / "gcode_samples"
+
+
+@pytest.mark.parametrize(("text", "name"), [
+    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "rs274"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
+    ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nO1000\nG68.2 X0", "fanuc"),
+    ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG0X1", "rs274"),
+    ("%\nO1\nG43.45", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
+    ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"),
+])  # fmt: skip
+def test_recognised_by_the_header(text, name):
+    assert chosen("auto", text.encode()).name == name
+    assert chosen("fanuc", text.encode()).name == "fanuc"
+
+
+def test_samples_are_recognised():
+    for path in SAMPLES.glob("*.*"):
+        if path.suffix in (".nc", ".cls"):
+            wanted = {"fanuc_tilted": "fanuc", "wing": "aptcl"}.get(path.stem, "rs274")
+            assert chosen("auto", path.read_bytes()).name == wanted, path.name
+    assert set(DIALECTS) == {"rs274", "fanuc", "aptcl"}
+
+
+# --- fanuc ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("fanuc", "rs274"), [
+    ("G4 P500", "G4 P.5"), ("G4 X1.5", "G4 P1.5"), ("G4 U2", "G4 P2"),
+    ("G0 Z9\nG82 X1 Z-1 R2 P300 F9\nX2", "G0 Z9\nG98 G82 X1 Z-1 R2 P.3 F9\nX2"),
+    ("G91 G0 Z9\nG99 G81 X1 Z-1 R-2 F9 K3", "G91 G0 Z9\nG81 X1 Z-1 R-2 F9 L3"),
+    ("G0 X5\nG91 G28 Z0\nG90 X6", "G0 X5\nG91 G28 Z0\nG90 X6"), ("G1 F9 X1\nG0 G28 X3\nX4", "G1 F9 X1\nG28 X3\nG0 X4"),
+    ("G0 X5\nG53 X2\nX7", "G0 X5\nG53 X2\nX7"), ("G1 F9 X5\nG53 X2\nX7", "G1 F9 X5\nG0 G53 X2\nG1 X7"),
+    ("G30 P2 X5", "G30 X5"), ("M98 P30100\nM30\nO100\nG91 G0 X1\nM99", "M98 P100 L3\nM30\nO100\nG91 G0 X1\nM99"),
+    ("/2 G0 X1\n:77\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
+    ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"), ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
+    ("#100=4.\n#101=#100*2+1\nG0X#101Y-#100", "G0 X9 Y-4"), ("G15 G50 G67 G40 G49 G80 G69\nG0 X1", "G40 G49 G80\nG0 X1"),
+])  # fmt: skip
+def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
+    first, errors = view(f"%\nO1\n{fanuc}\nM30\n%", dialect="fanuc")
+    assert errors == ()
+    second, errors = view(f"{rs274}\nM30", dialect="rs274")
+    assert errors == ()
+    for name in ("kind", "end", "feed"):
+        assert np.array_equal(getattr(first, name), getattr(second, name), equal_nan=True), name
+    modes = [[moves.controls[index].mode for index in moves.control] for moves in (first, second)]
+    cycles = re.search("G8[1-9] X", fanuc)
+    assert cycles or modes[0] == modes[1]
+
+
+@pytest.mark.parametrize(("line", "code", "part"), [
+    ("IF [#1 EQ 2] GOTO 5", "VP002", "IF"), ("N10 GOTO 20", "VP002", "GOTO"), ("WHILE [#1 LT 3] DO1", "VP002", "WHILE"),
+    ("G65 P100", "VP002", "macro"), ("G68 X0 Y0 R30", "VP002", "rotation"), ("G84 Z-5 R2", "VP002", "tapping"), ("M29", "VP002", "tapping"),
+    ("M99 P5", "VP002", "M99 P"), ("G53.1", "VP017", "G68.2"), ("G54.1 X0", "VP005", "needs P"), ("G54.1 P49", "VP007", "P1 to P48"),
+    ("G4 X1 P2", "VP003", "one of them"), ("G41.1 D5", "VP002", "G41.1"), ("o1 sub", "VP002", "rs274"), ("G59.1", "VP002", "rs274"),
+    ("G10 L11 P1 R3", "VP002", "L11"), ("G68.2 X0 P1", "VP006", "does not use P"), ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
+    ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
+    ("G4 P1.5", "VP007", "whole"), ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"), ("G1 X1 ,C5", "VP001", ","),
+])  # fmt: skip
+def test_what_fanuc_has_and_we_do_not_is_an_error(view, line, code, part):
+    found = view(f"%\nO1\nG0 X0 Y0 Z5 F100\n{line}\nM30\n%", dialect="fanuc")[1]
+    assert [item.code for item in found] == [code]
+    assert part in found[0].message
+    assert found[0].line == 4 + line.count("\n")
+
+
+def rotated(point, i, j, k, origin):
+    """A point of the plane of G68.2, in program coordinates, by three turns one after the other (no matrix of the package)."""
+
+    def about(p, axis, angle):
+        c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        u, v = [axis_ for axis_ in range(3) if axis_ != axis] if axis != 1 else (2, 0)
+        q = list(p)
+        q[u], q[v] = c * p[u] - s * p[v], s * p[u] + c * p[v]
+        return q
+
+    turned = about(about(about(point, 2, k), 0, j), 2, i)
+    return [a + b for a, b in zip(turned, origin, strict=True)]
+
+
+@pytest.mark.parametrize("angles", [(0, 25, 0), (30, 20, -40), (90, 15, 10)])
+def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
+    i, j, k = angles
+    origin, path = (3.0, -4.0, 5.0), [(-6, 2, 6), (-6, 2, 1), (7, 3, 1), (7, 3, 6)]
+    head = "G49 G54 G0 X0 Y0 Z40 A0 C0\n"
+    first = "%\nO1\n" + head + f"G68.2 X3. Y-4. Z5. I{i} J{j} K{k}\nG0 X-6. Y2. Z20.\nG53.1\n"
+    first += "G0 X-6. Y2. Z6.\nG1 Z1. F900\nX7. Y3.\nG0 Z6.\nG69\nM30\n%"
+    x, y, z = rotated((0, 0, 1), i, j, k, (0, 0, 0))
+    vector = f"I{x:.15f} J{y:.15f} K{z:.15f}"
+    place = [" ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZ", rotated(p, i, j, k, origin), strict=True))
+             for p in [(-6, 2, 20), *path]]  # fmt: skip
+    second = (
+        head + f"G0 {place[0]}\nG43.5 G0 {vector}\nG0 {place[1]}\nG1 {place[2]} F900\n{place[3]}\nG0 {place[4]}\nM30"
+    )
+    options = Options(
+        tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True, smoothing="off"
+    )
+    results = [convert(text.encode(), machine, options) for text in (first, second)]
+    assert all(result.ok for result in results), [result.findings for result in results]
+    values = [result.setpoints.values for result in results]
+    assert values[0].shape == values[1].shape
+    assert np.abs(values[0] - values[1]).max() < 1e-6
+
+
+def test_an_arc_in_a_tilted_plane_is_an_arc_of_the_part(machine):
+    text = b"%\nO1\nG49 G54 G0 X0 Y0 Z40 A0 C0\nG68.2 X0. Y0. Z5. J20.\nG53.1\nG0 X10. Y0. Z5.\nG3 I-10. F2000\nG69\nM30\n%"
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, smoothing="off")
+    result = convert(text, machine, options)
+    assert result.ok, result.findings
+    rows = result.setpoints.line == 7
+    q = result.setpoints.values[rows] / [column.factor for column in machine.columns]
+    tip, axis, ok = machine.forward(q, 80.0)
+    assert ok.all()
+    normal = np.array([0.0, -math.sin(math.radians(20)), math.cos(math.radians(20))])
+    center = np.array([0.0, 0.0, 45.0])
+    circle = tip - center - 5.0 * normal
+    assert np.abs(circle @ normal).max() < 1e-4
+    assert np.abs(np.linalg.norm(circle, axis=1) - 10.0).max() < 1e-3
+    assert np.abs(axis - normal).max() < 1e-5
+
+
+# --- aptcl ---------------------------------------------------------------------------------------------
+
+
+def twin_of_the_wing():
+    """gcode_samples/wing.cls in RS274 words, written anew from what the statements mean."""
+    text = (SAMPLES / "wing.cls").read_text().replace("$\n", "")
+    lines, rapid, feed, axis, circle, hole, place = ["G21 G90 G43.5"], False, None, "I0 J0 K1", None, None, None
+    for raw in text.splitlines():
+        word, _, rest = raw.partition("/")
+        numbers = [float(n) for n in re.findall(r"-?[0-9]+\.[0-9]+", rest)]
+        if word in ("FROM", "GOTO"):
+            if len(numbers) == 6:
+                axis = "I{:.7f} J{:.7f} K{:.7f}".format(*numbers[3:])
+            point = np.array(numbers[:3])
+            if hole is not None and not rapid:
+                a = np.array([float(n) for n in re.findall(r"[-0-9.]+", axis)])
+                heights = [
+                    (12, 0),
+                    (2, 0),
+                    (-2, 1),
+                    (2, 0),
+                    (-2 + 0.254, 0),
+                    (-6, 1),
+                    (2, 0),
+                    (-6 + 0.254, 0),
+                    (-9, 1),
+                    (2, 0),
+                    (12, 0),
+                ]
+                lines.append("F200")
+                for height, code in heights:
+                    lines.append("G{} X{:.9f} Y{:.9f} Z{:.9f} {}".format(code, *(point + height * a), axis))
+                continue
+            shown = "X{} Y{} Z{}".format(*numbers[:3])
+            if circle is not None:
+                lines.append(f"G3 {shown} I{circle[0] - place[0]:.9f} J{circle[1] - place[1]:.9f}")
+            else:
+                lines.append(f"G{0 if rapid or word == 'FROM' else 1} {shown} {axis}")
+            rapid, circle, place = False, None, numbers
+        elif word == "FEDRAT":
+            rapid, feed = False, numbers[0]
+            lines.append(f"F{feed}")
+        elif word == "CIRCLE":
+            circle = numbers
+        elif word == "CYCLE":
+            hole = None if rest == "OFF" else rest
+        rapid = rapid or word == "RAPID"
+    return "\n".join([*lines, "M2"])
+
+
+def test_the_wing_gives_the_setpoints_of_its_twin(machine):
+    options = Options(
+        tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True, smoothing="off"
+    )
+    results = [
+        convert(text, machine, options) for text in ((SAMPLES / "wing.cls").read_bytes(), twin_of_the_wing().encode())
+    ]
+    assert all(result.ok for result in results), [result.findings for result in results]
+    values = [result.setpoints.values for result in results]
+    assert values[0].shape == values[1].shape
+    assert np.abs(values[0] - values[1]).max() < 1e-6
+
+
+def apt(view, text, **options):
+    """Moves of statements without errors."""
+    moves, findings = view(text + "\nFINI", dialect="aptcl", **options)
+    assert findings == ()
+    return moves
+
+
+def test_statements(view):
+    moves = apt(
+        view,
+        "UNITS/INCHES\nRAPID\nGOTO/1,2,3\nFEDRAT/100,MMPM\nGODLTA/0,0,-1\nGODLTA/-0.5\nDELAY/1.5\nGOTO/1.0E0,2,+.5D0",
+    )
+    assert moves.end[:, 2].round(6).tolist() == [76.2, 50.8, 38.1, 38.1, 12.7]
+    assert moves.kind.tolist() == [0, 1, 1, 3, 1]
+    assert moves.feed[1] == pytest.approx(100.0)
+    moves = apt(
+        view,
+        "PPRINT hello / there\nSPINDL/800,CCLW\nCOOLNT/MIST\nSTOP\nOPSTOP\nAUXFUN/8\nTLAXIS/0,1,0\nFEDRAT/IPM,10\nGOTO/0,0,1 $$ note",
+    )
+    kinds = [(event.kind, *event.data.values()) for event in moves.events]
+    assert kinds[0] == ("message", "hello / there")
+    assert kinds[1:6] == [
+        ("spindle", "counterclockwise", 800.0),
+        ("coolant", "mist"),
+        ("stop", "program"),
+        ("stop", "optional"),
+        ("coolant", "flood"),
+    ]
+    assert moves.vector.tolist() == [[0.0, 1.0, 0.0]]
+    assert moves.feed.tolist() == [254.0]
+
+
+def test_rapid_is_for_one_goto_and_feeds_hold_behind_a_cycle(view):
+    moves = apt(
+        view,
+        "FEDRAT/500\nRAPID\nGOTO/0,0,9\nGOTO/0,0,8\nCYCLE/BORE,DEPTH,2,MMPM,100,CLEAR,1\nGOTO/5,0,0\nCYCLE/OFF\nGOTO/6,0,0",
+    )
+    assert moves.kind.tolist() == [0, 1, 0, 1, 1, 1]
+    assert moves.feed[[1, 3, 4, 5]].tolist() == [500, 100, 100, 500]
+    assert moves.end[2:5, 2].tolist() == [1, -2, 1]
+
+
+@pytest.mark.parametrize(("text", "code", "line"), [
+    ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTABL/30", "VP002", 1),
+    ("FEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 2), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/TAP,5", "VP002", 1),
+    ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
+    ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGTH,5", "VP002", 1),
+    ("CUTCOM/LEFT", "VP002", 1), ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,.6,.8,5\nGOTO/10,0,0", "VP008", 4),
+    ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,0,1,9\nGOTO/10,0,0", "VP008", 4), ("GOTO/1,$\n\n,2", "VP001", 1), ("GOTO/1,,2", "VP001", 1), ("12,3", "VP001", 1),
+    ("FEDRAT/9,FPM", "VP005", 1), ("SPINDL/FAST", "VP005", 1), ("GOTO/1,2,1E99", "VP007", 1), ("AUXFUN/250", "VP002", 1), ("GOTO/0,0,0 $", "VP001", 1),
+])  # fmt: skip
+def test_statements_that_are_refused(view, text, code, line):
+    found = view(f"{text}\nFINI" if not text.endswith("$") else text, dialect="aptcl")[1]
+    assert [(item.code, item.line) for item in found[:1]] == [(code, line)]
+
+
+def test_a_text_without_fini_is_refused(view):
+    assert [(item.code, item.line) for item in view("UNITS/MM\n", dialect="aptcl")[1]] == [("VP010", 1)]
