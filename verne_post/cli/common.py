@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-6, 10.0
 #: Blocks that loops and calls may repeat, unless the user says otherwise (model.options has the same, and costs numpy).
-MAX_REPEATS = 1_000_000
+MAX_REPEATS = 100_000
 
 
 def program_options(command: Callable[..., Any]) -> Callable[..., Any]:

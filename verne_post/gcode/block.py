@@ -4,14 +4,21 @@ Blanks may stand anywhere outside comments, letter case means nothing, a number 
 digits and at most one point; there is no exponent.
 """
 
+import re
 from dataclasses import dataclass, field
-from typing import Final
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
 
 from verne_post.gcode.expressions import BlockError, Key, ValueReader, Values, shown_key
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["Block", "BlockError", "OWord", "read_block"]
 
 _BLANKS: Final = " \t\r"
+#: Lines whose characters are kept: loops read the same ones again and again.
+_KEPT_LINES: Final = 4096
 #: Letters that may start a word, in addition to N (first only), O (flow, first only) and # (settings).
 WORD_LETTERS: Final = "ABCDEFGHIJKLMPQRSTUVWXYZ"
 #: Words of polar coordinates: distance and angle.
@@ -20,6 +27,8 @@ KEYWORDS: Final = (
     "SUB", "ENDSUB", "CALL", "RETURN", "DO", "WHILE", "ENDWHILE", "IF", "ELSEIF", "ELSE", "ENDIF", "BREAK", "CONTINUE",
     "REPEAT", "ENDREPEAT",
 )  # fmt: skip
+#: Where one keyword begins another the longer comes first.
+_KEYWORD: Final = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
 
 
 @dataclass(frozen=True)
@@ -105,7 +114,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
         With the column of the first character that does not fit.
     """
     block = Block(line)
-    characters, places = _without_comments(text, block)
+    characters, places, block.comment = _without_comments(text)
     reader = ValueReader(characters, places, values)
     first, slash = True, False
     while reader.at < len(characters):
@@ -118,6 +127,8 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
             slash = True
             continue
         if character == "N" and first:
+            if characters[at + 1 : at + 2] in ("#", "["):  # lines are searched for O words without computing anything
+                raise reader.error("VP001", "N needs a number, not a value to compute", at + 1)
             number = reader.word_value("N")
             if number < 0:
                 raise reader.error("VP007", f"N{number:g}: a block number is not negative", at)
@@ -159,9 +170,9 @@ def _o_word(reader: ValueReader) -> OWord:
         reader.values = values
     else:
         label = _label_number(reader.word_value("O"), reader, begin)
-    rest = characters[reader.at :]
-    found = [word for word in KEYWORDS if rest.startswith(word)]
-    if not found:
+    found = _KEYWORD.match(characters, reader.at)
+    if found is None:
+        rest = characters[reader.at :]
         if rest and not rest.startswith("("):
             raise reader.error(
                 "VP023",
@@ -169,8 +180,7 @@ def _o_word(reader: ValueReader) -> OWord:
                 reader.at,
             )
         return OWord(label, None, reader, reader.at, begin)
-    keyword = max(found, key=len)
-    return OWord(label, keyword.lower(), reader, reader.at + len(keyword), begin)
+    return OWord(label, found.group().lower(), reader, found.end(), begin)
 
 
 def _skip_value(reader: ValueReader) -> None:
@@ -216,22 +226,25 @@ def _strange(character: str, first: bool) -> str:
     return f"{character!r} does not begin a word; expected a letter and a number"
 
 
-def _without_comments(text: str, block: Block) -> tuple[str, list[int] | range]:
-    """The line in upper case without blanks, a comment as one ``(``; and the place of each character and of the end."""
+@lru_cache(maxsize=_KEPT_LINES)
+def _without_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
+    """The line in upper case without blanks, a comment as one ``(``; the place of each character and of the end; the comment.
+
+    Only the last comment counts, and only one in parentheses can be a message.
+    """
     if "(" not in text and ";" not in text:
         if not any(blank in text for blank in _BLANKS):
-            return _upper(text), range(len(text) + 1)
+            return _upper(text), range(len(text) + 1), None
         places = [at for at, character in enumerate(text) if character not in _BLANKS]
-        return _upper("".join([text[at] for at in places])), [*places, len(text)]
+        return _upper("".join([text[at] for at in places])), [*places, len(text)], None
     kept: list[str] = []
-    places = []
-    at = 0
+    places, comment, at = [], None, 0
     while at < len(text):
         character = text[at]
         if character in "(;":
-            comment, end = _comment(text, at)
-            if character == "(":  # only these can be messages, and only the last one
-                block.comment = comment
+            found, end = _comment(text, at)
+            if character == "(":
+                comment = found
             kept.append("(")
             places.append(at)
             at = end
@@ -240,7 +253,7 @@ def _without_comments(text: str, block: Block) -> tuple[str, list[int] | range]:
             kept.append(character)
             places.append(at)
         at += 1
-    return _upper("".join(kept)), [*places, len(text)]
+    return _upper("".join(kept)), [*places, len(text)], comment
 
 
 def _upper(text: str) -> str:

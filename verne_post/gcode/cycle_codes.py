@@ -13,8 +13,8 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMo
 
 #: How far above the last depth a peck begins again, mm.
 PECK_CLEARANCE_MM: Final = 0.254
-#: So many holes of one block, and pecks of one hole, at most.
-MAX_HOLES, MAX_PECKS = 10_000, 100_000
+#: So many holes, and pecks in all of them, may one block have.
+MAX_HOLES, MAX_PECKS = 10_000, 30_000
 _NEEDS_DWELL: Final = (820, 860, 880, 890)
 _NEEDS_STEP: Final = (730, 830)
 _NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
@@ -42,6 +42,8 @@ class CycleCodes(MotionCodes):
                 "VP007", f"{self.repeat_letter}{repeats}: a cycle is repeated 1 to {MAX_HOLES} times",
                 block.columns[self.repeat_letter],
             )  # fmt: skip
+        if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
+            raise BlockError("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", block.columns.get("Q"))
         if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
             raise BlockError("VP017", f"{name} needs a turning spindle; give S and M3 or M4 first")
         if motion in (740, 840) and state.spindle_reversed != (motion == 740):
@@ -111,8 +113,6 @@ class CycleCodes(MotionCodes):
                 raise BlockError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
                 raise BlockError("VP007", f"Q{step:g}: the depth of a peck is greater than 0", block.columns.get("Q"))
-            if (clear - bottom) / step > MAX_PECKS:
-                raise BlockError("VP007", f"Q{step:g}: more than {MAX_PECKS} pecks in one hole", block.columns.get("Q"))
         dwell = self._seconds(block) if "P" in block.words else before.dwell if before else None
         if motion in _NEEDS_DWELL and dwell is None:
             raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")

@@ -54,22 +54,27 @@ class Flow:
         self._frames = [_Frame(text, 0)]
         self._called: set[str] = set()
         self._files: dict[str, ProgramText] = {}
-        self.steps = 0
+        self._reached: dict[ProgramText, int] = {}
+        self.repeated = 0
 
-    def count(self, lines: int) -> None:
-        """Count executed lines.
+    def count(self, text: ProgramText, first: int, last: int, moves: int) -> None:
+        """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time.
 
         Raises
         ------
         BlockError
-            VP024: more than one pass over the text and the permitted repeats.
+            VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
         """
-        self.steps += lines
-        if self.steps > self.main.n_lines + self.machine.setup.max_repeats:
-            raise BlockError(
-                "VP024", f"more than {self.machine.setup.max_repeats} blocks were repeated by loops and calls; if the program is meant to, "
-                "raise --max-repeats",
-            )  # fmt: skip
+        seen = self._reached.get(text, 0)
+        if last > seen:
+            self._reached[text] = last
+        if first <= seen:
+            self.repeated += max(min(last, seen) - first + 1, moves)
+            if self.repeated > self.machine.setup.max_repeats:
+                raise BlockError(
+                    "VP024", f"loops and calls have repeated {self.machine.setup.max_repeats} blocks and moves; if the program is meant to, "
+                    "raise --max-repeats",
+                )  # fmt: skip
 
     @property
     def in_call(self) -> bool:

@@ -85,22 +85,28 @@ def _stretch(flow: Flow, chunk: Chunk, machine: Interpreter, stops: Stops) -> bo
     if last - row < plain.MIN_LINES or not plain.ready(machine.state):
         return False
     done = plain.execute(chunk.lines, row, last, machine.setup, machine.state, machine.recorder, flow.shown_line)
-    flow.line += done - row
-    flow.count(done - row)
+    if done > row:
+        first, flow.line = flow.line, flow.line + done - row
+        flow.count(flow.text, first, flow.line - 1, 0)
     return done > row
 
 
 def _one_block(flow: Flow, raw: bytes, machine: Interpreter) -> None:
-    line = flow.line
+    text, line, moves = flow.text, flow.line, machine.recorder.count
     flow.line += 1
-    flow.count(1)
+    _execute(flow, raw, machine, line)
+    flow.count(text, line, line, machine.recorder.count - moves)
+
+
+def _execute(flow: Flow, raw: bytes, machine: Interpreter, line: int) -> None:
     deleted = machine.setup.block_delete and raw.lstrip().startswith(b"/")
     if line == flow.text.opening or deleted or not raw.strip():
         return
     machine.parameters.line = line
     block = machine.read(decoded(raw), line)
     if block.o is not None:
-        machine.execute(replace(block, o=None))  # its comment may speak
+        if block.comment is not None:  # it may speak
+            machine.execute(replace(block, o=None))
         flow.step(block)
         return
     block.line = flow.shown_line or line

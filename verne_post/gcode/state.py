@@ -51,7 +51,7 @@ class Setup:
     remap : mapping
         What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore", "event".
     max_repeats : int
-        So many blocks may be executed beyond one pass over the text.
+        So many blocks, and moves of such blocks, may be executed again.
     dialect : str
         Name of the program's dialect; "auto" recognises it.
     given_systems : frozenset of int

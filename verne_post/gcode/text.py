@@ -15,7 +15,9 @@ from verne_post.gcode.state import Setup
 
 #: So many scanned chunks are kept: loops that stay within them are scanned once.
 _KEPT_CHUNKS: Final = 8
-_O_LINE: Final = re.compile(rb"^[ \t/]*(?:N[ \t0-9.]*)?O[^\n]*", re.MULTILINE | re.IGNORECASE)
+_O_LINE: Final = re.compile(
+    rb"^(?:[ \t\r/]|\([^()\n]*\))*(?:N[ \t0-9.+]*)?(?:[ \t\r]|\([^()\n]*\))*O[^\n]*", re.MULTILINE | re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from verne_post.model.moves import Vector9
 
 #: Blocks that loops and calls may repeat, unless the user says otherwise.
-MAX_REPEATS = 1_000_000
+MAX_REPEATS = 100_000
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ import numpy as np
 
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode.block import Block
+from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, all_known, note
@@ -213,8 +214,8 @@ class Translator:
         if kind in ("FACE", "CSINK") and "DWELL" not in values:
             values["DWELL"] = 0.0
         depth = abs(values["DEPTH"])
-        if values.get("STEP") and (depth + values["CLEAR"]) / values["STEP"] > 100_000:
-            raise BlockError("VP007", f"CYCLE: STEP {values['STEP']:g} makes more than 100000 pecks")
+        if values.get("STEP") and (depth + values["CLEAR"]) / values["STEP"] > MAX_PECKS:
+            raise BlockError("VP007", f"CYCLE: STEP {values['STEP']:g} makes more than {MAX_PECKS} pecks")
         self.cycle = _Cycle(
             kind,
             depth,
@@ -248,7 +249,7 @@ class Translator:
                 yield go(height, rapid=False)
                 if cycle.kind == "DEEP":
                     yield go(cycle.clear, rapid=True)
-                yield go(height + 0.254 / (25.4 if self.state.inch else 1.0), rapid=True)
+                yield go(height + PECK_CLEARANCE_MM / (25.4 if self.state.inch else 1.0), rapid=True)
                 height -= cycle.step
         yield go(-cycle.depth, rapid=False)
         if cycle.dwell is not None:
