@@ -1,18 +1,11 @@
-"""Rates of the two kernels everything else waits for: reading a program, and inverse kinematics.
+"""Poses/s of the whole machine's inverse and forward kinematics on one core.
 
-Run: python tests/benchmarks/kernels.py [LINES]
-Prints lines/s of scan + interpret (and of LinuxCNC's rs274 on the same file, when it is installed) and
-poses/s of the whole machine's inverse and forward kinematics on one core. Compare ratios, not
-absolute times: machines are shared and drift.
+Run: python tests/benchmarks/kernels.py
+Compare ratios, not absolute times: machines are shared and drift.
 """
 
-import shutil
-import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
@@ -30,34 +23,6 @@ def best(job: Callable[[], object]) -> float:
         job()
         times.append(time.perf_counter() - begin)
     return min(times)
-
-
-def five_axis_program(lines: int) -> bytes:
-    """Short five-axis G1 moves along a wavy spiral, as a finishing pass has them."""
-    s = 0.2 * np.arange(lines)
-    x, y, z = 50 * np.cos(s / 50), 50 * np.sin(s / 50), 60 + 1e-4 * s
-    a, c = 20 + 10 * np.sin(s / 30), np.degrees(s / 200)
-    rows = "\n".join("G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f" % row for row in zip(x, y, z, a, c, strict=True))
-    return f"G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n{rows}\nM2\n".encode()
-
-
-def read_rates(lines: int) -> None:
-    """Print lines/s of this front end and of rs274."""
-    source = five_axis_program(lines)
-    ours = best(lambda: verne_post.gcode.read_moves(source))
-    print(f"read_moves      {lines:9d} lines  {ours:7.2f} s  {lines / ours:12,.0f} lines/s")
-    rs274 = shutil.which("rs274")
-    if rs274 is None:
-        print("rs274           not installed")
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "program.ngc"
-        program.write_bytes(source)
-        theirs = best(lambda: subprocess.run([rs274, "-g", program], stdout=subprocess.DEVNULL, check=False,
-                                             stderr=subprocess.DEVNULL, cwd=folder))  # fmt: skip
-    print(
-        f"rs274           {lines:9d} lines  {theirs:7.2f} s  {lines / theirs:12,.0f} lines/s  ours is {theirs / ours:.1f} x"
-    )
 
 
 def pose_rates(poses: int = 1_000_000) -> None:
@@ -80,5 +45,4 @@ def pose_rates(poses: int = 1_000_000) -> None:
 
 
 if __name__ == "__main__":
-    read_rates(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000)
     pose_rates()

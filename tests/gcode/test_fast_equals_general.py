@@ -62,8 +62,9 @@ feeds = st.sampled_from(["", "", "", " F100", " F33.3", " F0", "F 1 2 . 5"])
 def plain_line():
     """A line that the fast path takes in a suitable state."""
     return st.builds(
-        "{}{}{}{}".format, st.sampled_from(["", "", "N10 ", "N0.5"]),
+        "{}{}{}{}{}".format, st.sampled_from(["", "", "N10 ", "N0.5"]),
         st.sampled_from(["", "", "", "G0 ", "G1 ", "g01", "G00"]), axis_words, feeds,
+        st.sampled_from(["", "", "", "(c)", " ; c", "(a)(b)", " (MSG,m)", "(X1)", "(c)Z4"]),
     )  # fmt: skip
 
 

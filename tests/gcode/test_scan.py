@@ -78,11 +78,28 @@ def by_regex(text):
     number = r"[+-]?(?=\.?[0-9])[0-9]*\.?[0-9]*"
     found = []
     for line in lines:
-        solid = re.sub(r"[ \t\r]", "", line)
+        solid = "|".join(re.sub(r"[ \t\r]", "", part) for part in without_comments(line))
         words = [(letter.upper(), float(value)) for letter, value in re.findall(rf"([A-Za-z])({number})", solid)]
-        short = all(len(re.sub(r"[^0-9]", "", w)) <= 15 for w in re.findall(r"[A-Za-z][^A-Za-z]*", solid))
-        found.append(words if re.fullmatch(rf"(?:[A-Za-z]{number})*", solid) and short else None)
+        short = all(len(re.sub(r"[^0-9]", "", w)) <= 15 for w in re.findall(r"[A-Za-z][^A-Za-z|]*", solid))
+        found.append(words if re.fullmatch(rf"(?:[A-Za-z]{number}|\|)*", solid) and short else None)
     return found
+
+
+def without_comments(line):
+    """The parts of a line between its comments, one character after the other; damage stays where it is."""
+    parts, rest = [""], line
+    while rest:
+        if rest[0] == ";":
+            return [*parts, ""]
+        inside = rest[1:].partition(")")[0]
+        closed = rest[0] == "(" and ")" in rest and "(" not in inside
+        if closed and not inside.lstrip(" \t").upper().startswith(("MSG", "DEBUG", "PRINT", "LOG", "ABORT", "PROBE")):
+            parts.append("")
+            rest = rest[len(inside) + 2 :]
+        else:
+            parts[-1] += rest[0]
+            rest = rest[1:]
+    return parts
 
 
 LINES = st.lists(
@@ -90,6 +107,9 @@ LINES = st.lists(
         st.lists(st.tuples(st.sampled_from("GXYZACFNMgn"), spaced(decimals(8))).map("".join), max_size=5).map("".join),
         st.text("GXYaz0123456789+-. \t\r", max_size=12),
         st.text("GX01.-(;)#[%/é", max_size=8),
+        st.lists(
+            st.sampled_from(["X1", "G0", "(c)", "(", ")", ";", " ", "(MSG,", "( debug", "5", "."]), max_size=6
+        ).map("".join),
     ),
     max_size=12,
 )
@@ -110,7 +130,7 @@ def test_words_are_those_of_a_regular_expression(lines, newline, final):
 
 
 @pytest.mark.parametrize("line", [
-    "X", "X+", "X-", "X.", "X-.", "X1.2.3", "X1-2", "X--1", "X+-5", "XY1", "5", "5X1", ".X1", "-X1", "G0 X1 (c)", "X1;",
+    "X", "X+", "X-", "X.", "X-.", "X1.2.3", "X1-2", "X--1", "X+-5", "XY1", "5", "5X1", ".X1", "-X1", "G0 X1 (c", "X(c)1", "X1(c)5",
     "#1=2", "X#1", "X[1]", "/X1", "%", "X1,5", "X1\u00e9", "X1\x00", "G0 X1 Y", "@1", "X1e", "X1234567890123456",
     "X0.0000000000000001",
 ])  # fmt: skip
@@ -124,7 +144,9 @@ def test_what_is_not_plain_is_flagged_and_has_no_words(line):
     assert scan.scan(1, line.encode()).plain.tolist() == [False]
 
 
-@pytest.mark.parametrize("line", ["", " ", "\t\r", "X1", "x1", "x 1 . 5", "N1G0X1", "X1Y2 X3"])
+@pytest.mark.parametrize(
+    "line", ["", " ", "\t\r", "X1", "x1", "x 1 . 5", "N1G0X1", "X1Y2 X3", "X1 (c) Y2", "X1;c", "(a)(b;)X1;(", "(c)"]
+)
 def test_what_is_plain(line):
     assert scan.scan(1, f"5\n{line}\n5\n".encode()).plain.tolist() == [False, True, False]
 

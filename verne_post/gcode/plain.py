@@ -23,13 +23,15 @@ Array = NDArray[np.float64]
 MIN_LINES: Final = 8
 _C, _F, _G, _N = 5, 9, 10, 11
 _ROTARY: Final = [3, 4, 5]
+_LINEAR: Final = [0, 1, 2, 6, 7, 8]
 
 
 class PlainLines:
-    """The plain lines of one scanned chunk as a dense table.
+    """The plain lines of one scanned chunk as dense tables, made once for all stretches of it.
 
-    ``values`` has one row a line and one column each for the nine axes, F, G and N; NaN where the
-    word is absent. ``plain`` is True for lines that may be executed from it.
+    The columns are the nine axes, F, G and N. ``plain`` is True for lines that may be executed from here; ``row`` is,
+    for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
+    True for lines that make a move, ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
     """
 
     def __init__(self, words: WordTable, setup: Setup) -> None:
@@ -48,15 +50,22 @@ class PlainLines:
         g = values[:, _G]
         plain &= ~present[:, _G] | (g == 0) | (g == 1)
         with np.errstate(invalid="ignore"):
-            plain &= ~(values[:, _F] < 0) & ~(values[:, _N] < 0) & ~(np.abs(values) > MAX_NUMBER).any(axis=1)
+            size = np.abs(values)
+            plain &= ~(values[:, _F] < 0) & ~(values[:, _N] < 0) & ~(size > MAX_NUMBER).any(axis=1)
+            turned = (size[:, _ROTARY] > MAX_ANGLE_DEG).any(axis=1)
+            self.beyond_mm = turned | (size[:, _LINEAR] > MAX_LENGTH_MM).any(axis=1)
+            self.beyond_inch = turned | (size[:, _LINEAR] > MAX_LENGTH_MM / MM_PER_INCH).any(axis=1)
         # N must be the first word of its line
-        first_word = np.searchsorted(words.row, np.arange(words.n_lines))
         has_n = np.flatnonzero(present[:, _N])
-        plain[has_n[words.letter[first_word[has_n]] != ord("N")]] = False
-        self.values, self.present, self.plain = values, present, plain
-        self.first_line = words.first_line
+        first_word = np.searchsorted(words.row, has_n)
+        plain[has_n[words.letter[first_word] != ord("N")]] = False
+        self.plain, self.first_line = plain, words.first_line
+        self.moves = present[:, :9].any(axis=1) | present[:, _G]
+        self.row = np.where(present, np.arange(words.n_lines, dtype=np.int32)[:, None], np.int32(-1))
+        np.maximum.accumulate(self.row, axis=0, out=self.row)
+        self.filled = np.take_along_axis(values, np.maximum(self.row, 0), axis=0)
 
-    def ends(self) -> Array:
+    def ends(self) -> NDArray[np.intp]:
         """For every line the end (exclusive) of the stretch of plain lines that it stands in."""
         stops = np.append(np.flatnonzero(~self.plain), len(self.plain))
         return stops[np.searchsorted(stops, np.arange(len(self.plain)))]
@@ -90,86 +99,81 @@ def execute(
 
     ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file.
     """
-    values, present = lines.values[first:last], lines.present[first:last]
-    n = last - first
     if not all(state.known[AXES.index(letter)] for letter in setup.axes):
-        n = _until_known(present, setup, state)
-        values, present = values[:n], present[:n]
-    motion = _fill(values[:, _G], present[:, _G], (state.motion or 0) / 10)
-    has_axes = present[:, :9].any(axis=1)
-    moves = has_axes | present[:, _G]
+        last = _until_known(lines, first, last, setup, state)
+    scaled = state.inch and state.feed_mode != FeedMode.INVERSE
+    said = lines.row[first:last] >= first
+    filled = lines.filled[first:last]
+    motion = np.where(said[:, _G], filled[:, _G], (state.motion or 0) / 10)
+    angular = np.where(said[:, _F], filled[:, _F], state.feed_angular)
+    feed = np.where(said[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
+    moves = lines.moves[first:last]
     feeds = moves & (motion == 1)
-    linear = np.where(np.isnan(values[:, _F]), 0.0, values[:, _F])
-    if state.inch and state.feed_mode != FeedMode.INVERSE:
-        linear = linear * MM_PER_INCH
-    feed = _fill(linear, present[:, _F], state.feed)
-    angular = _fill(values[:, _F], present[:, _F], state.feed_angular)
-    bad = feeds & (feed == 0)
-    if setup.machine:  # a coordinate beyond any machine
-        linear_words = values[:, [axis for axis in range(9) if axis not in _ROTARY]]
-        bound = MAX_LENGTH_MM / MM_PER_INCH if state.inch else MAX_LENGTH_MM
-        with np.errstate(invalid="ignore"):
-            bad |= (np.abs(linear_words) > bound).any(axis=1) | (np.abs(values[:, _ROTARY]) > MAX_ANGLE_DEG).any(axis=1)
-    if state.feed_mode == FeedMode.INVERSE:
-        bad |= feeds & ~present[:, _F]
-    elif (
-        state.feed_mode == FeedMode.PER_REVOLUTION
-        and setup.machine
-        and not (state.spindle_on and state.spindle_speed > 0)
-    ):
-        bad |= feeds
-    if setup.machine and not state.length_said:
-        bad |= feeds
-    if bad.any():
+    bad = _refused(lines, first, last, setup, state, feeds, feed)
+    if bad is not None and bad.any():
         n = int(np.argmax(bad))  # the general interpreter names the error
         if n == 0:
             return first
-        values, present, motion = values[:n], present[:n], motion[:n]
-        moves, feed, angular = moves[:n], feed[:n], angular[:n]
+        last = first + n
+        said, filled, motion, moves, feed, angular = said[:n], filled[:n], motion[:n], moves[:n], feed[:n], angular[:n]
 
-    end = np.empty((n, 9))
-    for axis in range(9):
-        column = values[:, axis]
-        if state.inch and axis not in _ROTARY:
-            column = column * MM_PER_INCH
-        end[:, axis] = _fill(column, present[:, axis], state.position[axis])
-    delta = np.diff(end, axis=0, prepend=[state.position])
-    shown = effective_feed(state.feed_mode, feed, angular, *line_lengths(delta))
+    words = filled[:, :9]
+    if state.inch:
+        words = words.copy()
+        words[:, _LINEAR] *= MM_PER_INCH
+    end = np.where(said[:, :9], words, state.position)
+    shown = feed
+    # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
+    if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
+        delta = np.diff(end, axis=0, prepend=[state.position])
+        shown = effective_feed(state.feed_mode, feed, angular, *line_lengths(delta))
     rapid = motion == 0
-    rows = np.flatnonzero(moves)
-    number = lines.first_line + first + rows if shown_line is None else np.full(len(rows), shown_line)
-    recorder.add_many(
-        state,
-        number,
-        np.where(rapid, MoveKind.RAPID, MoveKind.FEED)[rows],
-        end[rows],
-        np.where(rapid, np.nan, shown)[rows],
-    )
-    if present[:n, _C].any():
-        named = int(lines.first_line + first + np.argmax(present[:n, _C]))
+    number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
+    kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)
+    shown = np.where(rapid, np.nan, shown)
+    if not moves.all():
+        number = number[moves] if number is not None else None
+        kind, shown, moved = kind[moves], shown[moves], end[moves]
+    else:
+        moved = end
+    if number is None:
+        number = np.full(len(kind), shown_line)
+    recorder.add_many(state, number, kind, moved, shown)
+    if recorder.fixes_c is None and said[-1, _C]:
+        named = int(lines.first_line + first + np.argmax(said[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)
+    state.arc_may_follow = state.arc_may_follow or len(kind) > 0
     state.motion = 10 * int(motion[-1])
-    state.arc_may_follow = state.arc_may_follow or bool(moves.any())
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
-    state.position = [float(v) for v in end[-1]]
-    for axis, seen in enumerate(present[:, :9].any(axis=0)):
-        if seen:
-            state.placed = True
-            state.known[axis] = state.named[axis] = True
-    return first + n
+    state.position = end[-1].tolist()
+    for axis in np.flatnonzero(said[-1, :9]).tolist():
+        state.placed = True
+        state.known[axis] = state.named[axis] = True
+    return last
 
 
-def _until_known(present: NDArray[np.bool_], setup: Setup, state: State) -> int:
-    """Number of lines up to and including the one after which every axis is known."""
+def _refused(
+    lines: PlainLines, first: int, last: int, setup: Setup, state: State, feeds: NDArray[np.bool_], feed: Array
+) -> NDArray[np.bool_] | None:
+    """Lines that only the general interpreter may judge; None where there are none."""
+    bad = None
+    if state.feed == 0 or not feed.all():
+        bad = feeds & (feed == 0)
+    if state.feed_mode == FeedMode.INVERSE:
+        own = lines.row[first:last, _F] == np.arange(first, last)
+        bad = feeds & ~own if bad is None else bad | (feeds & ~own)
+    if setup.machine:
+        beyond = (lines.beyond_inch if state.inch else lines.beyond_mm)[first:last]
+        turning = state.spindle_on and state.spindle_speed > 0
+        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_said:
+            beyond = beyond | feeds
+        bad = beyond if bad is None else bad | beyond
+    return bad
+
+
+def _until_known(lines: PlainLines, first: int, last: int, setup: Setup, state: State) -> int:
+    """End of the lines up to and including the one after which every axis is known."""
     axes = [AXES.index(letter) for letter in setup.axes]
     known = np.array([state.known[axis] for axis in axes])
-    seen = np.logical_or.accumulate(present[:, axes], axis=0) | known
-    complete = seen.all(axis=1)
-    return int(np.argmax(complete)) + 1 if complete.any() else len(present)
-
-
-def _fill(values: Array, present: NDArray[np.bool_], before: float) -> Array:
-    """Carry the last present value forward; ``before`` stands in front of the first one."""
-    index = np.where(present, np.arange(1, len(values) + 1), 0)
-    np.maximum.accumulate(index, out=index)
-    return np.append(before, values)[index]
+    complete = ((lines.row[first:last, axes] >= first) | known).all(axis=1)
+    return first + int(np.argmax(complete)) + 1 if complete.any() else last

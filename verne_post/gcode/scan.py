@@ -1,10 +1,11 @@
 """Bytes -> words, vectorised: the fast reader for plain blocks.
 
-A *plain* block consists of letters followed by decimal numbers, and blanks. Anything else (comments,
-parameters, expressions, damaged numbers) is left to :mod:`verne_post.gcode.block`, which reads one
+A *plain* block consists of letters followed by decimal numbers, blanks, and comments that say nothing. Anything
+else (messages, parameters, expressions, damaged numbers) is left to :mod:`verne_post.gcode.block`, which reads one
 block exactly; both obey one contract, and numbers are bit-identical to ``float()``.
 """
 
+import re
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,13 +18,16 @@ CHUNK_BYTES: Final = 1 << 18
 #: of exact operands is correctly rounded, as ``float()`` is. Longer numbers go to the exact reader.
 MAX_DIGITS: Final = 15
 
-_BLANK, _DIGIT, _DOT, _SIGN, _LETTER, _NEWLINE, _OTHER = range(7)
+_BLANK, _DIGIT, _DOT, _SIGN, _LETTER, _NEWLINE, _COMMENT, _OTHER = range(8)
+#: Stands for a comment that says nothing: no word may contain it.
+_MARK: Final = b"\x01"
+_SILENT: Final = re.compile(rb"\((?![ \t]*(?:MSG|DEBUG|PRINT|LOG|ABORT|PROBE))[^()\n]*\)|;[^\n]*", re.IGNORECASE)
 
 
 def _classes() -> NDArray[np.uint8]:
     table = np.full(256, _OTHER, dtype=np.uint8)
     for characters, kind in ((b" \t\r", _BLANK), (b"0123456789", _DIGIT), (b".", _DOT), (b"+-", _SIGN),
-                             (b"\n", _NEWLINE)):  # fmt: skip
+                             (b"\n", _NEWLINE), (_MARK, _COMMENT)):  # fmt: skip
         table[list(characters)] = kind
     letters = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"
     table[list(letters)] = _LETTER
@@ -83,7 +87,12 @@ def scan(first_line: int, text: bytes) -> WordTable:
         Whole lines.
     """
     n_lines = text.count(b"\n") + (not text.endswith(b"\n"))
-    raw = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", dtype=np.uint8)
+    read = text if text.endswith(b"\n") else text + b"\n"
+    if _MARK in read:  # no program has it; if one does, it is no comment
+        read = read.replace(_MARK, b"?")
+    if b"(" in read or b";" in read:
+        read = _SILENT.sub(_MARK, read)
+    raw = np.frombuffer(read, dtype=np.uint8)
     kinds = _CLASS[raw]
     solid = kinds != _BLANK
     characters, kinds = raw[solid], kinds[solid]
@@ -95,9 +104,10 @@ def scan(first_line: int, text: bytes) -> WordTable:
     plain = np.ones(n_lines, dtype=bool)
     if starts[0] > 0:  # digits before the first letter
         plain[0] = False
-    # digits before the first letter of a line, or a character that no plain word has
+    # digits before the first letter of a line or behind a comment, or a character that no plain word has
     stray = newline & (length > 0)
     plain[np.minimum(row[stray] + 1, n_lines - 1)] = False
+    plain[row[(kind == _COMMENT) & (length > 0)]] = False
     plain[row[kind == _OTHER]] = False
 
     is_word = kind == _LETTER

@@ -1,8 +1,8 @@
 """The modal state of the interpreter, and the recorder that turns its motion into a Moves table."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,6 +165,13 @@ class State:
     floating: tuple[int, ...] = ()
 
 
+#: Columns behind line, kind, end and feed, which a block of moves may share.
+_OWN_NAMES = ("feed_mode", "spindle", "frame", "control", "arc", "vector")
+_OWN_TYPES: tuple[type, ...] = (np.int8, float, np.int32, np.int32, np.int32, float)
+#: Line, kind, end, feed of a block, and of each other column one value or one a row.
+_Columns = tuple[NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
+
+
 class Row(NamedTuple):
     """One motion or dwell as it is recorded; the columns of :class:`~verne_post.model.moves.Moves`."""
 
@@ -184,7 +191,7 @@ class Row(NamedTuple):
 class Recorder:
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
-    columns: list[dict[str, Array]] = field(default_factory=list)
+    columns: list[_Columns] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     arcs: list[Arc] = field(default_factory=list)
     frames: dict[Frame, int] = field(default_factory=dict)
@@ -237,21 +244,11 @@ class Recorder:
         if n == 0:
             return
         self._flush()
-        spindle = state.spindle_speed if state.spindle_on else 0.0
-        self.columns.append(
-            {
-                "line": line.astype(np.int32),
-                "kind": kind.astype(np.int8),
-                "end": end,
-                "feed": feed,
-                "feed_mode": np.full(n, state.feed_mode, dtype=np.int8),
-                "spindle": np.full(n, spindle),
-                "frame": np.full(n, self.frame_index(state.frame), dtype=np.int32),
-                "control": np.full(n, self.controls.setdefault(state.control, len(self.controls)), dtype=np.int32),
-                "arc": np.full(n, -1, dtype=np.int32),
-                "vector": np.tile(state.vector or NO_VECTOR, (n, 1)),
-            }
-        )
+        shared = (
+            state.feed_mode, state.spindle_speed if state.spindle_on else 0.0, self.frame_index(state.frame),
+            self.controls.setdefault(state.control, len(self.controls)), -1, state.vector or NO_VECTOR,
+        )  # fmt: skip
+        self.columns.append((line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n
 
     def fix_c(self, line: int) -> None:
@@ -266,33 +263,35 @@ class Recorder:
     def _flush(self) -> None:
         if not self.rows:
             return
-        line, kind, end, feed, mode, spindle, frame, control, arc, vector = zip(*self.rows, strict=True)
+        line, kind, end, feed, *own = zip(*self.rows, strict=True)
+        own_columns: list[NDArray[Any]] = [
+            np.array(column, dtype=dtype) for column, dtype in zip(own, _OWN_TYPES, strict=True)
+        ]
         self.columns.append(
-            {
-                "line": np.array(line, dtype=np.int32),
-                "kind": np.array(kind, dtype=np.int8),
-                "end": np.array(end, dtype=float),
-                "feed": np.array(feed, dtype=float),
-                "feed_mode": np.array(mode, dtype=np.int8),
-                "spindle": np.array(spindle, dtype=float),
-                "frame": np.array(frame, dtype=np.int32),
-                "control": np.array(control, dtype=np.int32),
-                "arc": np.array(arc, dtype=np.int32),
-                "vector": np.array(vector, dtype=float),
-            }
-        )
+            (np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8), np.array(end, dtype=float),
+             np.array(feed, dtype=float), own_columns)
+        )  # fmt: skip
         self.rows = []
 
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""
         self._flush()
-        names = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")
-        kinds = (np.int32, np.int8, float, float, np.int8, float, np.int32, np.int32, np.int32, float)
-        if self.columns:
-            table = {name: np.concatenate([block[name] for block in self.columns]) for name in names}
-        else:
-            table = {name: np.zeros({"end": (0, 9), "vector": (0, 3)}.get(name, 0), dtype=kind)
-                     for name, kind in zip(names, kinds, strict=True)}  # fmt: skip
+        if not self.columns:
+            none: tuple[Array, ...] = tuple(np.zeros(0, dtype=dtype) for dtype in _OWN_TYPES[:-1])
+            self.columns.append((np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int8), np.zeros((0, 9)), np.zeros(0),
+                                 (*none, np.zeros((0, 3)))))  # fmt: skip
+        table: dict[str, NDArray[Any]] = {
+            name: np.concatenate([block[place] for block in self.columns])
+            for place, name in enumerate(("line", "kind", "end", "feed"))
+        }
+        counts = [len(block[0]) for block in self.columns]
+        for place, (name, dtype) in enumerate(zip(_OWN_NAMES, _OWN_TYPES, strict=True)):
+            width = (3,) if name == "vector" else ()
+            table[name] = np.empty((self.count, *width), dtype=dtype)
+            at = 0
+            for count, block in zip(counts, self.columns, strict=True):
+                table[name][at : at + count] = block[4][place]
+                at += count
         self.columns = []
         arcs = Arcs(
             np.array([arc.plane for arc in self.arcs], dtype=np.int8),

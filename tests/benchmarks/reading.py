@@ -1,0 +1,140 @@
+"""Rates of front ends on 10^6 lines: this one, LinuxCNC's rs274, gcodeparser, pygcode; and what lines that are not plain cost.
+
+Run: python tests/benchmarks/reading.py [--lines N] [--write]
+Every reader runs in a process of its own; CPU and peak memory are those of the process, less an empty run of the same
+reader. What is not installed is said so (`pip install gcodeparser pygcode`; LinuxCNC's package has rs274). Compare ratios, not
+absolute times. With --write the table goes into docs/performance.md.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "performance.md"
+BEGIN, END = "<!-- reading: begin -->", "<!-- reading: end -->"
+#: gcodeparser and pygcode are measured on so much of the lines: the latter reads 10,000 lines a second.
+SHARE = 20
+REPEATS = 3
+
+OURS = "import sys, verne_post.gcode as g; print(len(g.read_moves(open(sys.argv[1], 'rb').read(), max_repeats=10**9)))"
+GCODEPARSER = "import sys; from gcodeparser import GcodeParser; print(len(GcodeParser(open(sys.argv[1]).read()).lines))"
+PYGCODE = "import sys; from pygcode import Line; print(len([Line(l) for l in open(sys.argv[1])]))"
+
+
+def blade(lines: int, extra: Callable[[int], str] | None = None, every: int = 0) -> bytes:
+    """Short five-axis G1 moves along a wavy spiral; every so many lines one of another kind."""
+    s = 0.2 * np.arange(lines)
+    x, y, z = 50 * np.cos(s / 50), 50 * np.sin(s / 50), 60 + 1e-4 * s
+    a, c = 20 + 10 * np.sin(s / 30), np.degrees(s / 200)
+    rows = ["G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f" % row for row in zip(x, y, z, a, c, strict=True)]
+    if extra is not None:
+        for i in range(0, lines, every):
+            rows[i] = extra(i)
+    return ("G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n" + "\n".join(rows) + "\nM2\n").encode()
+
+
+def cost(command: list[str], file: Path) -> tuple[float, float]:
+    """CPU seconds and peak memory in MiB of a process, the best of a few."""
+    best = (float("inf"), float("inf"))
+    for _ in range(REPEATS):
+        child = subprocess.Popen(
+            [*command, str(file)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=file.parent
+        )
+        _pid, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        assert child.returncode == 0, f"{command[:2]} ended with {child.returncode}"
+        best = min(best, (used.ru_utime + used.ru_stime, used.ru_maxrss / 1024))
+    return best
+
+
+def importable(name: str) -> bool:
+    """True where a package is installed."""
+    return (
+        subprocess.run([sys.executable, "-c", f"import {name}"], check=False, stderr=subprocess.DEVNULL).returncode == 0
+    )
+
+
+def rate_rows(lines: int, folder: Path) -> list[list[str]]:
+    """One row a reader: lines a second, peak memory, and how much faster ours is."""
+    empty, whole, part = folder / "empty.nc", folder / "whole.nc", folder / "part.nc"
+    empty.write_bytes(blade(1))
+    whole.write_bytes(blade(lines))
+    part.write_bytes(blade(lines // SHARE))
+    python = [sys.executable, "-c"]
+    readers = [("verne-post, to the Moves table", [*python, OURS], whole, lines, True),
+               ("rs274 -g, output thrown away", [shutil.which("rs274") or "", "-g"], whole, lines, shutil.which("rs274") is not None),
+               ("gcodeparser (words only)", [*python, GCODEPARSER], part, lines // SHARE, importable("gcodeparser")),
+               ("pygcode (words only)", [*python, PYGCODE], part, lines // SHARE, importable("pygcode"))]  # fmt: skip
+    rows, ours = [], 0.0
+    for name, command, file, count, there in readers:
+        if not there:
+            rows.append([name, "not installed", "", ""])
+            continue
+        idle, _memory = cost(command, empty)
+        seconds, memory = cost(command, file)
+        rate = count / (seconds - idle)
+        ours = ours or rate
+        rows.append([name, f"{rate:,.0f}", f"{memory:.0f}", f"{ours / rate:.1f}"])
+    return rows
+
+
+def mixed_rows(lines: int, folder: Path) -> list[list[str]]:
+    """What one line in a hundred of another kind costs."""
+    kinds: list[tuple[str, Callable[[int], str]]] = [
+        ("a comment behind the words", lambda i: f"G1 X{50 + i % 7} (pass {i})"),
+        ("an expression", lambda i: f"G1 X[50+{i % 7}/4] Y#5420"),
+        ("an arc", lambda i: "G2 I5"),
+        ("a setting of a parameter", lambda i: f"#1=[{i}*2]"),
+    ]
+    plain = folder / "plain.nc"
+    plain.write_bytes(blade(lines))
+    command = [sys.executable, "-c", OURS]
+    base, _memory = cost(command, plain)
+    rows = []
+    for name, extra in kinds:
+        file = folder / "mixed.nc"
+        file.write_bytes(blade(lines, extra, 100))
+        seconds, _memory = cost(command, file)
+        rows.append([name, f"{100 * (seconds / base - 1):+.0f} %", f"{1e6 * (seconds - base) / (lines / 100):.0f}"])
+    return rows
+
+
+def table(header: list[str], rows: list[list[str]]) -> str:
+    """A table of the page."""
+    return "\n".join("| " + " | ".join(row) + " |" for row in [header, ["---"] * len(header), *rows])
+
+
+def main() -> None:
+    """Measure, print, and with --write put the table into the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--lines", type=int, default=1_000_000)
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        rates, mixed = rate_rows(given.lines, Path(name)), mixed_rows(given.lines, Path(name))
+    text = "\n\n".join([
+        f"{given.lines:,} short five-axis G1 lines, {datetime.now(UTC):%Y-%m-%d}, one process each; CPU seconds count:",
+        table(["reader", "lines/s", "peak memory MiB", "ours is faster by"], rates),
+        "One line in a hundred is another one, which the general interpreter reads:",
+        table(["line", "whole program", "us for each such line"], mixed),
+    ])  # fmt: skip
+    print(text)
+    if given.write:
+        page = PAGE.read_text(encoding="utf-8")
+        before, _begin, rest = page.partition(BEGIN)
+        _old, end, after = rest.partition(END)
+        assert end, f"{PAGE} lacks the markers {BEGIN} and {END}"
+        PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
