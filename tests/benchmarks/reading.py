@@ -24,22 +24,31 @@ BEGIN, END = "<!-- reading: begin -->", "<!-- reading: end -->"
 #: gcodeparser and pygcode are measured on so much of the lines: the latter reads 10,000 lines a second.
 SHARE = 20
 REPEATS = 3
+PIECE = 10_000
 
 OURS = "import sys, verne_post.gcode as g; print(len(g.read_moves(open(sys.argv[1], 'rb').read(), max_repeats=10**9)))"
 GCODEPARSER = "import sys; from gcodeparser import GcodeParser; print(len(GcodeParser(open(sys.argv[1]).read()).lines))"
 PYGCODE = "import sys; from pygcode import Line; print(len([Line(l) for l in open(sys.argv[1])]))"
 
 
-def blade(lines: int, extra: Callable[[int], str] | None = None, every: int = 0) -> bytes:
-    """Short five-axis G1 moves along a wavy spiral; every so many lines one of another kind."""
-    s = 0.2 * np.arange(lines)
-    x, y, z = 50 * np.cos(s / 50), 50 * np.sin(s / 50), 60 + 1e-4 * s
-    a, c = 20 + 10 * np.sin(s / 30), np.degrees(s / 200)
-    rows = ["G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f" % row for row in zip(x, y, z, a, c, strict=True)]
-    if extra is not None:
-        for i in range(0, lines, every):
-            rows[i] = extra(i)
-    return ("G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n" + "\n".join(rows) + "\nM2\n").encode()
+def write_blade(file: Path, lines: int, extra: Callable[[int], str] | None = None, every: int = 0) -> None:
+    """Short five-axis G1 moves along a wavy spiral; every so many lines one of another kind.
+
+    Written in pieces: the memory of a child process counts that of its parent when it was started.
+    """
+    with file.open("w", encoding="ascii") as out:
+        out.write("G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n")
+        for begin in range(0, lines, PIECE):
+            number = np.arange(begin, min(begin + PIECE, lines))
+            s = 0.2 * number
+            x, y, z = 50 * np.cos(s / 50), 50 * np.sin(s / 50), 60 + 1e-4 * s
+            a, c = 20 + 10 * np.sin(s / 30), np.degrees(s / 200)
+            for i, *row in zip(number.tolist(), x, y, z, a, c, strict=True):
+                if extra is not None and i % every == 0:
+                    out.write(extra(i) + "\n")
+                else:
+                    out.write("G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n" % tuple(row))
+        out.write("M2\n")
 
 
 def cost(command: list[str], file: Path) -> tuple[float, float]:
@@ -66,9 +75,9 @@ def importable(name: str) -> bool:
 def rate_rows(lines: int, folder: Path) -> list[list[str]]:
     """One row a reader: lines a second, peak memory, and how much faster ours is."""
     empty, whole, part = folder / "empty.nc", folder / "whole.nc", folder / "part.nc"
-    empty.write_bytes(blade(1))
-    whole.write_bytes(blade(lines))
-    part.write_bytes(blade(lines // SHARE))
+    write_blade(empty, 1)
+    write_blade(whole, lines)
+    write_blade(part, lines // SHARE)
     python = [sys.executable, "-c"]
     readers = [("verne-post, to the Moves table", [*python, OURS], whole, lines, True),
                ("rs274 -g, output thrown away", [shutil.which("rs274") or "", "-g"], whole, lines, shutil.which("rs274") is not None),
@@ -96,13 +105,13 @@ def mixed_rows(lines: int, folder: Path) -> list[list[str]]:
         ("a setting of a parameter", lambda i: f"#1=[{i}*2]"),
     ]
     plain = folder / "plain.nc"
-    plain.write_bytes(blade(lines))
+    write_blade(plain, lines)
     command = [sys.executable, "-c", OURS]
     base, _memory = cost(command, plain)
     rows = []
     for name, extra in kinds:
         file = folder / "mixed.nc"
-        file.write_bytes(blade(lines, extra, 100))
+        write_blade(file, lines, extra, 100)
         seconds, _memory = cost(command, file)
         rows.append([name, f"{100 * (seconds / base - 1):+.0f} %", f"{1e6 * (seconds - base) / (lines / 100):.0f}"])
     return rows

@@ -71,11 +71,11 @@ class PlainLines:
         return stops[np.searchsorted(stops, np.arange(len(self.plain)))]
 
 
-def ready(state: State) -> bool:
-    """True when the modal state lets plain lines be nothing but absolute straight moves."""
+def ready(state: State, lines: PlainLines, row: int) -> bool:
+    """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves."""
     return (
         state.absolute
-        and state.motion in (0, 10)
+        and (state.motion in (0, 10) or bool(lines.row[row, _G] == row))
         and state.held is None
         and not state.vectors
         and state.vector is None
@@ -143,7 +143,7 @@ def execute(
         named = int(lines.first_line + first + np.argmax(said[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or len(kind) > 0
-    state.motion = 10 * int(motion[-1])
+    state.motion, state.cycle = 10 * int(motion[-1]), None
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(said[-1, :9]).tolist():

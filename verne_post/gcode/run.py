@@ -82,7 +82,7 @@ def _stretch(flow: Flow, chunk: Chunk, machine: Interpreter, stops: Stops) -> bo
         last = min(last, flow.text.closing - chunk.first_line)
     if stops.line is not None and flow.text is flow.main and flow.line <= stops.line:
         last = min(last, stops.line + 1 - chunk.first_line)
-    if last - row < plain.MIN_LINES or not plain.ready(machine.state):
+    if last - row < plain.MIN_LINES or not plain.ready(machine.state, chunk.lines, row):
         return False
     done = plain.execute(chunk.lines, row, last, machine.setup, machine.state, machine.recorder, flow.shown_line)
     if done > row:

@@ -1,5 +1,6 @@
 """The modal state of the interpreter, and the recorder that turns its motion into a Moves table."""
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -168,8 +169,10 @@ class State:
 #: Columns behind line, kind, end and feed, which a block of moves may share.
 _OWN_NAMES = ("feed_mode", "spindle", "frame", "control", "arc", "vector")
 _OWN_TYPES: tuple[type, ...] = (np.int8, float, np.int32, np.int32, np.int32, float)
-#: Line, kind, end, feed of a block, and of each other column one value or one a row.
-_Columns = tuple[NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
+#: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
+_Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
+#: Rows that are kept one by one, before they become arrays.
+_KEPT_ROWS = 50_000
 
 
 class Row(NamedTuple):
@@ -191,8 +194,10 @@ class Row(NamedTuple):
 class Recorder:
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
-    columns: list[_Columns] = field(default_factory=list)
+    blocks: list[_Block] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
+    #: Place of each of those rows in the table.
+    places: list[int] = field(default_factory=list)
     arcs: list[Arc] = field(default_factory=list)
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
@@ -217,38 +222,43 @@ class Recorder:
         control = self.controls.setdefault(state.control, len(self.controls))
         row = Row(line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row,
                   state.vector or NO_VECTOR)  # fmt: skip
+        self._keep(row)
+
+    def _keep(self, row: Row) -> None:
         self.rows.append(row)
+        self.places.append(self.count)
         self.count += 1
 
     def amend(self, index: int, u: int, v: int, end: tuple[float, float], sweep: float | None) -> None:
         """Let the motion ``index`` (counted over all) end elsewhere in a plane; an arc turns ``sweep`` degrees more."""
-        place = index - (self.count - len(self.rows))
-        row = self.rows[place]
+        at = bisect_left(self.places, index)
+        row = self.rows[at]
         point = list(row.end)
         point[u], point[v] = end
-        self.rows[place] = row._replace(end=point)
+        self.rows[at] = row._replace(end=point)
         if sweep is not None:
             arc = self.arcs[row.arc]
             self.arcs[row.arc] = replace(arc, sweep=arc.sweep + sweep)
 
     def repeat_as_arc(self, index: int, line: int, end: list[float], feed: float, arc: Arc) -> None:
         """Record an arc under the modes of the motion ``index``."""
-        row = self.rows[index - (self.count - len(self.rows))]
-        self.rows.append(row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=len(self.arcs)))
+        row = self.rows[bisect_left(self.places, index)]
+        self._keep(row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=len(self.arcs)))
         self.arcs.append(arc)
-        self.count += 1
 
     def add_many(self, state: State, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
         """Record straight moves that share the modal state, as arrays."""
         n = len(line)
         if n == 0:
             return
-        self._flush()
+        if len(self.rows) > _KEPT_ROWS:
+            self._flush()
         shared = (
             state.feed_mode, state.spindle_speed if state.spindle_on else 0.0, self.frame_index(state.frame),
             self.controls.setdefault(state.control, len(self.controls)), -1, state.vector or NO_VECTOR,
         )  # fmt: skip
-        self.columns.append((line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
+        place = slice(self.count, self.count + n)
+        self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n
 
     def fix_c(self, line: int) -> None:
@@ -261,38 +271,32 @@ class Recorder:
         self.events.append(Event(line, kind, self.count, data))
 
     def _flush(self) -> None:
+        """Turn the rows that are kept one by one into a block."""
         if not self.rows:
             return
         line, kind, end, feed, *own = zip(*self.rows, strict=True)
-        own_columns: list[NDArray[Any]] = [
+        columns: list[NDArray[Any]] = [
             np.array(column, dtype=dtype) for column, dtype in zip(own, _OWN_TYPES, strict=True)
         ]
-        self.columns.append(
-            (np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8), np.array(end, dtype=float),
-             np.array(feed, dtype=float), own_columns)
+        self.blocks.append(
+            (np.array(self.places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
+             np.array(end, dtype=float), np.array(feed, dtype=float), columns)
         )  # fmt: skip
-        self.rows = []
+        self.rows, self.places = [], []
 
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""
         self._flush()
-        if not self.columns:
-            none: tuple[Array, ...] = tuple(np.zeros(0, dtype=dtype) for dtype in _OWN_TYPES[:-1])
-            self.columns.append((np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int8), np.zeros((0, 9)), np.zeros(0),
-                                 (*none, np.zeros((0, 3)))))  # fmt: skip
+        n = self.count
         table: dict[str, NDArray[Any]] = {
-            name: np.concatenate([block[place] for block in self.columns])
-            for place, name in enumerate(("line", "kind", "end", "feed"))
-        }
-        counts = [len(block[0]) for block in self.columns]
-        for place, (name, dtype) in enumerate(zip(_OWN_NAMES, _OWN_TYPES, strict=True)):
-            width = (3,) if name == "vector" else ()
-            table[name] = np.empty((self.count, *width), dtype=dtype)
-            at = 0
-            for count, block in zip(counts, self.columns, strict=True):
-                table[name][at : at + count] = block[4][place]
-                at += count
-        self.columns = []
+            "line": np.empty(n, np.int32), "kind": np.empty(n, np.int8), "end": np.empty((n, 9)), "feed": np.empty(n),
+        }  # fmt: skip
+        for name, dtype in zip(_OWN_NAMES, _OWN_TYPES, strict=True):
+            table[name] = np.empty((n, 3) if name == "vector" else n, dtype=dtype)
+        for place, line, kind, end, feed, own in self.blocks:
+            for name, values in zip(table, (line, kind, end, feed, *own), strict=True):
+                table[name][place] = values
+        self.blocks = []
         arcs = Arcs(
             np.array([arc.plane for arc in self.arcs], dtype=np.int8),
             np.array([arc.center for arc in self.arcs], dtype=float).reshape(-1, 3),
