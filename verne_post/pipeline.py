@@ -45,6 +45,8 @@ Array = NDArray[np.float64]
 Sink = Callable[[SetpointBlock], None]
 #: Called with (stage, done, total).
 Progress = Callable[[str, int, int], None]
+#: Kinds of events at which the machine waits, and their codes.
+_WAITS = {"tool": "M6", "input": "M66"}
 _STOP_CODES = {"program": "M0", "optional": "M1", "pallet": "M60"}
 
 
@@ -302,8 +304,8 @@ def _refuse_stops(moves: Moves, path: ToolPath, options: Options) -> None:
     found = []
     for event in moves.events:
         if event.before > first and _waits(event, options):
-            code = "M6" if event.kind == "tool" else _STOP_CODES[str(event.data["stop"])]
-            text = f"{code} after the motion has begun: setpoints cannot wait for a person; split the program there"
+            code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
+            text = f"{code} after the motion has begun: setpoints cannot wait for a person or a signal; split the program there"
             found.append(finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line))
     if found:
         raise InputError(*found)
@@ -312,7 +314,7 @@ def _refuse_stops(moves: Moves, path: ToolPath, options: Options) -> None:
 def _waits(event: Event, options: Options) -> bool:
     if event.kind == "stop":
         return event.data["stop"] != "optional" or options.optional_stop
-    return event.kind == "tool"
+    return event.kind == "tool" or (event.kind == "input" and event.data["wait"] != 0)
 
 
 def _approach_start(machine: Machine, options: Options) -> Array:

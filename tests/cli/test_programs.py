@@ -183,6 +183,33 @@ def test_bad_settings(run: Callable[..., Any], program: Any, tmp_path: Path, tex
     assert run("dump", "moves", program("G0 X1\nM2"), "--settings", tmp_path / "none.toml").code == 2
 
 
+# --- what other commands make of such lines -----------------------------------------------------------
+
+
+def test_explain_works_lines_that_compute_and_other_tongues(
+    run: Callable[..., Any], program: Any, tmp_path: Path
+) -> None:
+    file = program(HEAD + "#1=3\no1 repeat [2]\nG1 X[2*#1] F900\n#1=[#1+1]\no1 endrepeat\nM2\n")
+    answer = run("explain", f"{file}:4", *PLACE)
+    assert answer.code == 0, answer.err
+    assert "X 8 mm (as the line says)" in answer.out or "X 6 mm (as the line says)" in answer.out
+    apt = tmp_path / "a.cls"
+    apt.write_text("UNITS/MM\nMULTAX/ON\nLOADTL/1\nFROM/0,0,20,0,0,1\nFEDRAT/900\nGOTO/5,0,20,0,0,1\nFINI\n")
+    answer = run("explain", f"{apt}:6", *PLACE)
+    assert answer.code == 0, answer.err
+    assert "X 5 mm (as the line says)" in answer.out
+
+
+def test_setpoints_cannot_wait_for_an_input(run: Callable[..., Any], program: Any) -> None:
+    assert run("check", program(HEAD + "G1 X1 F900\nM66 P0 L0\nX2\nM2\n"), *PLACE).code == 0
+    answer = run("check", program(HEAD + "G1 X1 F900\nM66 P0 L3 Q5\nX2\nM2\n"), *PLACE)
+    assert answer.code == 2
+    assert "VP014 error: M66" in answer.out
+    answer = run("convert", program("M66 P2 L3 Q5\n" + HEAD + "G1 X1 F900\nM2\n"), *PLACE)
+    assert answer.code == 0
+    assert "line 1 wait for input 2" in " ".join(answer.err.split())
+
+
 # --- errors ----------------------------------------------------------------------------------------------
 
 

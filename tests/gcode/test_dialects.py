@@ -114,6 +114,48 @@ def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
     assert np.abs(values[0] - values[1]).max() < 1e-6
 
 
+def twin_of_the_bracket():
+    """gcode_samples/fanuc_tilted.nc in RS274 words: passes written out, the tilted plane as points and vectors of the part."""
+    lines = ["G21 G90 G49 G54", "G0", "G0 X-20 Y-20 Z40 A0 C0", "G0 Z12"]
+    for depth in (8.5, 7.0, 5.5, 4.0):
+        lines += [f"G1 Z{depth} F400", "X20 F1200", "G0 Z12", "X-20"]
+    lines += ["G0 Z40"]
+
+    def at(x, y, z):
+        place = rotated((x, y, z), 0, 25, 0, (0, 10, 5))
+        return " ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZ", place, strict=True))
+
+    x, y, z = rotated((0, 0, 1), 0, 25, 0, (0, 0, 0))
+    lines += [f"G0 {at(-15, 5, 30)}", f"G43.5 G0 I{x:.15f} J{y:.15f} K{z:.15f}"]
+    for i, j in ((-15, 5), (0, 5), (15, 8)):
+        lines += ["F250", f"G0 {at(i, j, 30)}", f"G0 {at(i, j, 3)}"]
+        for depth in (-1, -5):
+            lines += [f"G1 {at(i, j, depth)}", f"G0 {at(i, j, 3)}", f"G0 {at(i, j, depth + 0.254)}"]
+        lines += [f"G1 {at(i, j, -9)}", f"G0 {at(i, j, 30)}"]
+    lines += [
+        "F200",
+        f"G0 {at(0, 18, 30)}",
+        f"G0 {at(0, 18, 3)}",
+        f"G1 {at(0, 18, -2)}",
+        "G4 P.3",
+        f"G0 {at(0, 18, 30)}",
+    ]
+    return "\n".join([*lines, "M2"])
+
+
+def test_the_bracket_gives_the_setpoints_of_its_twin(machine):
+    samples = ((SAMPLES / "fanuc_tilted.nc").read_bytes(), 103), (twin_of_the_bracket().encode(), 1)
+    results = [
+        convert(text, machine, Options(
+            tool_length=80.0, wcs={system: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True, smoothing="off",
+        )) for text, system in samples
+    ]  # fmt: skip
+    assert all(result.ok for result in results), [result.findings for result in results]
+    values = [result.setpoints.values for result in results]
+    assert values[0].shape == values[1].shape
+    assert np.abs(values[0] - values[1]).max() < 1e-6
+
+
 def test_an_arc_in_a_tilted_plane_is_an_arc_of_the_part(machine):
     text = b"%\nO1\nG49 G54 G0 X0 Y0 Z40 A0 C0\nG68.2 X0. Y0. Z5. J20.\nG53.1\nG0 X10. Y0. Z5.\nG3 I-10. F2000\nG69\nM30\n%"
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, smoothing="off")

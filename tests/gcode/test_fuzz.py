@@ -17,7 +17,8 @@ SETTINGS = settings(max_examples=150, deadline=None, database=None, derandomize=
 TOOLS = {1: Tool(1, 1, (0.0, 0.0, 60.0, *ZERO9[3:]), 6.0)}
 OPTIONS = st.sampled_from([
     Options(), Options(tool_length=60.0), Options(tools=TOOLS),
-    Options(tools=TOOLS, block_delete=True, optional_stop=True),
+    Options(tools=TOOLS, block_delete=True, optional_stop=True, max_repeats=500), Options(tools=TOOLS, dialect="fanuc"),
+    Options(tools=TOOLS, dialect="aptcl"),
     Options(tool_length=60.0, wcs={1: WorkOffset((10.0, -20.0, 30.0), 25.0)}),
 ])  # fmt: skip
 
@@ -35,7 +36,10 @@ tokens = st.one_of(
         "G52", "G53", "G54", "G55", "G59.3", "G61", "G64", "G80", "G90", "G91", "G90.1", "G92", "G92.1", "G92.3",
         "G93", "G94", "G95", "L2", "L20", "L1", "P1", "P0", "H1", "T1", "F100", "S500", "M0", "M2", "M3", "M5",
         "M6", "M8", "M30", "M60", "(c)", "(MSG,x)", "; c", "/", "%", "(", ")", "#", "[", "o1", "\t", "\r", "\x00",
-        "\u00e9", "\ufeff", "A0 C0", "X0 Y0 Z50", "A30", "R20", "I5",
+        "\u00e9", "\ufeff", "A0 C0", "X0 Y0 Z50", "A30", "R20", "I5", "#1=5", "#1=[#1+1]", "X#1", "#<a>=2", "X[#1*2]", "Y#<a>",
+        "\no1 while [#1 LT 9]\n", "\no1 endwhile\n", "\no2 if [#1]\n", "\no2 else\n", "\no2 endif\n", "\no3 repeat [3]\n",
+        "\no3 endrepeat\n", "\no4 sub\n", "\no4 endsub\n", "\no4 call [1] [2]\n", "\nO5\n", "M98 P5", "M99", "M70", "M72", "M73",
+        "G81 R5", "G83 R9 Q1", "G98", "G41.1 D2", "G42", "G40", "(DEBUG,#1)", "G43.5", "I0 J0 K1", "@5", "^30", "M66 P0 L1 Q1",
     ]),
 )  # fmt: skip
 soups = st.lists(tokens | st.just("\n") | st.just("\n"), max_size=40).map(" ".join)
@@ -52,7 +56,8 @@ def well_formed(findings):
 
 def all_at_once(source, options):
     """Kinds of the moves, or None, and every finding."""
-    given_options = {name: getattr(options, name) for name in ("tools", "tool_length", "block_delete")}
+    names = ("tools", "tool_length", "block_delete", "max_repeats", "dialect")
+    given_options = {name: getattr(options, name) for name in names}
     try:
         return read_moves(source, **given_options).kind, ()
     except InputError as error:

@@ -12,6 +12,7 @@ from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, ZERO_LENGTH_
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.block import read_block
 from verne_post.gcode.codes import g_name
+from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.state import State
 from verne_post.kinematics import remedies
 from verne_post.kinematics.joint_path import JointPath
@@ -146,11 +147,16 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     if line.state is None or line.move < 0:
         return
     machine, frame = line.joints.machine, line.frame
-    block = read_block(line.text, line.number)
-    named = block.words
-    machine_words = [
-        f" of G{number:g}" for letter, number, _column in block.codes if letter == "G" and number in (28, 30, 53)
-    ]
+    try:
+        block = read_block(line.text, line.number)
+    except BlockError:  # values to compute, an O word, another tongue
+        block = None
+    named = {} if block is None else block.words
+    machine_words = (
+        []
+        if block is None
+        else [f" of G{number:g}" for letter, number, _column in block.codes if letter == "G" and number in (28, 30, 53)]
+    )
     end = line.moves.end[line.move]
     by_vector = bool(np.isfinite(line.moves.vector[line.move]).all())
     parts = []
@@ -162,7 +168,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
             scale = " in" if line.state.inch and letter not in "ABC" else ""
             how = f"word {letter}{_short(named[letter])}{scale}{''.join(machine_words)}"
         else:
-            how = "kept"
+            how = "kept" if block is not None else "as the line says"
         parts.append(f"{letter} {_short(end[AXES.index(letter)])} {unit} ({how})")
     yield f"  program coordinates  {', '.join(parts)}"
     shift = np.asarray(frame.g92)

@@ -108,15 +108,13 @@ def _stops(summary: Summary) -> list[str]:
         event
         for event in summary.events
         if event.kind == "tool"
+        or (event.kind == "input" and event.data["wait"])
         or (event.kind == "stop" and (event.data["stop"] != "optional" or summary.options.optional_stop))
     ]
     if not stops:
         return []
-    names = [
-        f"line {event.line} "
-        + (f"tool {event.data['number']}" if event.kind == "tool" else f"{event.data['stop']} stop")
-        for event in stops
-    ]
+    shown = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}
+    names = [f"line {event.line} {shown[event.kind].format(**event.data)}" for event in stops]
     return [f"For a person to do before the start: {'; '.join(names)}."]
 
 
