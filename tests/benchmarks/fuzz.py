@@ -72,7 +72,7 @@ def main() -> int:
     given = parser.parse_args()
     programs, raised, accepted, slowest = corpus(), 0, 0, (0.0, 0)
     for seed in range(given.seed, given.seed + given.programs):
-        rng = random.Random(seed)  # noqa: S311
+        rng = random.Random(seed)
         source = mutated(rng, rng.choice(programs), programs).encode("utf-8", "replace")
         options = Options(tools=TOOLS, dialect=rng.choice(["auto", "auto", "rs274", "fanuc", "aptcl"]))
         begin = time.perf_counter()
