@@ -23,8 +23,8 @@ leaves = st.one_of(
 )
 PYTHON = {
     "+": "({} + {})", "-": "({} - {})", "*": "({} * {})", "/": "({} / {})", "GT": "float({} > {})", "LT": "float({} < {})",
-    "GE": "float({} >= {})", "LE": "float({} <= {})", "AND": "float({} != 0 and {} != 0)",
-    "OR": "float({} != 0 or {} != 0)", "XOR": "float(({} != 0) != ({} != 0))", "MOD": "mod({}, {})",
+    "GE": "float({} >= {})", "LE": "float({} <= {})", "AND": "float(({} != 0) & ({} != 0))",
+    "OR": "float(({} != 0) | ({} != 0))", "XOR": "float(({} != 0) != ({} != 0))", "MOD": "mod({}, {})",
 }  # fmt: skip
 FUNCTIONS = {
     "ABS": "abs({})", "SIN": "math.sin(math.radians({}))", "COS": "math.cos(math.radians({}))", "FIX": "math.floor({})",

@@ -1,4 +1,4 @@
-"""`verne-post check`: judge programs, as text or JSON."""
+"""`verne-post check`: judge programs, in any of the report formats."""
 
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,12 @@ from verne_post.cli.common import (
 
 @click.command("check")
 @click.argument("inputs", nargs=-1, required=True, metavar="INPUT...")
-@click.option("--output-format", type=click.Choice(["text", "json"]), default="text", help="How findings are written.")
+@click.option(
+    "--output-format",
+    type=click.Choice(["text", "json", "sarif", "junit", "github"]),
+    default="text",
+    help="How findings are written.",
+)
 @click.option(
     "--output-file",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -48,7 +53,8 @@ def command(
     """Judge programs against every limit, without writing setpoints."""
     from verne_post.cli.main import EXIT_VIOLATION, gravest
     from verne_post.model.findings import InputError, finding
-    from verne_post.output.findings import Report, as_json, counts, text
+    from verne_post.output.findings import Report, counts
+    from verne_post.output.reports import FORMATS
 
     check_writable(output_file, "--output-file")
     paths = given.pop("subroutine_path")
@@ -78,7 +84,7 @@ def command(
         if status == 0 and fail_level == "warning" and counts(result.findings)[1]:
             status = EXIT_VIOLATION
         statuses.append(0 if exit_zero and status == EXIT_VIOLATION else status)
-    written = text(reports) if output_format == "text" else as_json(reports, machine)
+    written = FORMATS[output_format](reports, machine)
     if output_file is None:
         click.echo(written, nl=False)
     else:

@@ -95,7 +95,3 @@ def as_json(reports: Sequence[Report], machine: Machine) -> str:
             }
         )  # fmt: skip
     return json.dumps({"schema": 1, "programs": programs}, indent=2, allow_nan=False) + "\n"
-
-
-#: Output formats of `check`.
-FORMATS = ("text", "json")

@@ -1,0 +1,158 @@
+"""SARIF, JUnit and GitHub annotations: the same findings in every format, and what each consumer needs of them."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from verne_post.model.codes import CODES
+from verne_post.model.findings import finding
+from verne_post.output.findings import Report
+from verne_post.output.github import MAX_ANNOTATIONS, as_github
+from verne_post.output.junit import as_junit
+from verne_post.output.sarif import MAX_RESULTS, as_sarif
+
+PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
+TEXTS = {
+    "good": "G0 X0 Y0 Z20 A0 C0\nG1 X3 F900\nM2\n",
+    "tilt": "G0 X0 Y0 Z120 A0 C0\nG1 A110 F2000\nA112\nM2\n",
+    "two words": "G0 X0 Y0 Z20 A0 C0\nG1 X3 Q5 F3000\nG12\nM2\n",
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    monkeypatch.chdir(tmp_path)
+    for name, text in TEXTS.items():
+        Path(f"{name}.nc").write_text(text)
+    return [f"{name}.nc" for name in TEXTS]
+
+
+def reported(run: Callable[..., Any], files: list[str], form: str) -> Any:
+    answer = run("check", *files, *PLACE, "--output-format", form)
+    assert answer.code == 2
+    return answer.out
+
+
+def from_json(run: Callable[..., Any], files: list[str]) -> list[tuple[str, str, int, str]]:
+    """File, code, line, message of every finding, by way of the JSON report."""
+    data = json.loads(reported(run, files, "json"))
+    return sorted((p["program"], f["code"], f["line"], f["message"]) for p in data["programs"] for f in p["findings"])
+
+
+def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: list[str]) -> None:
+    wanted = from_json(run, files)
+    assert {code for _file, code, _line, _message in wanted} >= {"VP102", "VP006", "VP002"}
+    sarif = json.loads(reported(run, files, "sarif"))["runs"][0]["results"]
+    found = []
+    for item in sarif:
+        place = item["locations"][0]["physicalLocation"]
+        found.append(
+            (
+                place["artifactLocation"]["uri"].replace("%20", " "),
+                item["ruleId"],
+                place["region"]["startLine"],
+                item["message"]["text"],
+            )
+        )
+    assert sorted(found) == wanted
+    github = re.findall(r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github"))
+    assert sorted((file, code, int(line), text) for file, line, code, text in github) == wanted
+    cases = ElementTree.fromstring(reported(run, files, "junit").encode()).iter("testcase")
+    text = "\n".join(node.text or "" for case in cases for node in case)
+    for file, code, line, message in wanted:
+        assert f"{file}:{line}: {code} error: {message}" in text
+
+
+def test_sarif_has_what_its_standard_requires(run: Callable[..., Any], files: list[str]) -> None:
+    data = json.loads(reported(run, files, "sarif"))
+    assert data["version"] == "2.1.0"
+    assert data["$schema"].endswith("sarif-2.1.0.json")
+    (one,) = data["runs"]
+    driver = one["tool"]["driver"]
+    assert driver["name"] == "verne-post"
+    ids = [rule["id"] for rule in driver["rules"]]
+    assert ids == sorted(set(ids))
+    for rule in driver["rules"]:
+        assert rule["shortDescription"]["text"] == CODES[rule["id"]].title
+        assert CODES[rule["id"]].remedy in rule["help"]["text"]
+        assert rule["defaultConfiguration"]["level"] in ("error", "warning", "note")
+    prints = []
+    for item in one["results"]:
+        assert driver["rules"][item["ruleIndex"]]["id"] == item["ruleId"]
+        assert item["level"] in ("error", "warning", "note")
+        place = item["locations"][0]["physicalLocation"]
+        assert re.fullmatch(r"[A-Za-z0-9%._/-]+", place["artifactLocation"]["uri"])
+        assert place["region"]["startLine"] >= 1
+        assert place["region"].get("endLine", 10**9) > place["region"]["startLine"]
+        prints += item["partialFingerprints"].values()
+    assert len(set(prints)) == len(prints)
+    tilt = next(item for item in one["results"] if item["ruleId"] == "VP102")
+    assert tilt["locations"][0]["physicalLocation"]["region"] == {"startLine": 2, "endLine": 3}
+    assert tilt["properties"]["limit"] == 95.0
+    assert tilt["properties"]["unit"] == "deg"
+
+
+def test_fingerprints_stay_when_other_lines_come_and_go(run: Callable[..., Any], files: list[str]) -> None:
+    def prints() -> dict[str, str]:
+        results = json.loads(reported(run, ["two words.nc"], "sarif"))["runs"][0]["results"]
+        return {item["ruleId"]: next(iter(item["partialFingerprints"].values())) for item in results}
+
+    before = prints()
+    Path("two words.nc").write_text("(a)\n(b)\n" + TEXTS["two words"].replace("G1 X3 Q5", "g1  x3 q5"))
+    assert prints() == before
+    Path("two words.nc").write_text(TEXTS["two words"].replace("Q5", "Q6"))
+    assert prints()["VP006"] != before["VP006"]
+    assert prints()["VP002"] == before["VP002"]
+
+
+def test_sarif_is_cut_where_hosts_stop_reading() -> None:
+    many = tuple(finding("VP202", f"m{i}", line=i + 1) for i in range(MAX_RESULTS)) + (
+        finding("VP101", "gravest", line=1),
+    )
+    (one,) = json.loads(as_sarif([Report("a.nc", many)]))["runs"]
+    assert len(one["results"]) == MAX_RESULTS
+    assert one["results"][0]["message"]["text"] == "gravest"
+    assert "1 further findings" in one["invocations"][0]["toolExecutionNotifications"][0]["message"]["text"]
+
+
+def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[str]) -> None:
+    root = ElementTree.fromstring(reported(run, files, "junit").encode())
+    (suite,) = root
+    assert [(case.get("name"), [node.tag for node in case]) for case in suite] == [
+        ("good.nc", []), ("tilt.nc", ["failure"]), ("two words.nc", ["error"]),
+    ]  # fmt: skip
+    for element in (root, suite):
+        assert [element.get(key) for key in ("tests", "failures", "errors")] == ["3", "1", "1"]
+    error = suite[2][0]
+    assert error.get("type") == "VP006"
+    assert "  2 | G1 X3 Q5 F3000\n    |       ^" in (error.text or "")
+
+
+def test_warnings_do_not_fail_a_test_case() -> None:
+    xml = as_junit([Report("a.nc", (finding("VP202", "near", line=3),))])
+    (case,) = ElementTree.fromstring(xml.encode()).iter("testcase")
+    assert [node.tag for node in case] == ["system-out"]
+
+
+def test_odd_characters_survive_every_format() -> None:
+    odd = finding("VP001", "a\x00b & <c> \u00e4\n50%, x: y", line=1, column=2)
+    reports = [Report("d,i:r/\u00e4 %.nc", (odd,), None, b"\x00\xff<&\n")]
+    assert ElementTree.fromstring(as_junit(reports).encode()) is not None
+    assert json.loads(as_sarif(reports))["runs"][0]["results"][0]["message"]["text"] == odd.message
+    (line,) = as_github(reports).splitlines()
+    assert line.startswith("::error file=d%2Ci%3Ar/\u00e4 %25.nc,line=1,col=2,title=VP001 unreadable block::")
+    assert line.endswith("<c> \u00e4%0A50%25, x: y")
+
+
+def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:
+    many = tuple(finding("VP202", f"w{i}", line=i + 1) for i in range(13)) + (finding("VP101", "e", line=1),)
+    lines = as_github([Report("a.nc", many)]).splitlines()
+    assert lines[0].startswith("::error ")
+    assert len(lines) == 1 + MAX_ANNOTATIONS + 1
+    assert "3 further findings" in lines[-1]
+    assert as_github([Report("a.nc", ())]) == ""

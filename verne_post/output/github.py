@@ -1,0 +1,50 @@
+"""Findings as annotations of GitHub's workflow commands: they stand beside the line in a pull request."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Final
+
+from verne_post.model.codes import CODES
+from verne_post.model.findings import Finding
+from verne_post.output.findings import Report
+
+#: So many annotations of each level does GitHub show for one step.
+MAX_ANNOTATIONS: Final = 10
+_LEVELS: Final = {"error": "error", "warning": "warning", "note": "notice"}
+
+
+def as_github(reports: Sequence[Report]) -> str:
+    """One workflow command a finding, the gravest first, and a notice that says how many are not shown."""
+    everything = [(report, item) for report in reports for item in report.findings]
+    lines, shown = [], Counter[str]()
+    for severity in _LEVELS:
+        for report, item in everything:
+            if item.severity == severity and shown[severity] < MAX_ANNOTATIONS:
+                shown[severity] += 1
+                lines.append(_annotation(report.program, item))
+    left_out = len(everything) - len(lines)
+    if left_out:
+        lines.append(
+            f"::notice title=verne-post::{left_out} further findings; GitHub shows {MAX_ANNOTATIONS} of each level"
+        )
+    return "".join(line + "\n" for line in lines)
+
+
+def _annotation(program: str, item: Finding) -> str:
+    where = [f"file={_property(program)}"]
+    if item.line:
+        where.append(f"line={item.line}")
+        if item.last_line is not None and item.last_line > item.line:
+            where.append(f"endLine={item.last_line}")
+        if item.column is not None:
+            where.append(f"col={item.column}")
+    where.append(f"title={_property(f'{item.code} {CODES[item.code].title}')}")
+    return f"::{_LEVELS[item.severity]} {','.join(where)}::{_data(item.message)}"
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

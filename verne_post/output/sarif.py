@@ -1,0 +1,93 @@
+"""Findings as SARIF 2.1.0, which code hosts show beside the G-code line."""
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import PurePath
+from typing import Any, Final
+from urllib.parse import quote
+
+from verne_post.model.codes import CODES, PARAMETERS, response
+from verne_post.model.findings import Finding
+from verne_post.output.findings import Report
+
+#: Code hosts read no more results of a run.
+MAX_RESULTS: Final = 5_000
+_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
+#: The way in which fingerprints are made; a new way needs a new name.
+_FINGERPRINT: Final = "verneFinding/v1"
+
+
+def as_sarif(reports: Sequence[Report]) -> str:
+    """One run: a rule for each code that occurs, a result for each finding."""
+    from verne_post import __version__
+
+    everything = [(report, item) for report in reports for item in report.findings]
+    everything.sort(key=lambda pair: ("error", "warning", "note").index(pair[1].severity))
+    shown = everything[:MAX_RESULTS]
+    rules = sorted({item.code for _report, item in shown})
+    seen: Counter[str] = Counter()
+    run: dict[str, Any] = {
+        "tool": {"driver": {"name": "verne-post", "version": __version__, "rules": [_rule(code) for code in rules]}},
+        "columnKind": "unicodeCodePoints",
+        "results": [_result(report, item, rules, seen) for report, item in shown],
+    }
+    left_out = len(everything) - len(shown)
+    if left_out:
+        text = f"{left_out} further findings are left out; `verne-post check` without --output-format prints all"
+        run["invocations"] = [
+            {"executionSuccessful": True, "toolExecutionNotifications": [{"level": "note", "message": {"text": text}}]}
+        ]
+    return json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2, allow_nan=False) + "\n"
+
+
+def _rule(code: str) -> dict[str, Any]:
+    known = CODES[code]
+    help_text = f"{known.remedy} Response: {response(known)}"
+    if code in PARAMETERS:
+        help_text += f" Parameters: {PARAMETERS[code]}."
+    return {
+        "id": code,
+        "shortDescription": {"text": known.title},
+        "fullDescription": {"text": known.meaning},
+        "help": {"text": help_text},
+        "defaultConfiguration": {"level": known.severity},
+    }
+
+
+def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
+    location: dict[str, Any] = {"artifactLocation": {"uri": uri(report.program)}}
+    if item.line:  # the approach of --from, line 0, has no place in the text
+        region: dict[str, Any] = {"startLine": item.line}
+        if item.column is not None:
+            region["startColumn"] = item.column
+        if item.last_line is not None and item.last_line > item.line:
+            region["endLine"] = item.last_line
+        location["region"] = region
+    named = ("axis", "value", "limit", "unit", "count", "worst_line")
+    return {
+        "ruleId": item.code,
+        "ruleIndex": rules.index(item.code),
+        "level": item.severity,
+        "message": {"text": item.message},
+        "locations": [{"physicalLocation": location}],
+        "partialFingerprints": {_FINGERPRINT: _fingerprint(report, item, seen)},
+        "properties": {name: getattr(item, name) for name in named if getattr(item, name) is not None},
+    }
+
+
+def _fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
+    """The same for the same mistake when lines before it are added or removed: made of the text of its line."""
+    lines = report.source.split(b"\n")
+    text = b"".join(lines[item.line - 1].split()) if item.line and item.line <= len(lines) else b""
+    parts = (uri(report.program), item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
+    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+    seen[key] += 1
+    return f"{key}:{seen[key]}"
+
+
+def uri(program: str) -> str:
+    """A path as a relative or file reference of a URI."""
+    path = PurePath(program)
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
