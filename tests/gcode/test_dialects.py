@@ -15,10 +15,10 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
 
 @pytest.mark.parametrize(("text", "name"), [
-    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "rs274"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
+    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "rs274"), ("%\nO1000\nG64 P.01", "rs274"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
     ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nO1000\nG68.2 X0", "fanuc"),
-    ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG0X1", "rs274"),
-    ("%\nO1\nG43.45", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
+    ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG43.1 Z3", "rs274"),
+    ("%\nO1\n#<a>=1", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
     ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"),
 ])  # fmt: skip
 def test_recognised_by_the_header(text, name):
@@ -29,7 +29,7 @@ def test_recognised_by_the_header(text, name):
 def test_samples_are_recognised():
     for path in SAMPLES.glob("*.*"):
         if path.suffix in (".nc", ".cls"):
-            wanted = {"fanuc_tilted": "fanuc", "wing": "aptcl"}.get(path.stem, "rs274")
+            wanted = {"fanuc_tilted": "fanuc", "posted": "fanuc", "wing": "aptcl"}.get(path.stem, "rs274")
             assert chosen("auto", path.read_bytes()).name == wanted, path.name
     assert set(DIALECTS) == {"rs274", "fanuc", "aptcl"}
 
@@ -180,6 +180,7 @@ def twin_of_the_wing():
     """gcode_samples/wing.cls in RS274 words, written anew from what the statements mean."""
     text = (SAMPLES / "wing.cls").read_text().replace("$\n", "")
     lines, rapid, feed, axis, circle, hole, place = ["G21 G90 G43.5"], False, None, "I0 J0 K1", None, None, None
+    last = None
     for raw in text.splitlines():
         word, _, rest = raw.partition("/")
         numbers = [float(n) for n in re.findall(r"-?[0-9]+\.[0-9]+", rest)]
@@ -203,8 +204,12 @@ def twin_of_the_wing():
                     (12, 0),
                 ]
                 lines.append("F200")
+                missing = 0.0 if last is None else 12 - (last - point) @ a
+                if missing > 0:  # up along the axis before anything goes sideways
+                    lines.append("G0 X{:.9f} Y{:.9f} Z{:.9f} {}".format(*(last + missing * a), axis))
                 for height, code in heights:
                     lines.append("G{} X{:.9f} Y{:.9f} Z{:.9f} {}".format(code, *(point + height * a), axis))
+                last = point + 12 * a
                 continue
             shown = "X{} Y{} Z{}".format(*numbers[:3])
             if circle is not None:

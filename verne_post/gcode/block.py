@@ -116,7 +116,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
     block = Block(line)
     characters, places, block.comment = _without_comments(text)
     reader = ValueReader(characters, places, values)
-    first, slash = True, False
+    first, slash, numbered = True, False, False
     while reader.at < len(characters):
         at = reader.at
         character = characters[at]
@@ -132,7 +132,9 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
             number = reader.word_value("N")
             if number < 0:
                 raise reader.error("VP007", f"N{number:g}: a block number is not negative", at)
-        elif character == "O" and first:
+            numbered, first = True, False
+            continue
+        if character == "O" and (first or numbered):
             block.o = _o_word(reader)
             return block
         elif character in WORD_LETTERS or character in POLAR:
@@ -154,7 +156,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
             block.settings.append((key, reader.assigned(f"{shown_key(key)}="), reader.column(at)))
         else:
             raise reader.error("VP001", _strange(character, first), at)
-        first = False
+        first = numbered = False
     return block
 
 

@@ -1,6 +1,6 @@
 """Canned cycles: drilling, pecking, boring, tapping, in all planes. Moves and order as LinuxCNC has them."""
 
-from typing import Final
+from typing import ClassVar, Final
 
 from verne_post.base.tolerances import DRILL_TILT
 from verne_post.gcode.arcs import PLANES
@@ -15,7 +15,7 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMo
 PECK_CLEARANCE_MM: Final = 0.254
 #: So many holes, and pecks in all of them, may one block have.
 MAX_HOLES, MAX_PECKS = 10_000, 30_000
-_NEEDS_DWELL: Final = (820, 860, 880, 890)
+_DWELLS: Final = (820, 860, 880, 890)
 _NEEDS_STEP: Final = (730, 830)
 _NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
 
@@ -23,8 +23,10 @@ _NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
 class CycleCodes(MotionCodes):
     """Motion codes, and cycles made of them."""
 
-    #: The word that counts holes.
-    repeat_letter = "L"
+    #: Cycles that need P.
+    needs_dwell: ClassVar[tuple[int, ...]] = (820, 860, 880, 890)
+    #: L0 stores the words of a cycle and drills no hole.
+    stores_without_holes: ClassVar[bool] = False
 
     def _cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
@@ -36,12 +38,11 @@ class CycleCodes(MotionCodes):
         goes_on = goes_on and state.cycle is not None and state.cycle.normal == normal
         cycle = self._cycle_heights(block, motion, normal, state.cycle if goes_on else None)
         state.cycle = cycle
-        repeats = whole(block, self.repeat_letter) if self.repeat_letter in block.words else 1
+        repeats = whole(block, "L") if "L" in block.words else 1
+        if repeats == 0 and self.stores_without_holes:
+            return
         if not 1 <= repeats <= MAX_HOLES:
-            raise BlockError(
-                "VP007", f"{self.repeat_letter}{repeats}: a cycle is repeated 1 to {MAX_HOLES} times",
-                block.columns[self.repeat_letter],
-            )  # fmt: skip
+            raise BlockError("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", block.columns["L"])
         if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
             raise BlockError("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", block.columns.get("Q"))
         if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
@@ -74,6 +75,8 @@ class CycleCodes(MotionCodes):
             raise BlockError("VP017", f"{g_name(motion)} in inverse time mode (G93); use G94")
         if state.compensation is not None:
             raise BlockError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
+        if state.tcp_off:
+            self._check_tcp_off(state.position, state.position)
         self._check_feed(block, 10)
         self._require_known(block, [0, 1, 2], f"{g_name(motion)}")
         tool = self.setup.coordinates.tool_axis(state.position, state.frame)
@@ -114,7 +117,7 @@ class CycleCodes(MotionCodes):
             if step <= 0:
                 raise BlockError("VP007", f"Q{step:g}: the depth of a peck is greater than 0", block.columns.get("Q"))
         dwell = self._seconds(block) if "P" in block.words else before.dwell if before else None
-        if motion in _NEEDS_DWELL and dwell is None:
+        if motion in self.needs_dwell and dwell is None:
             raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None
         if motion == 870 and (shift is None or any(axis in block.words for axis in "IJK")):
@@ -183,7 +186,7 @@ class CycleCodes(MotionCodes):
             self._go(block, feed, {w: retract})
             self._spindle(block.line, on=True, backwards=backwards)
             return
-        if motion in _NEEDS_DWELL:
+        if motion in _DWELLS and (motion in self.needs_dwell or cycle.dwell):
             self._wait(block, cycle.dwell or 0.0)
         if motion == 850:
             self._go(block, feed, {w: cycle.clear})

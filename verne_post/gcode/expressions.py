@@ -192,6 +192,8 @@ class ValueReader:
             left = self._finite(self._applied(found.group(), left, right, begin), begin)
 
     def _applied(self, operator: str, left: float, right: float, begin: int) -> float:
+        if operator in ("AND", "OR", "XOR") and self.values is not None and self.values.custom_macro:
+            raise self.error("VP002", f"{operator}: on Fanuc controls this works on bits, which is not executed", begin)
         if operator in ("/", "MOD") and right == 0:
             raise self.error("VP007", f"{left:g} {operator} {right:g}: division by zero", begin)
         if operator == "**" and left < 0 and right != int(right):

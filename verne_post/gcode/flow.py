@@ -15,6 +15,8 @@ from verne_post.gcode.text import ProgramText, decoded
 #: Calls inside each other; LinuxCNC allows nine.
 MAX_DEPTH: Final = 50
 MAX_ARGUMENTS: Final = 30
+#: A block with more moves than this (holes of a cycle) counts them as repeats.
+MOVES_OF_BLOCK: Final = 1_000
 
 
 @dataclass
@@ -66,15 +68,17 @@ class Flow:
             VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
         """
         seen = self._reached.get(text, 0)
+        if moves > MOVES_OF_BLOCK:
+            self.repeated += moves - MOVES_OF_BLOCK
         if last > seen:
             self._reached[text] = last
         if first <= seen:
             self.repeated += max(min(last, seen) - first + 1, moves)
-            if self.repeated > self.machine.setup.max_repeats:
-                raise BlockError(
-                    "VP024", f"loops and calls have repeated {self.machine.setup.max_repeats} blocks and moves; if the program is meant to, "
-                    "raise --max-repeats",
-                )  # fmt: skip
+        if self.repeated > self.machine.setup.max_repeats:
+            raise BlockError(
+                "VP024", f"loops and calls have repeated {self.machine.setup.max_repeats} blocks and moves; if the program is meant to, "
+                "raise --max-repeats",
+            )  # fmt: skip
 
     @property
     def in_call(self) -> bool:
@@ -145,6 +149,8 @@ class Flow:
         elif o.keyword == "endrepeat":
             o.bare()
             begin = structure.begin[line]
+            if begin not in counters:
+                raise BlockError("VP023", f"o{o.label} endrepeat is reached, and its repeat (line {begin}) was not")
             counters[begin] -= 1
             if counters[begin] > 0:
                 self.line = begin + 1
@@ -207,7 +213,7 @@ class Flow:
             source = self.machine.setup.subroutines.get(name)
             if source is None:
                 return None
-            self._files[name] = ProgramText(source, self.machine.setup, self.machine.percent, f"{name}.ngc")
+            self._files[name] = ProgramText(source, self.machine.setup, type(self.machine), f"{name}.ngc")
         return self._files[name]
 
     def _enter(self, text: ProgramText, begin: int, line: int, label: str) -> _Frame:
@@ -245,7 +251,7 @@ class Flow:
         self.text, self.line = frame.text, frame.line
         if self.text is self.main:
             self.shown_line = None
-        self.machine.leave_call()
+        self.machine.leave_call(self.shown_line or max(frame.line - 1, 1))
         self.machine.recorder.event(self.shown_line or max(frame.line - 1, 1), "return", label=frame.label)
 
     # --- M98, M99 ------------------------------------------------------------------------------------

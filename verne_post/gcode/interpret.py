@@ -82,6 +82,8 @@ class Interpreter(CycleCodes):
     table: ClassVar[CodeTable] = RS274
     #: What may stand behind a ``%`` that begins or ends a program.
     percent: ClassVar[bytes] = rb"[ \t\r]*"
+    #: Letters that begin an O word.
+    o_letters: ClassVar[bytes] = b"O"
     #: Expressions are read as Fanuc's custom macro has them.
     custom_macro: ClassVar[bool] = False
 
@@ -92,6 +94,11 @@ class Interpreter(CycleCodes):
         self.call: Call | None = None
 
     # --- one block -------------------------------------------------------------------------
+
+    @classmethod
+    def prepared(cls, text: str) -> str:
+        """A line in the words of RS274/NGC; every character keeps its column."""
+        return text
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; parameters have the values of now."""
@@ -193,6 +200,14 @@ class Interpreter(CycleCodes):
                 allowed |= set(self.table.words_of_m.get(code, ""))
         if any(self._meaning(letter, number) for letter, number, _column in block.codes):
             allowed |= set(_REMAPPED_WORDS)
+            if axes and explicit is None and not takes:
+                raise BlockError(
+                    "VP006", f"{axes[0]} beside a code of the shop: nothing says what it is for", block.columns[axes[0]]
+                )
+        if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
+            raise BlockError(
+                "VP003", "M98 or G4 in a block of a canned cycle: P and L would serve both; write two blocks"
+            )
         for letter, column in block.columns.items():
             if letter not in allowed:
                 raise BlockError("VP006", f"nothing in the block uses {letter}{block.words[letter]:g}", column)
@@ -328,6 +343,8 @@ class Interpreter(CycleCodes):
         if not given:
             return
         column = block.columns[given[0]]
+        if g.get("non-modal") in (*TAKES_AXES, 281, 301) or "machine coordinates" in g or g.get("tool length") == 431:
+            raise BlockError("VP017", f"{given[0]}: polar words are for motion, and not in machine coordinates", column)
         for letter in "XY":
             if letter in words:
                 raise BlockError(

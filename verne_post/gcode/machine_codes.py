@@ -63,7 +63,7 @@ class MachineCodes(FrameCodes):
             else:
                 self._spindle(block.line, on=code != 5, backwards=code == 4)
         for code in m.get("saved state", []):
-            self._save(code)
+            self._save(code, block.line)
         for code in m.get("coolant", []):
             state.mist = code == 7 or (state.mist and code != 9)
             state.flood = code == 8 or (state.flood and code != 9)
@@ -143,7 +143,7 @@ class MachineCodes(FrameCodes):
 
     # --- saved state ---------------------------------------------------------------------------------
 
-    def _save(self, code: int) -> None:
+    def _save(self, code: int, line: int) -> None:
         saved = self.state.saved
         if code == 71:
             saved[-1] = None
@@ -151,26 +151,38 @@ class MachineCodes(FrameCodes):
             last = saved[-1]
             if last is None:
                 raise BlockError("VP017", "M72 without M70 or M73 before it at the same level of calls")
-            self._restore(last)
+            self._restore(last, line)
         else:
             state = self.state
             values = {name: getattr(state, name) for name in _SAVED}
             saved[-1] = Saved(values, dict(state.overrides), state.frame.system, state.frame.tool, code == 73)
 
-    def _restore(self, saved: Saved) -> None:
+    def _restore(self, saved: Saved, line: int) -> None:
         state = self.state
+        spindle = (state.spindle_on, state.spindle_reversed, state.spindle_speed)
+        coolant = (state.mist, state.flood)
+        overrides = state.overrides
         self._refuse_compensation("M72, or a return after M73,")
         for name, value in saved.values.items():
             setattr(state, name, value)
         state.overrides = dict(saved.overrides)
+        if (state.spindle_on, state.spindle_reversed, state.spindle_speed) != spindle:
+            self._spindle(line, on=state.spindle_on, backwards=state.spindle_reversed)
+        if (state.mist, state.flood) != coolant:
+            self.recorder.event(line, "coolant", state="off")
+            for on, name in ((state.mist, "mist"), (state.flood, "flood")):
+                if on:
+                    self.recorder.event(line, "coolant", state=name)
+        if state.overrides != overrides:
+            self.recorder.event(line, "override", **state.overrides)
         frame = state.frame
         if saved.system != frame.system:
             self._set_frame(replace(state.systems[saved.system], g92=frame.g92, tool=frame.tool))
         if saved.tool != state.frame.tool:
             self._set_frame(replace(state.frame, tool=saved.tool))
 
-    def leave_call(self) -> None:
+    def leave_call(self, line: int) -> None:
         """Back from a call: bring back what M73 has saved in it."""
         saved = self.state.saved.pop()
         if saved is not None and saved.automatic:
-            self._restore(saved)
+            self._restore(saved, line)

@@ -53,6 +53,8 @@ class MotionCodes(MachineCodes):
             value = self._axis_value(block, axis)
             via[axis] = value if state.absolute else via[axis] + value
             state.known[axis] = True
+        if state.tcp_off and moving:
+            self._check_tcp_off(state.position, via)
         self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
         chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
         for axis in chosen:
@@ -295,6 +297,8 @@ class MotionCodes(MachineCodes):
         if code % 10:  # in the block
             if "D" not in block.words:
                 raise BlockError("VP005", f"{g_name(code)} needs D, the diameter")
+            if block.words["D"] <= 0:
+                raise BlockError("VP007", f"D{block.words['D']:g}: the diameter is greater than 0", block.columns["D"])
             return self._length(block.words["D"])
         number = whole(block, "D") if "D" in block.words else state.loaded_tool or 0
         if number == 0:
@@ -304,6 +308,8 @@ class MotionCodes(MachineCodes):
                 "VP012", f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
                 block.columns.get("D"),
             )  # fmt: skip
+        if state.tools[number].diameter <= 0:
+            raise BlockError("VP012", f"tool {number} has no diameter in the tool table (D)", block.columns.get("D"))
         return state.tools[number].diameter
 
     def _check_compensated(self, start: list[float], end: list[float]) -> None:

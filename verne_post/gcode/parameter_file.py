@@ -43,6 +43,8 @@ def _mistake(words: list[str], values: dict[int, float]) -> str | None:
     index = int(words[0])
     if not 1 <= index <= MAX_INDEX:
         return f"parameters have the numbers 1 to {MAX_INDEX}, not {index}"
+    if 5400 <= index <= 5428 or 5021 <= index <= 5029 or 5081 <= index <= 5089:
+        return f"parameter {index} shows a state and cannot be given"
     if index in values:
         return f"parameter {index} stands twice"
     try:

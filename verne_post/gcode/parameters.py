@@ -24,6 +24,8 @@ LOCAL_INDICES: Final = range(1, 31)
 _HOME, _HOME2, _G92, _SYSTEM, _ORIGINS = 5161, 5181, 5211, 5220, 5221
 _TOOL, _POSITION = 5400, 5420
 _LINEAR: Final = (0, 1, 2, 6, 7, 8)
+#: Variables of custom macros: local, common, kept.
+_MACRO_VARIABLES: Final = (range(1, 34), range(100, 200), range(500, 1000))
 
 
 @dataclass
@@ -59,11 +61,28 @@ class Parameters:
             return self._named(key)
         if not 1 <= key <= MAX_INDEX:
             raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_INDEX}")
+        if self.custom_macro:
+            return self._macro_variable(key)
         if 5161 <= key <= 5428:
             return self._numbered_state(key)
         if 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise BlockError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
         return self.state.store.numbered.get(key, 0.0)
+
+    def _macro_variable(self, key: int) -> float:
+        """A variable of a custom macro: those of the control itself are not known, a vacant one is no number."""
+        self._check_macro_variable(key)
+        if key not in self.state.store.numbered:
+            raise BlockError("VP025", f"#{key} has no value: the control would pass over its word; set it first")
+        return self.state.store.numbered[key]
+
+    @staticmethod
+    def _check_macro_variable(key: int) -> None:
+        if not any(key in span for span in _MACRO_VARIABLES):
+            raise BlockError(
+                "VP025",
+                f"#{key} is a variable of the control itself; programs have #1 to #33, #100 to #199, #500 to #999",
+            )
 
     def exists(self, name: str) -> bool:
         """True for a named parameter that has a value."""
@@ -149,6 +168,8 @@ class Parameters:
             return
         if not 1 <= key <= MAX_INDEX:
             raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_INDEX}")
+        if self.custom_macro:
+            self._check_macro_variable(key)
         if key in (5210, _SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise BlockError("VP025", f"#{key} shows a state and cannot be set")
         if _HOME <= key < _HOME + 9:
@@ -181,7 +202,7 @@ class Parameters:
                 if np.isfinite(value):
                     kept[first + axis] = self._in_file(axis, value)
         kept[5210] = float(state.frame.g92 != ZERO9)
-        kept[_SYSTEM] = float(state.frame.system)
+        kept[_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
             for entry in range(10):
                 kept[_ORIGINS + 20 * system + entry] = self.value(_ORIGINS + 20 * system + entry)

@@ -47,7 +47,7 @@ def run_blocks(source: bytes, setup: Setup, state: State, stops: Stops, language
     recorder = Recorder()
     run = Pass(state, recorder, [])
     machine = language(setup, state, recorder)
-    main = ProgramText(source, setup, machine.percent)
+    main = ProgramText(source, setup, language)
     flow = Flow(main, machine)
     while not machine.ended:
         text, line = flow.text, flow.line

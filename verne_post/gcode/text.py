@@ -5,7 +5,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Final
+from typing import ClassVar, Final, Protocol
 
 from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.expressions import BlockError
@@ -15,9 +15,19 @@ from verne_post.gcode.state import Setup
 
 #: So many scanned chunks are kept: loops that stay within them are scanned once.
 _KEPT_CHUNKS: Final = 8
-_O_LINE: Final = re.compile(
-    rb"^(?:[ \t\r/]|\([^()\n]*\))*(?:N[ \t0-9.+]*)?(?:[ \t\r]|\([^()\n]*\))*O[^\n]*", re.MULTILINE | re.IGNORECASE
-)
+_SILENT: Final = rb"(?:[ \t\r/]|\([^()\n]*\))*+"  # possessive: a line of blanks is passed once
+_O_LINE: Final = rb"^" + _SILENT + rb"(?:N[ \t0-9.+]*+" + _SILENT + rb")?[%b][^\n]*"
+
+
+class Language(Protocol):
+    """What a text needs to know of its language."""
+
+    percent: ClassVar[bytes]  # what may stand behind a %, as a regular expression
+    o_letters: ClassVar[bytes]  # what may begin an O word
+
+    @classmethod
+    def prepared(cls, text: str) -> str:
+        """A line in the words of RS274/NGC."""
 
 
 @dataclass(frozen=True)
@@ -68,15 +78,14 @@ class ProgramText:
 
     Attributes
     ----------
-    percent : bytes
-        Regular expression of what may stand behind a ``%``.
+    language : Language
     name : str or None
         None for the program itself, else the file of a subroutine.
     """
 
-    def __init__(self, source: bytes, setup: Setup, percent: bytes, name: str | None = None) -> None:
-        self.source, self.setup, self.name, self.percent = source, setup, name, percent
-        self.opening, self.closing = _percent_lines(source, percent)
+    def __init__(self, source: bytes, setup: Setup, language: type[Language], name: str | None = None) -> None:
+        self.source, self.setup, self.name, self.language = source, setup, name, language
+        self.opening, self.closing = _percent_lines(source, language.percent)
         self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
@@ -123,17 +132,20 @@ class ProgramText:
         """
         found, opened = Structure(), _Opened()
         line, at = 1, 0
-        for match in _O_LINE.finditer(self.source):
+        lines = re.compile(_O_LINE % self.language.o_letters, re.MULTILINE | re.IGNORECASE)
+        for match in lines.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
             if self.closing is not None and self.opening is not None and not self.opening < line < self.closing:
                 continue
+            if self.setup.block_delete and match.group().lstrip().startswith(b"/"):
+                continue
             try:
-                block = read_block(decoded(match.group()), line)
+                block = read_block(self.language.prepared(decoded(match.group())), line)
                 if block.o is not None:
                     opened.take(found, block)
             except BlockError as error:
-                column = error.column or match.group().upper().index(b"O") + 1
+                column = error.column or 1
                 raise BlockError(error.code, error.message, column, line=line) from None
         opened.check_all_closed()
         return found

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.tolerances import VECTOR_LENGTH
+from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
 from verne_post.gcode.block import Block
 from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
@@ -111,7 +111,13 @@ class Translator:
         numbers = _numbers(s, s.words)
         if len(numbers) not in (3, 6):
             raise BlockError("VP005", f"{s.major} takes x, y, z, or x, y, z, i, j, k; here are {len(numbers)} numbers")
+        held = self.axis
         self._take_axis(s, numbers[3:])
+        if self.circle is not None and any(abs(a - b) > VECTOR_LENGTH for a, b in zip(self.axis, held, strict=True)):
+            raise BlockError(
+                "VP002",
+                f"{s.major} behind CIRCLE with another tool axis: arcs keep the axis; write points in their place",
+            )
         yield from self._to(s, numbers[:3])
 
     def _godlta(self, s: Statement) -> Iterator[Block]:
@@ -120,7 +126,9 @@ class Translator:
             numbers = [0.0, 0.0, numbers[0]]
         if len(numbers) != 3:
             raise BlockError("VP005", "GODLTA takes dx, dy, dz, or dz")
-        yield _block(s, ("G", 91.0), **self._motion(s), **dict(zip("XYZ", numbers, strict=True)))
+        if self.circle is not None or self.cycle is not None:
+            raise BlockError("VP017", "GODLTA behind CIRCLE or under CYCLE; write GOTO")
+        yield _block(s, ("G", 91.0), **self._motion(s), **dict(zip("XYZ", numbers, strict=True)), **self._axis_words())
         yield _block(s, ("G", 90.0))
         self.rapid = False
 
@@ -146,8 +154,10 @@ class Translator:
             yield from self._hole(s, self.cycle, point)
             return
         if self.circle is not None:
+            if self.rapid:
+                raise BlockError("VP017", "RAPID and CIRCLE before one GOTO: an arc is not a rapid")
             yield from self._arc(s, self.circle, point)
-            self.circle, self.rapid = None, False
+            self.circle = None
             return
         yield _block(s, **self._motion(s), **dict(zip("XYZ", point, strict=True)), **self._axis_words())
         self.rapid = False
@@ -182,10 +192,11 @@ class Translator:
 
     def _cycle(self, s: Statement) -> Iterator[Block]:
         kind = s.words[0].upper() if s.words else ""
+        own_feed = self.cycle is not None and self.cycle.feed is not None
+        again = self._feed(s, *self.feed) if own_feed and self.feed is not None else iter(())
         if kind in ("OFF", "NOMORE"):
-            own_feed = self.cycle is not None and self.cycle.feed is not None
             self.cycle = None
-            return self._feed(s, *self.feed) if own_feed and self.feed is not None else iter(())
+            return again
         if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
             raise BlockError(
                 "VP002", f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF"
@@ -225,7 +236,7 @@ class Translator:
             values.get("DWELL"),
             feed,
         )
-        return iter(())
+        return again
 
     def _hole(self, s: Statement, cycle: _Cycle, point: list[float]) -> Iterator[Block]:
         """A hole along the tool axis at a point of the surface."""
@@ -239,6 +250,7 @@ class Translator:
 
         if cycle.feed is not None:
             yield from self._feed(s, *cycle.feed)
+        yield from self._rise(s, cycle, base, axis)
         if cycle.retract > cycle.clear:
             yield go(cycle.retract, rapid=True)
         yield go(cycle.clear, rapid=True)
@@ -258,6 +270,19 @@ class Translator:
         if cycle.retract > cycle.clear:
             yield go(cycle.retract, rapid=True)
 
+    def _rise(self, s: Statement, cycle: _Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
+        """Up along the tool axis to the height of the next hole, before anything goes sideways."""
+        here = np.array(self.state.position[:3]) / (25.4 if self.state.inch else 1.0)
+        held = np.array(self.state.vector if self.state.vector is not None else axis)
+        missing = max(cycle.retract, cycle.clear) - float((here - base) @ axis)
+        if (
+            missing > 0
+            and float(held @ axis) / float(np.linalg.norm(axis)) > 1 - DRILL_TILT
+            and all(self.state.known[:3])
+        ):
+            place = here + missing * axis
+            yield _block(s, g=0.0, **dict(zip("XYZ", map(float, place), strict=True)), **self._axis_words())
+
     # --- modes ------------------------------------------------------------------------------------------
 
     def _rapid(self, s: Statement) -> Iterator[Block]:
@@ -270,6 +295,7 @@ class Translator:
         if len(numbers) != 1 or len(units) > 1 or any(unit not in _FEED_UNITS for unit in units):
             raise BlockError("VP005", f"FEDRAT takes one number and one of {', '.join(_FEED_UNITS)}")
         mode, inch = _FEED_UNITS[units[0]] if units else (94, None)
+        inch = self.state.inch if inch is None else inch  # the feed stays when the unit changes
         self.rapid, self.feed = False, (_numbers(s, numbers)[0], mode, inch)
         yield from self._feed(s, *self.feed)
 
@@ -318,7 +344,8 @@ class Translator:
         others = [word for word in words if not _is_number(word) and word not in ("RPM", "CLW", "ON")]
         if len(speed) > 1 or any(word not in ("OFF", "CCLW") for word in others):
             raise BlockError("VP005", "SPINDL takes a speed with RPM, CLW, CCLW, or ON, OFF")
-        code = 5.0 if "OFF" in others else 4.0 if "CCLW" in others else 3.0
+        backwards = "CCLW" in others or ("CLW" not in words and not speed and self.state.spindle_reversed)
+        code = 5.0 if "OFF" in others else 4.0 if backwards else 3.0
         yield _block(s, ("M", code), **({"S": _numbers(s, speed)[0]} if speed else {}))
 
     def _coolnt(self, s: Statement) -> Iterator[Block]:
@@ -346,6 +373,8 @@ class Translator:
         numbers = _numbers(s, s.words)
         if len(numbers) != 1:
             raise BlockError("VP005", "AUXFUN takes the number of an M code")
+        if numbers[0] in (98, 99):
+            raise BlockError("VP002", "AUXFUN/98 and 99 call subprograms, which cutter location text does not have")
         yield _block(s, ("M", numbers[0]))
 
     def _gohome(self, s: Statement) -> Iterator[Block]:

@@ -14,13 +14,13 @@ import numpy as np
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable
+from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialects import rs274
 from verne_post.gcode.frame_codes import whole
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, run_blocks
 from verne_post.gcode.state import Setup, State
-from verne_post.model.moves import ADDITIONAL_SYSTEMS, Feature, MoveKind, PathControl, PathMode
+from verne_post.model.moves import ADDITIONAL_SYSTEMS, AXES, Feature, MoveKind, PathControl, PathMode
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 _PLANE, _TO_PLANE, _PLANE_OFF, _ADDITIONAL = 682, 531, 690, 541
@@ -28,14 +28,18 @@ _PLANE, _TO_PLANE, _PLANE_OFF, _ADDITIONAL = 682, 531, 690, 541
 _SMOOTHING: Final = (51, 80)
 #: Ends of modes that cannot be begun: nothing to do.
 _ENDS: Final = (150, 401, 500, 501, 670, 130, 131, 970)
+#: Codes that name axes without moving them, and those that take none.
+_NAMES_AXES: Final = (51, 501)
+_ALONE: Final = (80, *(code for code in _ENDS if code != 501), _PLANE_OFF, _TO_PLANE)
 #: Cycles that mean what they mean in RS274/NGC.
 _CYCLES: Final = (730, 810, 820, 830, 850, 860, 890)
 _SECONDS_PER_P: Final = 1e-3
 _MACRO: Final = re.compile(
     r"\s*(?:N\s*\d+\s*)?(IF|WHILE|GOTO|DO|END|THEN|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b", re.IGNORECASE
 )
-_COLON: Final = re.compile(r"(\s*):(\s*\d)")
-_DELETE: Final = re.compile(r"(\s*/)[1-9](?=\s*\D)")
+#: At the beginning of a line: ``:1000`` for O1000, ``/2`` for a block that switch 2 deletes.
+_COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
+_DELETE: Final = re.compile(r"[ \t]*/([1-9])[ \t]*[^ \t0-9.]")
 #: A header that only such controls write.
 _HEADER_LINES: Final = 200
 _OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]+[ \t]*(?:\([^)\n]*\))?[ \t\r]*(?:\n|$)", re.IGNORECASE)
@@ -43,6 +47,13 @@ _OWN_CODES: Final = re.compile(
     rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P))(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
+
+
+#: What only RS274/NGC has: such a text is not Fanuc's, whatever its header.
+_OTHER_CODES: Final = re.compile(
+    rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ \t]*[PQ]"
+    rb"|(?<![A-Z])G0*(?:43\.[12]|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])", re.IGNORECASE
+)  # fmt: skip
 
 
 def _table() -> CodeTable:
@@ -86,10 +97,24 @@ class FanucInterpreter(Interpreter):
 
     table: ClassVar[CodeTable] = _table()
     percent: ClassVar[bytes] = rb"[^\n]*"
+    o_letters: ClassVar[bytes] = b"O:"
+    needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
+    stores_without_holes: ClassVar[bool] = True
     custom_macro: ClassVar[bool] = True
 
+    def _comment(self, block: Block) -> None:
+        """Comments say nothing to these controls."""
+
+    @classmethod
+    def prepared(cls, text: str) -> str:
+        """``:1000`` is O1000, ``/2`` is ``/``; every character keeps its column."""
+        for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
+            if (found := pattern.match(text)) is not None:
+                text = f"{text[: found.start(1)]}{letter}{text[found.end(1) :]}"
+        return text
+
     def read(self, text: str, line: int) -> Block:
-        """Read a line: ``:1000`` is O1000, ``/2`` is ``/``; custom macros are refused by name."""
+        """Read a line; custom macros are refused by name."""
         macro = _MACRO.match(text)
         if macro is not None:
             raise BlockError(
@@ -97,7 +122,7 @@ class FanucInterpreter(Interpreter):
                 f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
                 macro.start(1) + 1,
             )
-        block = super().read(_DELETE.sub(r"\1 ", _COLON.sub(r"\1O\2", text, count=1), count=1), line)
+        block = super().read(self.prepared(text), line)
         if block.o is not None and block.o.keyword is not None:
             raise BlockError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
@@ -126,11 +151,16 @@ class FanucInterpreter(Interpreter):
                         raise BlockError("VP003", f"G4 with {letter} and P; one of them is the time", columns[letter])
                     words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
                     return
-        takes = codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING}
+        takes = codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING} or self._calls(block)
         cycle = codes & set(CYCLES) or (self.state.motion in CYCLES and not codes & {0, 10, 20, 30, 800} and not takes)
         if "P" in words and (40 in codes or cycle):
             whole(block, "P")
             words["P"] *= _SECONDS_PER_P
+
+    @staticmethod
+    def _calls(block: Block) -> bool:
+        """True where M98 or M99 stands in the block: P is theirs."""
+        return any(letter == "M" and number in (98, 99) for letter, number, _column in block.codes)
 
     def _repeats(self, block: Block, codes: set[int]) -> None:
         """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
@@ -189,7 +219,9 @@ class FanucInterpreter(Interpreter):
             return super()._system(block, code)
         if "P" not in block.words:
             raise BlockError("VP005", "G54.1 needs P, the number of the work system")
-        return ADDITIONAL_SYSTEMS + self._additional(block)
+        system = ADDITIONAL_SYSTEMS + self._additional(block)
+        del block.words["P"]  # and no dwell of a cycle
+        return system
 
     def _additional(self, block: Block) -> int:
         number = whole(block, "P")
@@ -205,6 +237,12 @@ class FanucInterpreter(Interpreter):
         words["L"], block.columns["L"] = float(kind), block.columns.get("L", 1)
         if self.state.frame.feature is not None:
             raise BlockError("VP017", "G10 under G68.2; write G69 first")
+        if not self.state.absolute:
+            raise BlockError("VP017", "G10 in G91 adds to what is stored; write G90, and the whole value")
+        if kind == 2 and words.get("P") == 0:
+            raise BlockError(
+                "VP007", "P0: the external work offset is not kept here; give it with --wcs", block.columns["P"]
+            )
         if kind == 20 and "P" in words:
             self._set_origin(block, ADDITIONAL_SYSTEMS + self._additional(block))
             return
@@ -245,6 +283,8 @@ class FanucInterpreter(Interpreter):
         if state.frame.feature is None:
             raise BlockError("VP017", "G53.1 without G68.2: there is no plane to turn to")
         self._refuse_compensation("G53.1")
+        if state.tcp_off:
+            raise BlockError("VP017", "G53.1 while tool-centre-point control is off (remapped code)")
         self._require_known(block, [0, 1, 2], "G53.1")
         state.vector = (0.0, 0.0, 1.0)
         end = self.setup.coordinates.pointed(list(state.position), np.array(state.vector), state.frame)
@@ -261,7 +301,25 @@ class FanucInterpreter(Interpreter):
                 if letter not in "XYZIJKFST":
                     raise BlockError("VP006", f"G68.2 does not use {letter}", column)
             return None
+        self._drop_axes(block, g)
         return super()._plan(block, g, m)
+
+    def _drop_axes(self, block: Block, g: dict[str, int]) -> None:
+        """Axis words beside codes that are only modal here: names of axes, or a mistake, but no motion."""
+        axes = [letter for letter in block.words if letter in AXES]
+        if not axes or "motion" in g or g.get("non-modal") in TAKES_AXES:
+            return
+        code = next((code for code in g.values() if code in (*_NAMES_AXES, *_ALONE)), None)
+        if code is None:
+            return
+        if code in _ALONE:
+            raise BlockError(
+                "VP006",
+                f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks",
+                block.columns[axes[0]],
+            )
+        for letter in axes:
+            del block.words[letter], block.columns[letter]
 
 
 def _about_z(angle: float) -> np.ndarray:
@@ -278,12 +336,15 @@ def _about_x(angle: float) -> np.ndarray:
 
 
 def recognise(source: bytes) -> bool:
-    """Text behind ``%``, or ``%`` and an O number with a code near the top that only these controls have."""
+    """Text behind ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
     without_comments = re.sub(rb"\([^)\n]*\)", b"", head)
-    return _OPENING.match(head) is not None and _OWN_CODES.search(without_comments) is not None
+    if _OPENING.match(head) is None:
+        return False
+    # read as Fanuc's, an RS274 text is refused or stays higher; the other way it would dwell for minutes
+    return _OWN_CODES.search(without_comments) is not None or _OTHER_CODES.search(head) is None
 
 
 def start(setup: Setup) -> State:
