@@ -7,7 +7,6 @@ as it will be written; the Result is ok only when both have passed.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,14 +131,8 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
         tool_length=options.tool_length,
         frames=frames,
         given_systems=frozenset(options.wcs),
-        **_language(options),
+        **options.of_text(),
     )
-
-
-def _language(options: Options) -> dict[str, Any]:
-    """Options that concern the text alone."""
-    names = ("block_delete", "subroutines", "parameters", "parameter_mm", "remap", "max_repeats", "dialect")
-    return {name: getattr(options, name) for name in names}
 
 
 def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
@@ -148,7 +141,7 @@ def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Find
         tools=options.tools,
         tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()},
-        **_language(options),
+        **options.of_text(),
     )
     return interpreted_until_error(source, setup)
 

@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from page import write_section
 
 import verne_post
 from verne_post import Options
@@ -43,8 +44,6 @@ Array = NDArray[np.float64]
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "performance.md"
-BEGIN, END = "<!-- contouring: begin -->", "<!-- contouring: end -->"
 #: The third-order reference is planned for programs of at most so much motion, s.
 AFFORDABLE_S = 10.0
 #: toppra is asked about grids of at most so many points.
@@ -393,11 +392,7 @@ def main() -> None:
     text = "\n\n".join(block.strip("\n") for block in blocks)
     print(text)
     if given.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, _begin, rest = page.partition(BEGIN)
-        _old, end, after = rest.partition(END)
-        assert end, f"{PAGE} lacks the markers {BEGIN} and {END}"
-        PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
+        write_section("contouring", text)
 
 
 if __name__ == "__main__":

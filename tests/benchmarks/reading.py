@@ -17,10 +17,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from page import write_section
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "performance.md"
-BEGIN, END = "<!-- reading: begin -->", "<!-- reading: end -->"
 #: gcodeparser and pygcode are measured on so much of the lines: the latter reads 10,000 lines a second.
 SHARE = 20
 REPEATS = 3
@@ -138,11 +137,7 @@ def main() -> None:
     ])  # fmt: skip
     print(text)
     if given.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, _begin, rest = page.partition(BEGIN)
-        _old, end, after = rest.partition(END)
-        assert end, f"{PAGE} lacks the markers {BEGIN} and {END}"
-        PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
+        write_section("reading", text)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ __all__ = ["interpret_program", "interpreter_setup", "read_moves"]
 
 def interpreter_setup(
     *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
-    origins: Mapping[int, tuple[float, float, float]] | None = None, **language: Any,
+    origins: Mapping[int, tuple[float, float, float]] | None = None, **text: Any,
 ) -> Setup:  # fmt: skip
     """Setup of a plain interpreter: no machine, all nine axes, everything at 0 when the program starts.
 
@@ -26,9 +26,8 @@ def interpreter_setup(
         mm; holds throughout.
     origins : mapping, optional
         Origins of the work systems (1 = G54) in machine coordinates, mm.
-    **language
-        Fields of :class:`~verne_post.gcode.state.Setup` that concern the text alone: block_delete, subroutines,
-        parameters, parameter_mm, remap, max_repeats, dialect.
+    **text
+        Fields of :class:`~verne_post.model.options.TextOptions`.
     """
     frames = {}
     for system in WORK_SYSTEMS:
@@ -37,7 +36,7 @@ def interpreter_setup(
     return Setup(
         coordinates=CartesianCoordinates(), axes=AXES, machine=False, home=ZERO9, home2=ZERO9,
         tools=dict(tools) if tools is not None else None, tool_length=tool_length, frames=frames,
-        given_systems=frozenset(origins or ()), **language,
+        given_systems=frozenset(origins or ()), **text,
     )  # fmt: skip
 
 

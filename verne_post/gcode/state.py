@@ -12,7 +12,7 @@ from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.parameters import Store
 from verne_post.model.moves import Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Vector9
-from verne_post.model.options import MAX_REPEATS, Tool
+from verne_post.model.options import TextOptions, Tool
 from verne_post.model.protocols import Coordinates
 
 Array = NDArray[np.float64]
@@ -23,8 +23,8 @@ OVERRIDES = {"speed": True, "feed": True, "adaptive": False, "hold": True}
 NO_VECTOR = (np.nan, np.nan, np.nan)
 
 
-@dataclass(frozen=True)
-class Setup:
+@dataclass(frozen=True, kw_only=True)
+class Setup(TextOptions):
     """What an interpretation is given beside the text.
 
     Attributes
@@ -42,19 +42,6 @@ class Setup:
         Holds throughout when given.
     frames : dict
         Initial frame of each work system, 1 to 9.
-    block_delete : bool
-    subroutines : mapping
-        Text of the files that a call may name, by name without ending, lower case.
-    parameters : mapping
-        Numbered parameters that the program finds.
-    parameter_mm : float
-        Unit of lengths among the parameters 5161 to 5413.
-    remap : mapping
-        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore", "event".
-    max_repeats : int
-        So many blocks, and moves of such blocks, may be executed again.
-    dialect : str
-        Name of the program's dialect; "auto" recognises it.
     given_systems : frozenset of int
         Work systems whose origin was given: parameters do not change them.
     """
@@ -67,13 +54,6 @@ class Setup:
     tools: dict[int, Tool] | None
     tool_length: float | None
     frames: dict[int, Frame]
-    block_delete: bool = False
-    subroutines: Mapping[str, bytes] = field(default_factory=dict)
-    parameters: Mapping[int, float] = field(default_factory=dict)
-    parameter_mm: float = 1.0
-    remap: Mapping[str, str] = field(default_factory=dict)
-    max_repeats: int = MAX_REPEATS
-    dialect: str = "auto"
     given_systems: frozenset[int] = frozenset()
 
 

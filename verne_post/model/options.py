@@ -1,7 +1,8 @@
 """Options of a conversion: plain data, picklable, no files."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from verne_post.model.moves import Vector9
 
@@ -27,8 +28,43 @@ class WorkOffset:
     turn_deg: float = 0.0
 
 
-@dataclass(frozen=True)
-class Options:
+@dataclass(frozen=True, kw_only=True)
+class TextOptions:
+    """What concerns the text of a program alone.
+
+    Attributes
+    ----------
+    block_delete : bool
+        Skip blocks that begin with a slash.
+    subroutines : mapping
+        Text of the files that calls may name, by name without ending, in lower case.
+    parameters : mapping
+        Numbered parameters that the program finds (a parameter file).
+    parameter_mm : float
+        Unit of the lengths among them, in mm.
+    remap : mapping
+        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
+    max_repeats : int
+        So many blocks, and moves of such blocks, may loops and calls repeat.
+    dialect : str
+        Name of the program's dialect; "auto" recognises it.
+    """
+
+    block_delete: bool = False
+    subroutines: Mapping[str, bytes] = field(default_factory=dict)
+    parameters: Mapping[int, float] = field(default_factory=dict)
+    parameter_mm: float = 1.0
+    remap: Mapping[str, str] = field(default_factory=dict)
+    max_repeats: int = MAX_REPEATS
+    dialect: str = "auto"
+
+    def of_text(self) -> dict[str, Any]:
+        """These options alone, by name."""
+        return {one.name: getattr(self, one.name) for one in fields(TextOptions)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(TextOptions):
     """What a user may choose for one program.
 
     Attributes
@@ -63,22 +99,8 @@ class Options:
         The table may rewind or change sides between feed moves, with a retract.
     free_c : bool
         Under a tool that is vertical throughout, turn the part to where the smallest margin is largest.
-    block_delete : bool
-        Skip blocks that begin with a slash.
     optional_stop : bool
         M1 stops.
-    subroutines : mapping
-        Text of the files that calls may name, by name without ending, in lower case.
-    parameters : mapping
-        Numbered parameters that the program finds (a parameter file).
-    parameter_mm : float
-        Unit of the lengths among them, in mm.
-    remap : mapping
-        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
-    max_repeats : int
-        So many blocks may loops and calls repeat.
-    dialect : str
-        Name of the program's dialect; "auto" recognises it.
     source_name : str
         Name of the program in messages.
     """
@@ -99,12 +121,5 @@ class Options:
     orientation: str = "auto"
     allow_rewind: bool = False
     free_c: bool = False
-    block_delete: bool = False
     optional_stop: bool = False
-    subroutines: Mapping[str, bytes] = field(default_factory=dict)
-    parameters: Mapping[int, float] = field(default_factory=dict)
-    parameter_mm: float = 1.0
-    remap: Mapping[str, str] = field(default_factory=dict)
-    max_repeats: int = MAX_REPEATS
-    dialect: str = "auto"
     source_name: str = "program"
