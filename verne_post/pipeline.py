@@ -24,7 +24,7 @@ from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import WORK_SYSTEMS, ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.model.summary import FreeTurn, Summary
+from verne_post.model.summary import FreeTurn, Part, Summary
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
@@ -38,6 +38,7 @@ from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
 from verne_post.toolpath.free_turn import with_free_turn
 from verne_post.toolpath.rapids import with_joint_rapids
+from verne_post.toolpath.stops import STOP_SECONDS, stop_rows, with_stops
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -158,7 +159,13 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     path, branches = _on_branches(moves, machine, options)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
-    _refuse_stops(moves, path, options)
+    waits = _waiting(moves, path, options)
+    if waits and not options.split_at_stops:
+        raise InputError(*(item for _before, item in waits))
+    if waits:
+        places = {before: item.line or 0 for before, item in reversed(waits) if before < len(moves)}
+        moves = with_stops(moves, sorted(places.items()))
+        path, branches = _on_branches(moves, machine, options)
     turn = None
     if options.free_c:
         path, turn = _turned(moves, path, machine)
@@ -291,17 +298,20 @@ def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options
     return found
 
 
-def _refuse_stops(moves: Moves, path: ToolPath, options: Options) -> None:
-    """A stream of setpoints cannot wait for a person once it moves."""
+def _waiting(moves: Moves, path: ToolPath, options: Options) -> list[tuple[int, Finding]]:
+    """Stops after the first motion, by the move that follows: a stream of setpoints cannot wait there."""
     first = int(path.move[0])
     found = []
     for event in moves.events:
         if event.before > first and _waits(event, options):
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
-            text = f"{code} after the motion has begun: setpoints cannot wait for a person or a signal; split the program there"
-            found.append(finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line))
-    if found:
-        raise InputError(*found)
+            text = (
+                f"{code} after the motion has begun: setpoints cannot wait for a person or a signal; "
+                "split the program there, or use --split-at-stops"
+            )
+            told = finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line)
+            found.append((event.before, told))
+    return found
 
 
 def _waits(event: Event, options: Options) -> bool:
@@ -474,6 +484,19 @@ def exit_code_of(error: InputError) -> int:
     return 2 if any(code.startswith(("VP0", "VP5")) for code in codes) else 1
 
 
+def _parts(plan: Plan) -> tuple[Part, ...]:
+    """The rows between stops; the events of a stop are those behind the last move before it."""
+    moves, times = plan.program.moves, plan.timeline
+    places = stop_rows(moves)
+    dwells = np.flatnonzero(times.run < 0)
+    stops = dwells[plan.program.path.dwell_seconds == STOP_SECONDS]
+    begins = [0, *times.first_row[stops + 1].tolist()]
+    ends = [*times.first_row[stops].tolist(), times.n_rows - 1]
+    behind = [*(tuple(event for event in moves.events if event.before == place) for place in places),
+              tuple(event for event in moves.events if event.before >= len(moves))]  # fmt: skip
+    return tuple(Part(first, last, then) for first, last, then in zip(begins, ends, behind, strict=True))
+
+
 def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
@@ -506,4 +529,5 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         verification=verdict,
         free_turn=program.free_turn,
         parameters=moves.parameters,
+        parts=_parts(plan),
     )

@@ -64,6 +64,8 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
                      help="Settings file; default: the nearest verne-post.toml, from the current folder upwards."),
         click.option("--block-delete", is_flag=True, help="Skip blocks that begin with a slash."),
         click.option("--optional-stop", is_flag=True, help="M1 stops."),
+        click.option("--split-at-stops", is_flag=True,
+                     help="Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index."),
     ]  # fmt: skip
     for option in reversed(options):
         command = option(command)
@@ -118,6 +120,7 @@ def build_options(name: str, **given: Any) -> "Options":
         free_c=given.get("free_c", False),
         block_delete=given.get("block_delete", False),
         optional_stop=given.get("optional_stop", False),
+        split_at_stops=given.get("split_at_stops", False),
         source_name=name,
     )
 

@@ -67,6 +67,8 @@ def command(
     if decimals != "auto" and not (decimals.isdecimal() and int(decimals) <= 12):
         raise click.UsageError(f"--decimals {decimals}: expected auto, or a whole number from 0 to 12")
     given["decimals"] = None if decimals == "auto" else int(decimals)
+    if given["split_at_stops"] and output is None:
+        raise click.UsageError("--split-at-stops writes several files; give their name with -o")
     check_writable(output, "-o")
     check_writable(meta, "--meta")
     check_writable(write_parameters, "--write-parameters")
@@ -79,6 +81,7 @@ def command(
         return refuse(name, error)
 
     from verne_post.gcode.parameter_file import parameter_file
+    from verne_post.output.parts import index, index_path, part_path, part_rows
     from verne_post.output.setpoints import FORMATS
     from verne_post.output.summary import meta as meta_text
     from verne_post.output.summary import paragraph
@@ -98,7 +101,14 @@ def command(
             return result.exit_code
         assert result.summary is not None
         spool.seek(0)
-        if output is None:
+        if options.split_at_stops:
+            assert output is not None
+            spool.readline()
+            index_path(output).unlink(missing_ok=True)  # it comes last: where it is, every part is
+            for number, part in enumerate(result.summary.parts, start=1):
+                write_whole(part_path(output, number), part_rows(spool, header(machine.columns), part, result.summary))
+            write_whole(index_path(output), [index(output, result.summary)])
+        elif output is None:
             shutil.copyfileobj(spool, sys.stdout)
             sys.stdout.flush()
         else:

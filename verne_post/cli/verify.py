@@ -1,6 +1,7 @@
 """`verne-post verify`: judge a setpoint file as written."""
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
@@ -30,6 +31,7 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
     """
     from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
     from verne_post.model.findings import InputError
+    from verne_post.output.parts import read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.summary import verdict_line
     from verne_post.pipeline import read_program, verify_setpoints
@@ -41,9 +43,12 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
         paths = given.pop("subroutine_path")
         source, options = program_text(against, build_options(shown_name(against), **given), paths)
         program = read_program(source, load(machine_name), options)
-        stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
-        with stream:
-            verdict = verify_setpoints(program, read_csv(stream, name, program.machine.columns, program.cycle))
+        if setpoints.endswith(".index.json"):
+            verdict = verify_setpoints(program, read_parts(Path(setpoints), program.machine.columns, program.cycle))
+        else:
+            stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
+            with stream:
+                verdict = verify_setpoints(program, read_csv(stream, name, program.machine.columns, program.cycle))
     except InputError as error:
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:

@@ -101,6 +101,8 @@ class Options(TextOptions):
         Under a tool that is vertical throughout, turn the part to where the smallest margin is largest.
     optional_stop : bool
         M1 stops.
+    split_at_stops : bool
+        Stops for a person after the first motion are standstills at which the file is cut.
     source_name : str
         Name of the program in messages.
     """
@@ -122,4 +124,5 @@ class Options(TextOptions):
     allow_rewind: bool = False
     free_c: bool = False
     optional_stop: bool = False
+    split_at_stops: bool = False
     source_name: str = "program"

@@ -25,6 +25,15 @@ class FreeTurn:
     nearest: str
 
 
+@dataclass(frozen=True)
+class Part:
+    """Rows between two stops for a person, both ends at rest, and what happens behind them."""
+
+    first_row: int
+    last_row: int
+    then: tuple[Event, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Summary:
     """Facts of one conversion.
@@ -54,6 +63,10 @@ class Summary:
         None when nothing was written (`check`).
     free_turn : FreeTurn or None
         None without `--free-c`.
+    parameters : mapping
+        What a parameter file would keep.
+    parts : tuple of Part
+        One where nothing is cut.
     """
 
     source: bytes
@@ -77,3 +90,4 @@ class Summary:
     verification: Verification | None
     free_turn: FreeTurn | None = None
     parameters: Mapping[int, float] = field(default_factory=dict)
+    parts: tuple[Part, ...] = ()

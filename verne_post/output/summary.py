@@ -115,7 +115,16 @@ def _stops(summary: Summary) -> list[str]:
         return []
     shown = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}
     names = [f"line {event.line} {shown[event.kind].format(**event.data)}" for event in stops]
-    return [f"For a person to do before the start: {'; '.join(names)}."]
+    between = {id(event) for part in summary.parts[:-1] for event in part.then}
+    behind = {id(event) for part in summary.parts[-1:] for event in part.then}
+    groups: tuple[list[str], list[str], list[str]] = ([], [], [])
+    for event, text in zip(stops, names, strict=True):
+        groups[1 if id(event) in between else 2 if id(event) in behind else 0].append(text)
+    heads = (
+        "For a person to do before the start", f"Cut into {len(summary.parts)} parts; for a person to do between them",
+        "For a person to do at the end",
+    )  # fmt: skip
+    return [f"{head}: {'; '.join(texts)}." for head, texts in zip(heads, groups, strict=True) if texts]
 
 
 def _rounding(summary: Summary) -> str:

@@ -1,0 +1,149 @@
+"""--split-at-stops: parts that meet, an index that is complete, and nothing that runs through a stop."""
+
+import itertools
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+TOOLS = "T1 P1 Z80 D10\nT2 P2 Z95 D5\n"
+PROGRAM = """G21 G90 G17 G54
+T1 M6
+G43 H1 G0 X0 Y0 Z40 A0 C0
+S5000 M3 M8
+G0 Z10
+G1 X20 F1500
+G0 Z60
+M9
+T2 M6
+(MSG, drill in)
+M0
+G43 H2 G0 X10 Y10 Z60
+S2000 M3
+G81 Z5 R12 F300
+X15
+G80 G0 Z60 A10
+G4 P.05
+M1
+M60
+G1 X0 F2000
+M0
+M2
+"""
+FILES = ["two.1.csv", "two.2.csv", "two.3.csv"]
+
+
+@pytest.fixture
+def job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("t.tbl").write_text(TOOLS)
+    Path("two.nc").write_text(PROGRAM)
+    return tmp_path
+
+
+PLACE = ("--tool-table", "t.tbl", "--wcs", "G54=0,0,40")
+
+
+def table(name: str) -> np.ndarray:
+    return np.loadtxt(name, delimiter=",", skiprows=1)
+
+
+@pytest.mark.parametrize("more", [(), ("--smoothing", "off"), ("--from", "home"), ("--rapids", "joint")])
+def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str, ...]) -> None:
+    answer = run("convert", "two.nc", *PLACE, *more, "--split-at-stops", "-o", "two.csv")
+    assert answer.code == 0, answer.err
+    assert sorted(path.name for path in job.glob("two.*")) == [
+        "two.1.csv",
+        "two.2.csv",
+        "two.3.csv",
+        "two.index.json",
+        "two.nc",
+    ]
+    parts = [table(name) for name in FILES]
+    for before, after in itertools.pairwise(parts):
+        assert np.array_equal(before[-1, 1:-1], after[0, 1:-1])
+    for part in parts:
+        assert np.allclose(part[:, 0], 0.001 * np.arange(len(part)), atol=1e-9)
+        # at rest: 1 um or degree/1000 in the first and last cycle is far more than jerk limits allow
+        assert np.abs(part[1, 1:-1] - part[0, 1:-1]).max() < 1e-3
+        assert np.abs(part[-1, 1:-1] - part[-2, 1:-1]).max() < 1e-3
+    lines = [set(part[:, -1].astype(int).tolist()) for part in parts]
+    assert lines[0] <= {0, 3, 5, 6, 7, 9}
+    assert lines[1] <= {12, 14, 15, 16, 17, 19}
+    assert lines[2] <= {20}
+    verdict = run("verify", "two.index.json", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
+    assert verdict.code == 0, verdict.err
+
+
+def test_the_index_says_what_is_to_do(job: Path, run: Callable[..., Any]) -> None:
+    answer = run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv")
+    assert (
+        "Cut into 3 parts; for a person to do between them: line 9 tool 2; line 11 program stop; line 19 pallet stop."
+        in " ".join(answer.err.split())
+    )
+    assert "before the start: line 2 tool 1. Cut" in " ".join(answer.err.split())
+    assert "at the end: line 21 program stop." in " ".join(answer.err.split())
+    index = json.loads((job / "two.index.json").read_text())
+    assert [part["file"] for part in index["parts"]] == FILES
+    for part in index["parts"]:
+        rows = len(table(part["file"]))
+        assert part["rows"] == rows
+        assert part["duration_s"] == pytest.approx((rows - 1) * index["cycle_s"])
+    then = [[(event["line"], event["kind"]) for event in part["then"]] for part in index["parts"]]
+    assert then == [
+        [(8, "coolant"), (9, "tool"), (10, "message"), (11, "stop")], [(18, "stop"), (19, "stop")], [(21, "stop"), (22, "end")],
+    ]  # fmt: skip
+    assert index["parts"][0]["then"][1]["number"] == 2
+
+
+def test_without_the_option_such_programs_are_refused(job: Path, run: Callable[..., Any]) -> None:
+    answer = run("convert", "two.nc", *PLACE)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert "--split-at-stops" in answer.err
+    assert run("check", "two.nc", *PLACE).code == 2
+    assert run("check", "two.nc", *PLACE, "--split-at-stops").code == 0
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops").code == 2  # no name for the files
+
+
+def test_a_program_without_stops_is_one_part(job: Path, run: Callable[..., Any]) -> None:
+    Path("one.nc").write_text("G49 G0 X0 Y0 Z120 A0 C0\nG1 X5 F900\nM2\n")
+    assert run("convert", "one.nc", "--wcs", "G54=0,0,40", "-o", "whole.csv").code == 0
+    assert run("convert", "one.nc", "--wcs", "G54=0,0,40", "-o", "one.csv", "--split-at-stops").code == 0
+    assert Path("one.1.csv").read_bytes() == Path("whole.csv").read_bytes()
+    assert not Path("one.csv").exists()
+
+
+def test_optional_stops_cut_only_when_they_stop(job: Path, run: Callable[..., Any]) -> None:
+    Path("two.nc").write_text(PROGRAM.replace("M60\n", ""))
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "a.csv").code == 0
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "--optional-stop", "-o", "b.csv").code == 0
+    assert [len(list(job.glob(f"{name}.*.csv"))) for name in "ab"] == [2, 3]
+
+
+@pytest.mark.parametrize("damage", ["shifted", "missing", "not an index", "swapped"])
+def test_damaged_parts_are_found(job: Path, run: Callable[..., Any], damage: str) -> None:
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 0
+    file = Path("two.2.csv")
+    if damage == "shifted":
+        lines = file.read_text().splitlines()
+        cells = lines[1].split(",")
+        lines[1] = ",".join([cells[0], f"{float(cells[1]) + 0.5:.7f}", *cells[2:]])
+        file.write_text("\n".join(lines) + "\n")
+    elif damage == "missing":
+        file.unlink()
+    elif damage == "not an index":
+        Path("two.index.json").write_text("[]")
+    else:
+        index = json.loads(Path("two.index.json").read_text())
+        index["parts"][1]["file"], index["parts"][2]["file"] = index["parts"][2]["file"], index["parts"][1]["file"]
+        Path("two.index.json").write_text(json.dumps(index))
+    answer = run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops")
+    assert answer.code == 2
+    assert "VP020" in answer.err
+    assert (
+        run("verify", "two.1.csv", "--against", "two.nc", *PLACE, "--split-at-stops").code == 1
+    )  # one part is not all
