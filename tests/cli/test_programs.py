@@ -1,6 +1,10 @@
 """Options that concern the program's text: dialects, subroutine files, parameter files, codes of the shop, quoted errors."""
 
 import json
+import os
+import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -225,3 +229,34 @@ def test_check_quotes_the_line_of_an_error(run: Callable[..., Any], program: Any
     assert lines[5][lines[6].index("^") :].startswith("Q7")
     # the one-line form of convert stays one line a finding
     assert len(run("convert", file, *PLACE).err.splitlines()) == 3
+
+
+# --- hook and completion --------------------------------------------------------------------------------
+
+
+def test_the_hook_runs_what_exists() -> None:
+    text = (Path(__file__).parents[2] / ".pre-commit-hooks.yaml").read_text()
+    assert re.search(r"^  entry: verne-post check$", text, re.MULTILINE)
+    pattern = re.search(r"^  files: (.*)$", text, re.MULTILINE)
+    assert pattern
+    samples = Path(__file__).parents[2] / "gcode_samples"
+    assert {path.suffix for path in samples.iterdir() if re.search(pattern[1], path.name)} == {".nc", ".cls"}
+
+
+def test_completion_knows_commands_and_choices() -> None:
+    def completed(words: str, at: int) -> str:
+        environment = {
+            **os.environ,
+            "COMP_WORDS": words,
+            "COMP_CWORD": str(at),
+            "_VERNE_POST_COMPLETE": "bash_complete",
+        }
+        command = [
+            sys.executable,
+            "-c",
+            "import sys; sys.argv[0] = 'verne-post'; from verne_post.cli.main import run; run()",
+        ]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=False).stdout
+
+    assert completed("verne-post ch", 1) == "plain,check\n"
+    assert "plain,fanuc" in completed("verne-post check --dialect fa", 3)
