@@ -54,6 +54,8 @@ _OTHER_CODES: Final = re.compile(
     rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ \t]*[PQ]"
     rb"|(?<![A-Z])G0*(?:43\.[12]|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])", re.IGNORECASE
 )  # fmt: skip
+_HERE: Final = re.compile(rb"(?<![A-Z])L[ \t]*20(?![0-9.])", re.IGNORECASE)
+_ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)
 
 
 def _table() -> CodeTable:
@@ -343,6 +345,8 @@ def recognise(source: bytes) -> bool:
     without_comments = re.sub(rb"\([^)\n]*\)", b"", head)
     if _OPENING.match(head) is None:
         return False
+    if _HERE.search(without_comments) and not _ADDITIONAL_CODE.search(without_comments):
+        return False  # G10 L20 is an origin of G54.1 there, and the present place in RS274/NGC
     # read as Fanuc's, an RS274 text is refused or stays higher; the other way it would dwell for minutes
     return _OWN_CODES.search(without_comments) is not None or _OTHER_CODES.search(head) is None
 
