@@ -21,7 +21,7 @@ from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
-from verne_post.model.moves import WORK_SYSTEMS, ZERO9, Event, Frame, Moves
+from verne_post.model.moves import WORK_SYSTEMS, ZERO9, Event, Frame, MoveKind, Moves
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import FreeTurn, Part, Summary
@@ -38,7 +38,7 @@ from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.evaluate import pose
 from verne_post.toolpath.free_turn import with_free_turn
 from verne_post.toolpath.rapids import with_joint_rapids
-from verne_post.toolpath.stops import STOP_SECONDS, stop_rows, with_stops
+from verne_post.toolpath.stops import with_stops
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ _STOP_CODES = {"program": "M0", "optional": "M1", "pallet": "M60"}
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A program read and laid out on a machine."""
+    """A program read and laid out on a machine; ``stops`` are the moves at which its file is cut."""
 
     machine: Machine
     options: Options
@@ -60,6 +60,7 @@ class Program:
     contour: Contour
     findings: tuple[Finding, ...] = ()
     free_turn: FreeTurn | None = None
+    stops: tuple[int, ...] = ()
 
     @property
     def path(self) -> ToolPath:
@@ -162,9 +163,12 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     waits = _waiting(moves, path, options)
     if waits and not options.split_at_stops:
         raise InputError(*(item for _before, item in waits))
+    stops: tuple[int, ...] = ()
     if waits:
-        places = {before: item.line or 0 for before, item in reversed(waits) if before < len(moves)}
-        moves = with_stops(moves, sorted(places.items()))
+        kept = _kept_moves(path)
+        gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
+        gaps.pop(len(kept), None)  # behind the last motion there is nothing to cut
+        moves, stops = with_stops(moves, sorted(gaps.values()))
         path, branches = _on_branches(moves, machine, options)
     turn = None
     if options.free_c:
@@ -176,7 +180,13 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
         path = with_joint_rapids(path, machine)
     if options.approach is not None:
         path = with_approach(path, machine, _approach_start(machine, options))
-    return Program(machine, options, moves, _contour(path, moves, machine, options), tuple(findings), turn)
+    contour = _contour(path, moves, machine, options)
+    return Program(machine, options, moves, contour, tuple(findings), turn, stops)
+
+
+def _kept_moves(path: ToolPath) -> NDArray[np.int32]:
+    """Numbers of the moves that have a length, ascending."""
+    return np.unique(path.move[path.move >= 0])
 
 
 def _contour(path: ToolPath, moves: Moves, machine: Machine, options: Options) -> Contour:
@@ -484,23 +494,32 @@ def exit_code_of(error: InputError) -> int:
     return 2 if any(code.startswith(("VP0", "VP5")) for code in codes) else 1
 
 
-def _parts(plan: Plan) -> tuple[Part, ...]:
-    """The rows between stops; the events of a stop are those behind the last move before it."""
-    moves, times = plan.program.moves, plan.timeline
-    places = stop_rows(moves)
-    dwells = np.flatnonzero(times.run < 0)
-    stops = dwells[plan.program.path.dwell_seconds == STOP_SECONDS]
-    begins = [0, *times.first_row[stops + 1].tolist()]
-    ends = [*times.first_row[stops].tolist(), times.n_rows - 1]
-    behind = [*(tuple(event for event in moves.events if event.before == place) for place in places),
-              tuple(event for event in moves.events if event.before >= len(moves))]  # fmt: skip
-    return tuple(Part(first, last, then) for first, last, then in zip(begins, ends, behind, strict=True))
+def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
+    """What happens before the first motion; and the rows between stops, with what happens behind them.
+
+    An event belongs to the gap between the two moves with a length that it stands between.
+    """
+    program, times = plan.program, plan.timeline
+    moves, kept = program.moves, _kept_moves(program.path)
+    dwells = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
+    items = np.flatnonzero(times.run < 0)[np.searchsorted(dwells, program.stops)]
+    begins = [0, *times.first_row[items + 1].tolist()]
+    ends = [*times.first_row[items].tolist(), times.n_rows - 1]
+    gap = np.searchsorted(kept, [event.before for event in moves.events])
+    gaps = [*np.searchsorted(kept, program.stops).tolist(), len(kept)]
+
+    def within(number: int) -> tuple[Event, ...]:
+        return tuple(event for event, own in zip(moves.events, gap.tolist(), strict=True) if own == number)
+
+    parts = zip(begins, ends, gaps, strict=True)
+    return within(0), tuple(Part(first, last, within(number)) for first, last, number in parts)
 
 
 def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
+    before, parts = _parts(plan)
     feeding = np.flatnonzero(path.feed_time > 0)
     reached = int(plan.laws.reached[feeding].sum())
     q_start = program.joints().q(np.array([0]), np.array([0.0]))
@@ -529,5 +548,6 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         verification=verdict,
         free_turn=program.free_turn,
         parameters=moves.parameters,
-        parts=_parts(plan),
+        before=before,
+        parts=parts,
     )

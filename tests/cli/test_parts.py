@@ -147,3 +147,80 @@ def test_damaged_parts_are_found(job: Path, run: Callable[..., Any], damage: str
     assert (
         run("verify", "two.1.csv", "--against", "two.nc", *PLACE, "--split-at-stops").code == 1
     )  # one part is not all
+
+
+# --- what a hostile reader found ---------------------------------------------------------------------------
+
+CHANGE = """G21 G90 G54 G94
+T1 M6
+G43 H1
+S1000 M3
+G0 X0 Y0 Z20
+G1 X10 F1000
+M9
+G0
+M5
+T2 M6
+G0 G90 G54
+S5000 M3
+G4 P0.05
+M8
+G43 H2
+G0 X0 Y0 Z30
+M30
+"""
+
+
+def test_no_event_is_lost_beside_moves_without_length_and_dwells(job: Path, run: Callable[..., Any]) -> None:
+    Path("c.nc").write_text(CHANGE)
+    assert run("convert", "c.nc", *PLACE, "--split-at-stops", "-o", "c.csv").code == 0
+    index = json.loads(Path("c.index.json").read_text())
+    assert [(event["line"], event["kind"]) for event in index["before"]] == [(2, "tool"), (4, "spindle")]
+    assert [[(event["line"], event["kind"]) for event in part["then"]] for part in index["parts"]] == [
+        [(7, "coolant"), (9, "spindle"), (10, "tool"), (12, "spindle"), (14, "coolant")], [(17, "end")],
+    ]  # fmt: skip
+
+
+def test_cuts_must_be_at_the_stops(job: Path, run: Callable[..., Any]) -> None:
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 0
+    index = json.loads(Path("two.index.json").read_text())
+    texts = [Path(name).read_text().splitlines() for name in FILES]
+    rows = [line.partition(",")[2] for text in texts for line in text[1:]]
+    joined = [texts[0][0], *(f"{0.001 * k:.3f},{rest}" for k, rest in enumerate(rows))]
+    Path("two.1.csv").write_text("\n".join(joined) + "\n")
+    Path("two.index.json").write_text(json.dumps({**index, "parts": index["parts"][:1]}))
+    answer = run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops")
+    assert answer.code == 2
+    assert "1 parts, and the program has 2 stops" in answer.err
+    Path("two.index.json").write_text(json.dumps({"parts": [{"file": "a\u0000"}] * 3}))
+    assert run("verify", "two.index.json", "--against", "two.nc", *PLACE, "--split-at-stops").code == 2
+
+
+def test_parts_of_an_older_run_do_not_stay(job: Path, run: Callable[..., Any]) -> None:
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 0
+    Path("two.nc").write_text(PROGRAM.replace("M60\n", ""))
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 0
+    assert sorted(path.name for path in job.glob("two.*.csv")) == ["two.1.csv", "two.2.csv"]
+
+
+@pytest.mark.parametrize(
+    "more", [("--meta", "two.index.json"), ("--meta", "two.2.csv"), ("--write-parameters", "two.1.csv")]
+)
+def test_names_of_parts_are_nobody_elses(job: Path, run: Callable[..., Any], more: tuple[str, str]) -> None:
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv", *more).code == 2
+    assert list(job.glob("two.*")) == [job / "two.nc"]
+
+
+def test_neither_the_program_nor_a_folder_is_overwritten(job: Path, run: Callable[..., Any]) -> None:
+    Path("x.1.nc").write_text(PROGRAM)
+    assert run("convert", "x.1.nc", *PLACE, "--split-at-stops", "-o", "x.nc").code == 2
+    assert Path("x.1.nc").read_text() == PROGRAM
+    Path("two.2.csv").mkdir()
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 2
+    assert not Path("two.1.csv").exists()
+
+
+def test_the_shortest_dwell_is_no_stop(job: Path, run: Callable[..., Any]) -> None:
+    Path("d.nc").write_text("G49 G0 X0 Y0 Z120 A0 C0\nG1 X5 F900\nG4 P0.000000001\nX9\nM2\n")
+    assert run("convert", "d.nc", "--wcs", "G54=0,0,40", "--split-at-stops", "-o", "d.csv").code == 0
+    assert [path.name for path in job.glob("d.*.csv")] == ["d.1.csv"]

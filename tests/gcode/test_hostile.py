@@ -156,6 +156,8 @@ def test_nothing_moves_over_a_turned_table_without_tool_centre_point_control(mac
     ("FEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGODLTA/1", "VP017", 4),
     ("FEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nRAPID\nGOTO/0,10,0", "VP017", 5),
     ("FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nGODLTA/1,0,0", "VP017", 4), ("AUXFUN/99", "VP002", 1),
+    ("FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nUNITS/INCHES", "VP017", 4), ("CIRCLE/0,0,0,0,0,1,5\nUNITS/MM", "VP017", 2),
+    ("CYCLE/DRILL,DEPTH,5,CLEAR,2\nCIRCLE/10,0,0,0,0,1,10", "VP017", 2),
 ])  # fmt: skip
 def test_statements_that_would_be_half_done_are_refused(view, text, code, line):
     assert codes(view, f"{text}\nFINI", dialect="aptcl") == [(code, line)]

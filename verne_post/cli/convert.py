@@ -4,7 +4,7 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import IO, TYPE_CHECKING, Any, Final
 
 import click
 
@@ -24,6 +24,7 @@ from verne_post.cli.common import (
 
 if TYPE_CHECKING:
     from verne_post.model.setpoints import SetpointBlock
+    from verne_post.model.summary import Summary
 
 _COPY: Final = 1 << 20
 
@@ -67,8 +68,8 @@ def command(
     if decimals != "auto" and not (decimals.isdecimal() and int(decimals) <= 12):
         raise click.UsageError(f"--decimals {decimals}: expected auto, or a whole number from 0 to 12")
     given["decimals"] = None if decimals == "auto" else int(decimals)
-    if given["split_at_stops"] and output is None:
-        raise click.UsageError("--split-at-stops writes several files; give their name with -o")
+    if given["split_at_stops"]:
+        _check_parts(output, {"INPUT": Path(input_name), "--meta": meta, "--write-parameters": write_parameters})
     check_writable(output, "-o")
     check_writable(meta, "--meta")
     check_writable(write_parameters, "--write-parameters")
@@ -81,7 +82,6 @@ def command(
         return refuse(name, error)
 
     from verne_post.gcode.parameter_file import parameter_file
-    from verne_post.output.parts import index, index_path, part_path, part_rows
     from verne_post.output.setpoints import FORMATS
     from verne_post.output.summary import meta as meta_text
     from verne_post.output.summary import paragraph
@@ -104,10 +104,7 @@ def command(
         if options.split_at_stops:
             assert output is not None
             spool.readline()
-            index_path(output).unlink(missing_ok=True)  # it comes last: where it is, every part is
-            for number, part in enumerate(result.summary.parts, start=1):
-                write_whole(part_path(output, number), part_rows(spool, header(machine.columns), part, result.summary))
-            write_whole(index_path(output), [index(output, result.summary)])
+            _write_parts(output, spool, header(machine.columns), result.summary)
         elif output is None:
             shutil.copyfileobj(spool, sys.stdout)
             sys.stdout.flush()
@@ -119,3 +116,42 @@ def command(
         write_whole(write_parameters, [parameter_file(dict(result.summary.parameters))])
     click.echo(paragraph(result.summary), nl=False, err=True)
     return result.exit_code
+
+
+def _check_parts(output: Path | None, others: dict[str, Path | None]) -> None:
+    """Refuse names of parts that would be those of other files, before any work is done."""
+    from verne_post.output.parts import is_derived
+
+    if output is None:
+        raise click.UsageError("--split-at-stops writes several files; give their name with -o")
+    for what, path in others.items():
+        if path is not None and is_derived(path, output):
+            raise click.UsageError(f"{what} {path}: a part of -o {output} may have this name; choose another one")
+    for path in output.resolve().parent.glob("*"):
+        if path.is_dir() and is_derived(path, output):
+            raise click.UsageError(f"-o {output}: a part may have the name of the folder {path.name}")
+
+
+def _write_parts(output: Path, spool: IO[str], header: str, summary: "Summary") -> None:
+    """Write all parts beside their place, and then put them there in the stead of older ones; the index comes last."""
+    from verne_post.model.findings import InputError
+    from verne_post.output.parts import index, index_path, is_derived, part_path, part_rows, parts_of
+
+    with tempfile.TemporaryDirectory(prefix=f".{output.name}.", dir=output.resolve().parent) as folder:
+        names = []
+        for number, part in enumerate(summary.parts, start=1):
+            names.append(part_path(output, number))
+            write_whole(Path(folder) / names[-1].name, part_rows(spool, header, part, summary))
+        old: list[Path] = []
+        if index_path(output).exists():
+            try:
+                old = parts_of(index_path(output))
+            except InputError:
+                old = []  # not ours: it is replaced all the same
+            index_path(output).unlink()
+        for path in old:
+            if is_derived(path, output):
+                path.unlink(missing_ok=True)
+        for name in names:
+            (Path(folder) / name.name).replace(name)
+    write_whole(index_path(output), [index(output, summary)])

@@ -44,7 +44,9 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
         source, options = program_text(against, build_options(shown_name(against), **given), paths)
         program = read_program(source, load(machine_name), options)
         if setpoints.endswith(".index.json"):
-            verdict = verify_setpoints(program, read_parts(Path(setpoints), program.machine.columns, program.cycle))
+            lines = [int(program.moves.line[stop]) for stop in program.stops]
+            parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines)
+            verdict = verify_setpoints(program, parts)
         else:
             stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
             with stream:

@@ -65,6 +65,8 @@ class Summary:
         None without `--free-c`.
     parameters : mapping
         What a parameter file would keep.
+    before : tuple of Event
+        What happens before the first motion.
     parts : tuple of Part
         One where nothing is cut.
     """
@@ -90,4 +92,5 @@ class Summary:
     verification: Verification | None
     free_turn: FreeTurn | None = None
     parameters: Mapping[int, float] = field(default_factory=dict)
+    before: tuple[Event, ...] = ()
     parts: tuple[Part, ...] = ()

@@ -1,7 +1,8 @@
 """A conversion cut at its stops: one setpoint file a part, and an index that says what a person does between them."""
 
 import json
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
+from verne_post.model.moves import Event
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Part, Summary
 from verne_post.output.setpoints import read_csv
@@ -40,37 +42,71 @@ def index(output: Path, summary: Summary) -> str:
             "file": part_path(output, number).name,
             "rows": part.last_row - part.first_row + 1,
             "duration_s": round((part.last_row - part.first_row) * summary.format.cycle, summary.format.time_decimals),
-            "then": [{"line": event.line, "kind": event.kind, **event.data} for event in part.then],
+            "then": _shown(part.then),
         }
         for number, part in enumerate(summary.parts, start=1)
     ]
-    data = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "parts": parts}
+    data = {
+        "schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle,
+        "before": _shown(summary.before), "parts": parts,
+    }  # fmt: skip
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
 
 
-def read_parts(path: Path, columns: tuple[Column, ...], cycle: float) -> Iterator[SetpointBlock]:
-    """Rows of all parts of an index, one behind the other.
+def _shown(events: tuple[Event, ...]) -> list[dict[str, object]]:
+    return [{"line": event.line, "kind": event.kind, **event.data} for event in events]
+
+
+def is_derived(path: Path, output: Path) -> bool:
+    """True for a name that a part, or the index, of ``output`` may have."""
+    if path.resolve().parent != output.resolve().parent:
+        return False
+    stem, suffix = re.escape(output.stem), re.escape(output.suffix)
+    return re.fullmatch(rf"{stem}\.(?:index\.json|[0-9]+{suffix})", path.name) is not None
+
+
+def parts_of(index_file: Path) -> list[Path]:
+    """Files of the parts that an index names.
+
+    Raises
+    ------
+    InputError
+        VP020: not an index.
+    """
+    try:
+        names = [str(part["file"]) for part in json.loads(index_file.read_text("utf-8"))["parts"]]
+        return [index_file.parent / Path(name).name for name in names]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(finding("VP020", f"{index_file}: not an index of parts: {error}")) from None
+
+
+def read_parts(
+    path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int]
+) -> Iterator[SetpointBlock]:
+    """Rows of all parts of an index, one behind the other; ``stop_lines`` are where the program is to be cut.
 
     Raises
     ------
     InputError
         VP020: not an index, a part that cannot be read, or one that does not begin where the last one ended.
     """
-    try:
-        names = [str(part["file"]) for part in json.loads(path.read_text("utf-8"))["parts"]]
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(finding("VP020", f"{path}: not an index of parts: {error}")) from None
+    files = parts_of(path)
+    if len(files) != len(stop_lines) + 1:
+        raise InputError(finding("VP020", f"{path}: {len(files)} parts, and the program has {len(stop_lines)} stops"))
     first, last = 0, None
-    for name in names:
-        file = path.parent / Path(name).name
+    for number, file in enumerate(files):
         try:
             stream = file.open(encoding="utf-8")
-        except OSError as error:
-            raise InputError(finding("VP020", f"{file}: {error.strerror}")) from None
-        begin = first
+        except (OSError, ValueError) as error:
+            raise InputError(finding("VP020", f"{file}: {error}")) from None
+        begin, line = first, None
         with stream:
             for block in read_csv(stream, str(file), columns, cycle):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
                     raise InputError(finding("VP020", f"{file}: does not begin where the part before it ended"))
-                last, first = block.values[-1], begin + block.first + len(block.values)
+                last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
                 yield SetpointBlock(begin + block.first, block.values, block.line, block.format)
+        if number < len(stop_lines) and line != stop_lines[number]:
+            raise InputError(
+                finding("VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}")
+            )

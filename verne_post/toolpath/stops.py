@@ -8,12 +8,12 @@ import numpy as np
 
 from verne_post.model.moves import MoveKind, Moves
 
-#: A stop stands as a dwell of this length, which becomes one cycle: no programmed dwell is as short.
+#: A stop stands as a dwell of this length, which becomes one cycle.
 STOP_SECONDS: Final = 1e-9
 
 
-def with_stops(moves: Moves, stops: Sequence[tuple[int, int]]) -> Moves:
-    """Put standstills among the moves.
+def with_stops(moves: Moves, stops: Sequence[tuple[int, int]]) -> tuple[Moves, tuple[int, ...]]:
+    """Put standstills among the moves; returns the moves, and the places of the standstills.
 
     Parameters
     ----------
@@ -33,9 +33,4 @@ def with_stops(moves: Moves, stops: Sequence[tuple[int, int]]) -> Moves:
         replace(event, before=event.before + int(np.searchsorted(at, event.before, side="left")))
         for event in moves.events
     )
-    return replace(moves, events=events, **rows)
-
-
-def stop_rows(moves: Moves) -> list[int]:
-    """Places of those standstills among the moves."""
-    return np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed == STOP_SECONDS)).tolist()
+    return replace(moves, events=events, **rows), tuple(new.tolist())

@@ -185,6 +185,8 @@ class Translator:
         numbers = _numbers(s, s.words)
         if len(numbers) < 7:
             raise BlockError("VP005", "CIRCLE takes centre x, y, z, axis i, j, k, and the radius")
+        if self.cycle is not None:
+            raise BlockError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
         self.circle = tuple(numbers[:7])
         return iter(())
 
@@ -305,6 +307,8 @@ class Translator:
         yield _block(s, ("G", float(mode)), F=value)
 
     def _units(self, s: Statement) -> Iterator[Block]:
+        if self.cycle is not None or self.circle is not None:
+            raise BlockError("VP017", "UNITS under CYCLE or behind CIRCLE, whose numbers are in the old unit")
         unit = s.words[0].upper() if s.words else ""
         if unit not in ("MM", "INCHES", "INCH"):
             raise BlockError("VP005", "UNITS takes MM or INCHES")
