@@ -112,8 +112,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP014",
         "stop for a person",
         "error",
-        "M0, M6 or M60 after the motion has begun: a stream of setpoints cannot wait.",
-        "Split the program there.",
+        "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
+        "Cut the setpoints there with --split-at-stops, or split the program.",
     ),
     (
         "VP015",
