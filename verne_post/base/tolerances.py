@@ -77,6 +77,11 @@ OPPOSITE: Final = 1e-6
 #: 1e-8 is a step of 8e-6 mm/s, which a 1 ms file shows as 8 mm/s3: a ten-thousandth of the jerk limit.
 CONTINUATION: Final = 1e-8
 
+#: Programmed poses are kept to so many decimals: far below any program's own, above the noise of turning and shifting.
+#: Two texts that say the same place in other words then have the same setpoints.
+POSE_DECIMALS_MM: Final = 9
+POSE_DECIMALS_RAD: Final = 12
+
 # --- G-code (values measured on LinuxCNC's interpreter) -----------------------------------
 
 #: Numbers that must be whole (M, T, P, H, ...) may be off by this much.

@@ -36,7 +36,7 @@ MIN_SPAN_MM: Final = 0.2
 #: A span is halved at most this often; 2**-16 of a metre is 0.015 mm.
 MAX_DEPTH: Final = 16
 #: Once a violation is certain its worst value is refined only this much further.
-WORST_DEPTH: Final = 6
+WORST_DEPTH: Final = 7
 
 
 @dataclass(frozen=True)

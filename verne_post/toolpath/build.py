@@ -7,7 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
-from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_CROSSING, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.tolerances import (
+    CONTINUATION,
+    OPPOSITE,
+    POLE_CROSSING,
+    POLE_SINE,
+    POSE_DECIMALS_MM,
+    POSE_DECIMALS_RAD,
+    ZERO_ANGLE,
+    ZERO_LENGTH_MM,
+)
 from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, Frame, MoveKind, Moves, PathMode
@@ -207,8 +216,9 @@ def _no_circle(moves: Moves, move: np.intp, why: str) -> InputError:
 
 
 def _poses(coordinates: TableCoordinates, program: Array, frame: Frame) -> Array:
+    """Tip and angles in the table frame, without the noise of how they were computed: planning would magnify it."""
     tip, angles = coordinates.to_table(program, frame)
-    return np.concatenate([tip, angles], axis=-1)
+    return np.concatenate([np.round(tip, POSE_DECIMALS_MM), np.round(angles, POSE_DECIMALS_RAD)], axis=-1)
 
 
 def _on_gauge_line(pose: Array, shorter_by: Array) -> Array:
@@ -254,7 +264,7 @@ def _arcs(moves: Moves, row: NDArray[np.intp], start: Array, end: Array, coordin
         program = moves.end[row[mine]].copy()
         arc = moves.arc[row[mine]]
         program[:, :3] = moves.arcs.center[arc]
-        center[mine] = coordinates.to_table(program, frame)[0]
+        center[mine] = np.round(coordinates.to_table(program, frame)[0], POSE_DECIMALS_MM)
         normal[mine] = coordinates.displacement(_NORMALS[moves.arcs.plane[arc]], frame)
     to_start = start[:, :3] - center
     to_end = end[:, :3] - center
