@@ -313,7 +313,7 @@ def _waiting(moves: Moves, path: ToolPath, options: Options) -> list[tuple[int, 
     first = int(path.move[0])
     found = []
     for event in moves.events:
-        if event.before > first and _waits(event, options):
+        if event.before > first and event.waits(optional_stop=options.optional_stop):
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
             text = (
                 f"{code} after the motion has begun: setpoints cannot wait for a person or a signal; "
@@ -322,12 +322,6 @@ def _waiting(moves: Moves, path: ToolPath, options: Options) -> list[tuple[int, 
             told = finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line)
             found.append((event.before, told))
     return found
-
-
-def _waits(event: Event, options: Options) -> bool:
-    if event.kind == "stop":
-        return event.data["stop"] != "optional" or options.optional_stop
-    return event.kind == "tool" or (event.kind == "input" and event.data["wait"] != 0)
 
 
 def _approach_start(machine: Machine, options: Options) -> Array:
@@ -509,7 +503,8 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     gaps = [*np.searchsorted(kept, program.stops).tolist(), len(kept)]
 
     def within(number: int) -> tuple[Event, ...]:
-        return tuple(event for event, own in zip(moves.events, gap.tolist(), strict=True) if own == number)
+        first, last = np.searchsorted(gap, [number, number + 1])
+        return moves.events[first:last]
 
     parts = zip(begins, ends, gaps, strict=True)
     return within(0), tuple(Part(first, last, within(number)) for first, last, number in parts)

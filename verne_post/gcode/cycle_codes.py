@@ -129,19 +129,11 @@ class CycleCodes(MotionCodes):
 
     def _seconds(self, block: Block) -> float:
         """The dwell of P."""
-        return self._checked_dwell(block, "P", block.words["P"])
-
-    def _checked_dwell(self, block: Block, letter: str, seconds: float) -> float:
+        seconds = block.words["P"]
         if seconds < 0:
-            raise BlockError(
-                "VP007", f"{letter}{block.words[letter]:g}: a dwell is not negative", block.columns[letter]
-            )
+            raise BlockError("VP007", f"P{seconds:g}: a dwell is not negative", block.columns["P"])
         if seconds > MAX_DWELL_S:
-            raise BlockError(
-                "VP007",
-                f"{letter}{block.words[letter]:g}: a dwell of more than a day is a mistake",
-                block.columns[letter],
-            )
+            raise BlockError("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", block.columns["P"])
         return seconds
 
     # --- the moves ---------------------------------------------------------------------------------

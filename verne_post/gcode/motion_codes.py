@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, UPRIGHT_DEG, VECTOR_LENGTH
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.arcs import Arc, center_arc, radius_arc
+from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.compensation import Compensation
@@ -345,7 +345,7 @@ def line_lengths(delta: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
     """Length of a helical arc, mm."""
-    first, second, normal = ((0, 1, 2), (2, 0, 1), (1, 2, 0))[arc.plane]
+    first, second, normal, *_letters = PLANES[arc.plane]
     radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
     return math.hypot(radius * math.radians(arc.sweep), end[normal] - start[normal])
 

@@ -148,6 +148,12 @@ class Event:
     before: int
     data: dict[str, object] = field(default_factory=dict)
 
+    def waits(self, *, optional_stop: bool) -> bool:
+        """True where the machine waits for a person or a signal; M1 only where it stops."""
+        if self.kind == "stop":
+            return self.data["stop"] != "optional" or optional_stop
+        return self.kind == "tool" or (self.kind == "input" and self.data["wait"] != 0)
+
 
 @dataclass(frozen=True)
 class Arcs:

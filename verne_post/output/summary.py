@@ -104,13 +104,7 @@ def _free_turn(summary: Summary) -> list[str]:
 
 
 def _stops(summary: Summary) -> list[str]:
-    stops = [
-        event
-        for event in summary.events
-        if event.kind == "tool"
-        or (event.kind == "input" and event.data["wait"])
-        or (event.kind == "stop" and (event.data["stop"] != "optional" or summary.options.optional_stop))
-    ]
+    stops = [event for event in summary.events if event.waits(optional_stop=summary.options.optional_stop)]
     if not stops:
         return []
     shown = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}

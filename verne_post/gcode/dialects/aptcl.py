@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block
 from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
@@ -128,7 +129,7 @@ class Translator:
             raise BlockError("VP005", "GODLTA takes dx, dy, dz, or dz")
         if self.circle is not None or self.cycle is not None:
             raise BlockError("VP017", "GODLTA behind CIRCLE or under CYCLE; write GOTO")
-        yield _block(s, ("G", 91.0), **self._motion(s), **dict(zip("XYZ", numbers, strict=True)), **self._axis_words())
+        yield _block(s, ("G", 91.0), **self._motion(), **dict(zip("XYZ", numbers, strict=True)), **self._axis_words())
         yield _block(s, ("G", 90.0))
         self.rapid = False
 
@@ -146,7 +147,12 @@ class Translator:
     def _axis_words(self) -> dict[str, float]:
         return dict(zip("IJK", self.axis, strict=True))
 
-    def _motion(self, s: Statement) -> dict[str, float]:
+    @property
+    def _unit(self) -> float:
+        """Mm of a unit of the statements."""
+        return MM_PER_INCH if self.state.inch else 1.0
+
+    def _motion(self) -> dict[str, float]:
         return {"g": 0.0 if self.rapid else 1.0}
 
     def _to(self, s: Statement, point: list[float]) -> Iterator[Block]:
@@ -159,7 +165,7 @@ class Translator:
             yield from self._arc(s, self.circle, point)
             self.circle = None
             return
-        yield _block(s, **self._motion(s), **dict(zip("XYZ", point, strict=True)), **self._axis_words())
+        yield _block(s, **self._motion(), **dict(zip("XYZ", point, strict=True)), **self._axis_words())
         self.rapid = False
 
     def _arc(self, s: Statement, circle: tuple[float, ...], point: list[float]) -> Iterator[Block]:
@@ -170,8 +176,7 @@ class Translator:
                 "VP008",
                 "CIRCLE about an axis that is not X, Y or Z; let the CAM system write points in place of such arcs",
             )
-        unit = 25.4 if self.state.inch else 1.0
-        start = np.delete(np.array(self.state.position[:3]) / unit - center, along)
+        start = np.delete(np.array(self.state.position[:3]) / self._unit - center, along)
         if abs(float(np.linalg.norm(start)) - radius) > 0.01 * max(radius, 1e-9) + 0.03:
             raise BlockError(
                 "VP008",
@@ -263,7 +268,7 @@ class Translator:
                 yield go(height, rapid=False)
                 if cycle.kind == "DEEP":
                     yield go(cycle.clear, rapid=True)
-                yield go(height + PECK_CLEARANCE_MM / (25.4 if self.state.inch else 1.0), rapid=True)
+                yield go(height + PECK_CLEARANCE_MM / self._unit, rapid=True)
                 height -= cycle.step
         yield go(-cycle.depth, rapid=False)
         if cycle.dwell is not None:
@@ -274,7 +279,7 @@ class Translator:
 
     def _rise(self, s: Statement, cycle: _Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
         """Up along the tool axis to the height of the next hole, before anything goes sideways."""
-        here = np.array(self.state.position[:3]) / (25.4 if self.state.inch else 1.0)
+        here = np.array(self.state.position[:3]) / self._unit
         held = np.array(self.state.vector if self.state.vector is not None else axis)
         missing = max(cycle.retract, cycle.clear) - float((here - base) @ axis)
         if (
@@ -303,7 +308,7 @@ class Translator:
 
     def _feed(self, s: Statement, value: float, mode: int, inch: bool | None) -> Iterator[Block]:
         if inch is not None and inch != self.state.inch:
-            value = value * 25.4 if inch else value / 25.4
+            value = value * MM_PER_INCH if inch else value / MM_PER_INCH
         yield _block(s, ("G", float(mode)), F=value)
 
     def _units(self, s: Statement) -> Iterator[Block]:
