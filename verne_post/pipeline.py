@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
-from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE
 from verne_post.gcode.read import interpreted_until_error, state_after
+from verne_post.gcode.restart import restart_at
 from verne_post.gcode.state import Setup, State
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds
@@ -29,16 +29,16 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
 from verne_post.timing.plan import Planning, RunPlan, plan_contour
+from verne_post.timing.playback import playback
 from verne_post.timing.sample import Timeline, rows, timeline
-from verne_post.toolpath.approach import with_approach
-from verne_post.toolpath.branches import BranchPlan, plan_branches
-from verne_post.toolpath.build import build_path
+from verne_post.toolpath.branch_choice import branch_findings, on_branches
 from verne_post.toolpath.contour import Smoothing, contour_pose, exact_contour, smooth_contour, speed_cap
 from verne_post.toolpath.detour import with_detours
-from verne_post.toolpath.evaluate import pose
 from verne_post.toolpath.free_turn import with_free_turn
+from verne_post.toolpath.lift import lifted
 from verne_post.toolpath.rapids import with_joint_rapids
 from verne_post.toolpath.stops import with_stops
+from verne_post.toolpath.ways import standing, with_ways
 from verne_post.verify.verifier import Verifier
 
 Array = NDArray[np.float64]
@@ -156,32 +156,55 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     InputError
         VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
     """
-    moves = gcode.interpret_program(source, machine_setup(machine, options))
-    path, branches = _on_branches(moves, machine, options)
+    setup = machine_setup(machine, options)
+    moves = gcode.interpret_program(source, setup)
+    restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)
+    path, branches = on_branches(moves, machine, options)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
-    waits = _waiting(moves, path, options)
+    kept = _kept_moves(path)
+    if restart is not None and kept[-1] < restart.move:
+        raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
+    begin = int(kept[0] if restart is None else kept[np.searchsorted(kept, restart.move)])
+    waits = _waiting(moves, begin, options)
     if waits and not options.split_at_stops:
         raise InputError(*(item for _before, item in waits))
     stops: tuple[int, ...] = ()
     if waits:
-        kept = _kept_moves(path)
         gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
         gaps.pop(len(kept), None)  # behind the last motion there is nothing to cut
         moves, stops = with_stops(moves, sorted(gaps.values()))
-        path, branches = _on_branches(moves, machine, options)
+        path, branches = on_branches(moves, machine, options)
     turn = None
     if options.free_c:
-        path, turn = _turned(moves, path, machine)
-    findings = [] if branches is None else _branch_findings(path, branches, machine, options)
+        path, turn = with_free_turn(path, moves.fixes_c, machine)
+    if options.air:
+        path = lifted(path, options.air, along_tool=options.air_along == "tool")
+    findings = [] if branches is None else branch_findings(path, branches, machine, allow_rewind=options.allow_rewind)
     if branches is not None and branches.changes and worst(findings) != "error":
         path = with_detours(path, branches.changes, machine)
     if options.rapids == "joint":
         path = with_joint_rapids(path, machine)
-    if options.approach is not None:
-        path = with_approach(path, machine, _approach_start(machine, options))
     contour = _contour(path, moves, machine, options)
+    taken_up = None
+    if restart is not None:
+        piece = int(np.searchsorted(np.maximum.accumulate(path.move), restart.move))
+        taken_up = piece, int((_dwells(moves) < restart.move).sum())
+        stops = tuple(stop - restart.move for stop in stops)
+        moves = moves.taken_up(restart.move, restart.event, restart.switched)
+    start = None if options.approach is None else standing(machine, options.approach, "--from")
+    goal = None if options.departure is None else standing(machine, options.departure, "--to")
+    if start is not None or goal is not None or restart is not None:
+        contour = with_ways(contour, machine, start, goal, taken_up)
+    if restart is not None:
+        renumbered = np.where(contour.path.move >= 0, contour.path.move - restart.move, -1).astype(np.int32)
+        contour = replace(contour, path=replace(contour.path, move=renumbered))
     return Program(machine, options, moves, contour, tuple(findings), turn, stops)
+
+
+def _dwells(moves: Moves) -> NDArray[np.intp]:
+    """Numbers of the moves that are dwells of some length, as the tool path has them."""
+    return np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
 
 
 def _kept_moves(path: ToolPath) -> NDArray[np.int32]:
@@ -203,114 +226,8 @@ def modal_state(source: bytes, program: Program, line: int) -> State:
     return state_after(source, machine_setup(program.machine, program.options), program.moves, line)
 
 
-def _on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
-    """The tool path on the branches of the table that keep the limits, and what that took.
-
-    A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
-    """
-    limits, module = machine.limits, machine.module
-    errors = np.array([margin.error_below for margin in machine.margins])
-    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
-    chosen: list[BranchPlan] = []
-    planned: list[NDArray[np.int32]] = []  # the move of each planned piece: some may have no length in the end
-
-    def planner(path: ToolPath) -> tuple[Array, Array] | None:
-        def legal(piece: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
-            tip, _angles = pose(path, piece, u)
-            q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[piece])
-            with np.errstate(invalid="ignore"):
-                inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
-                clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
-            return ok & inside & clear
-
-        plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])))
-        if plan is None:
-            return None
-        chosen.append(plan)
-        planned.append(path.move)
-        taken = path.free.any() or (options.allow_rewind and not any(change.feeding for change in plan.changes))
-        return (plan.start, plan.end) if taken else None
-
-    path = build_path(moves, machine.coordinates, options.orientation, planner)
-    if not chosen:
-        return path, None
-    plan, piece = chosen[0], np.searchsorted(planned[0], path.move)
-    changes = tuple(
-        replace(change, piece=int(np.searchsorted(path.move, planned[0][change.piece]))) for change in plan.changes
-    )
-    return path, BranchPlan(plan.start[piece], plan.end[piece], changes, plan.departs[piece], plan.legal)
-
-
-def _turned(moves: Moves, path: ToolPath, machine: Machine) -> tuple[ToolPath, FreeTurn]:
-    """The path with the C that keeps farthest from every limit."""
-    limits = machine.limits
-    travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
-    half = 0.5 * (limits.upper - limits.lower)[travel]
-    measured = [
-        (index, margin) for index, margin in enumerate(machine.margins) if np.isfinite(margin.error_below)
-        and margin.warn_below > margin.error_below
-    ]  # fmt: skip
-    kept = [index for index, _margin in measured]
-    error = np.array([margin.error_below for _index, margin in measured])
-    scale = np.array([margin.warn_below for _index, margin in measured]) - error
-
-    def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
-        q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
-        inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
-        geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
-        found = np.concatenate([inside, geometry], axis=1)
-        found[~ok] = -np.inf
-        return found
-
-    names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
-    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
-    c_range = float(limits.lower[-1]), float(limits.upper[-1])
-    return with_free_turn(path, moves.fixes_c, margins, tuple(names), c_range)
-
-
-def _branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, options: Options) -> list[Finding]:
-    """VP301: where the table rewinds, changes sides, or leaves the programmed branch."""
-    factors = [column.factor for column in machine.columns[-2:]]
-
-    def shown(pair: tuple[float, float]) -> str:
-        return ", ".join(
-            f"{name} {value * factor:.3f}" for name, value, factor in zip("AC", pair, factors, strict=True)
-        )
-
-    found = []
-    for change in plan.changes:
-        line = int(path.line[change.piece])
-        at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
-        fine = options.allow_rewind and not change.feeding
-        if at_pole:
-            what = f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg"
-            fine = fine or bool(path.free.any())  # else the path stays as it was programmed
-        else:
-            what = f"the table must go from ({shown(change.before)}) to ({shown(change.after)}) deg before this line"
-        if not fine:
-            what += (
-                "; the tool feeds here, lift it"
-                if change.feeding
-                else "; --allow-rewind adds a retract, turn and return"
-            )
-        found.append(
-            finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
-        )
-    begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
-    at_changes = {change.piece for change in plan.changes}
-    for piece in begins.tolist():
-        if piece in at_changes:
-            continue
-        line = int(path.line[piece])
-        what = f"the programmed A and C break a limit; from this line the table would stand at ({shown((float(plan.start[piece, 0]), float(plan.start[piece, 1])))}) deg instead"
-        found.append(finding("VP301", what, severity="warning" if options.allow_rewind else "error",
-                             line=line, last_line=line, worst_line=line))  # fmt: skip
-    return found
-
-
-def _waiting(moves: Moves, path: ToolPath, options: Options) -> list[tuple[int, Finding]]:
-    """Stops after the first motion, by the move that follows: a stream of setpoints cannot wait there."""
-    first = int(path.move[0])
+def _waiting(moves: Moves, first: int, options: Options) -> list[tuple[int, Finding]]:
+    """Stops behind the first motion, move number ``first``, by the move that follows: setpoints cannot wait there."""
     found = []
     for event in moves.events:
         if event.before > first and event.waits(optional_stop=options.optional_stop):
@@ -322,25 +239,6 @@ def _waiting(moves: Moves, path: ToolPath, options: Options) -> list[tuple[int, 
             told = finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line)
             found.append((event.before, told))
     return found
-
-
-def _approach_start(machine: Machine, options: Options) -> Array:
-    """Joint values from which the approach starts, workpiece sense."""
-    if options.approach == "home":
-        if machine.home is None:
-            raise InputError(finding("VP015", "--from home needs [home] in the machine file"))
-        x, y, z, a, c = machine.home.g28
-        point = np.array([x, y, z, a, 0.0, c, 0.0, 0.0, 0.0])
-        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
-        q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
-        if not ok:
-            raise InputError(finding("VP018", "--from home: the home position is out of reach"))
-        return q
-    values = np.array(options.approach, dtype=float)
-    if values.shape != (len(machine.columns),):
-        names = ",".join(column.joint for column in machine.columns)
-        raise InputError(finding("VP018", f"--from takes home, or {len(machine.columns)} values {names}"))
-    return values / [column.factor for column in machine.columns]
 
 
 def judge_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
@@ -360,6 +258,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     SolverError
         When a time law cannot be found.
     """
+    played = playback(program.options.override, program.options.slow_start, program.machine.limits)
     bounds, judged = judge_program(program, progress)
     findings = sorted([*program.findings, *judged], key=lambda item: (item.line or 0, item.code))
     if worst(findings) == "error":
@@ -367,9 +266,9 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     total = len(program.contour)
     told = None if progress is None else lambda done: progress("planning", done, total)
     limits = program.machine.limits
-    planning = Planning(program.cycle, program.options.solver, program.options.quality)
+    planning = Planning(program.cycle, program.options.solver, program.options.quality, played)
     laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, told)
-    return Plan(program, laws, timeline(program.contour, laws, program.cycle), tuple(findings))
+    return Plan(program, laws, timeline(program.contour, laws, planning), tuple(findings))
 
 
 def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
@@ -495,7 +394,7 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     """
     program, times = plan.program, plan.timeline
     moves, kept = program.moves, _kept_moves(program.path)
-    dwells = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
+    dwells = _dwells(moves)
     items = np.flatnonzero(times.run < 0)[np.searchsorted(dwells, program.stops)]
     begins = [0, *times.first_row[items + 1].tolist()]
     ends = [*times.first_row[items].tolist(), times.n_rows - 1]
@@ -530,7 +429,7 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         n_pieces=len(path),
         n_stops=contour.n_runs - 1,
         n_rounded=contour.n_rounded,
-        flow_time=float(plan.laws.flow_cycles.sum()) * plan.timeline.cycle,
+        flow_time=float(plan.laws.cycles[plan.laws.flow_first >= 0].sum()) * plan.timeline.cycle,
         flow_bound=plan.laws.flow_bound,
         other_bound=plan.laws.other_bound,
         tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),

@@ -227,7 +227,7 @@ def reference_gap(plan: Plan) -> float:
         if plan.laws.flow_first[number] < 0:
             continue
         best += len(flowing.flowing_law(run, plan.program.machine.limits, plan.program.cycle, flowing.QUALITY).s) - 1
-        ours += int(plan.laws.flow_cycles[number])
+        ours += int(plan.laws.cycles[number])
     return ours / best - 1 if best else float("nan")
 
 

@@ -15,8 +15,8 @@ FIRST_LINE = re.compile(
     r"(?:, options: --tool-length (?P<length>[\d.]+))?\)"
 )
 #: Codes that no program alone can cause on the default machine: it has a home (VP015), the rest need options
-#: (VP018), a tool table (VP019), a setpoint file (VP020) or a parameter file (VP028).
-NOT_BY_A_PROGRAM = {"VP015", "VP018", "VP019", "VP020", "VP022", "VP028"}
+#: (VP018), a tool table (VP019), a setpoint file (VP020) a parameter file (VP028) or a line to restart at (VP029).
+NOT_BY_A_PROGRAM = {"VP015", "VP018", "VP019", "VP020", "VP022", "VP028", "VP029"}
 
 
 def expectation(path):

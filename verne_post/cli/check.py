@@ -8,13 +8,13 @@ import click
 from verne_post.cli.common import (
     build_options,
     check_writable,
-    from_option,
     load,
     program_options,
     program_text,
     progress_bar,
     refuse,
     shown_name,
+    way_options,
     write_whole,
 )
 
@@ -40,7 +40,7 @@ from verne_post.cli.common import (
     help="Gravity from which findings make exit status 1.",
 )
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
-@from_option
+@way_options
 @program_options
 def command(
     inputs: tuple[str, ...],

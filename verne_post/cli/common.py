@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-6, 10.0
+#: A program is lifted by at most so much, mm.
+MAX_AIR = 1000.0
 #: Blocks that loops and calls may repeat, unless the user says otherwise (model.options has the same, and costs numpy).
 MAX_REPEATS = 100_000
 
@@ -72,12 +74,22 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def from_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """``--from``, for the commands that make or judge setpoints."""
-    return click.option(
-        "--from", "start", metavar="home|Q1,Q2,...",
-        help="Where the machine stands: home, or joint values in the file's units; puts an approach before the program.",
-    )(command)  # fmt: skip
+def way_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Where the machine stands before the rows and behind them, for the commands that make or judge setpoints."""
+    options = [
+        click.option("--from", "start", metavar="home|Q1,Q2,...",
+                     help="Where the machine stands: home, or joint values in the file's units; puts an approach before the program."),
+        click.option("--to", "goal", type=click.Choice(["home", "park"]),
+                     help="Where the machine goes behind the program: [home] g28 or park of the machine file."),
+        click.option("--from-line", type=click.IntRange(min=1), metavar="N",
+                     help="Take the program up at this line; needs --from."),
+        click.option("--air", type=float, default=0.0, metavar="MM", help="Dry run: lift the whole program by so much."),
+        click.option("--air-along", type=click.Choice(["tool", "table"]), default="tool", show_default=True,
+                     help="Lift it along the tool axis, or along the table's normal."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 def build_options(name: str, **given: Any) -> "Options":
@@ -93,6 +105,13 @@ def build_options(name: str, **given: Any) -> "Options":
     cycle = given.get("cycle")
     if cycle is not None and not 1e-4 <= cycle <= 1.0:
         raise click.UsageError(f"--cycle {cycle:g}: a control cycle lies between 1e-4 and 1 s")
+    if given.get("from_line") is not None and given.get("start") is None:
+        raise click.UsageError(
+            f"--from-line {given['from_line']}: say where the machine stands with --from; a way to the middle of a program is made and checked"
+        )
+    air = given.get("air", 0.0)
+    if not 0.0 <= air <= MAX_AIR:
+        raise click.UsageError(f"--air {air:g}: a program is lifted by 0 to {MAX_AIR:g} mm")
     length = given.get("tool_length")
     if length is not None and not 0.0 <= length <= 1e4:
         raise click.UsageError(f"--tool-length {length:g}: a tool length lies between 0 and 10000 mm")
@@ -109,6 +128,12 @@ def build_options(name: str, **given: Any) -> "Options":
         decimals=given.get("decimals"),
         accept_rounding=given.get("accept_rounding", False),
         approach=_start(given.get("start")),
+        departure=given.get("goal"),
+        from_line=given.get("from_line"),
+        air=air,
+        air_along=given.get("air_along", "tool"),
+        override=given.get("override", 1.0),
+        slow_start=given.get("slow_start", 0.0),
         smoothing=given.get("smoothing", "spline"),
         rapids=given.get("rapids", "line"),
         solver=given.get("solver", "scan"),

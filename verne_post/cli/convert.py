@@ -11,7 +11,6 @@ import click
 from verne_post.cli.common import (
     build_options,
     check_writable,
-    from_option,
     load,
     print_findings,
     program_options,
@@ -19,6 +18,7 @@ from verne_post.cli.common import (
     progress_bar,
     refuse,
     shown_name,
+    way_options,
     write_whole,
 )  # fmt: skip
 
@@ -40,6 +40,21 @@ _COPY: Final = 1 << 20
 )
 @click.option("--format", "file_format", type=click.Choice(["csv"]), default="csv", help="Format of the setpoint file.")
 @click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column.")
+@click.option(
+    "--override",
+    type=click.FloatRange(0.05, 1.0),
+    default=1.0,
+    show_default=True,
+    metavar="SHARE",
+    help="Play the planned motion at this share of its speed; dwells keep their length.",
+)
+@click.option(
+    "--slow-start",
+    type=click.FloatRange(0.0, 3600.0),
+    default=0.0,
+    metavar="SECONDS",
+    help="Begin at a tenth of the speed and reach it within so many seconds.",
+)
 @click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
 @click.option(
     "--meta",
@@ -53,7 +68,7 @@ _COPY: Final = 1 << 20
     metavar="FILE",
     help="Write the parameter file that the program leaves behind.",
 )
-@from_option
+@way_options
 @program_options
 def command(
     input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None,

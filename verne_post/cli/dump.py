@@ -7,20 +7,20 @@ import click
 
 from verne_post.cli.common import (
     build_options,
-    from_option,
     load,
     print_findings,
     program_options,
     program_text,
     refuse,
     shown_name,
+    way_options,
 )
 
 
 @click.command("dump")
 @click.argument("stage", type=click.Choice(["moves", "poses", "joints"]))
 @click.argument("input_name", metavar="INPUT")
-@from_option
+@way_options
 @program_options
 def command(stage: str, input_name: str, machine_name: str, subroutine_path: tuple[str, ...], **given: Any) -> int:
     """Print one stage of a program as JSON lines.

@@ -5,12 +5,12 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import build_options, from_option, load, program_options, program_text, refuse
+from verne_post.cli.common import build_options, load, program_options, program_text, refuse, way_options
 
 
 @click.command("explain")
 @click.argument("what", metavar="INPUT:LINE|CODE")
-@from_option
+@way_options
 @program_options
 def command(what: str, machine_name: str, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code means.

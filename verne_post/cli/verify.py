@@ -8,13 +8,13 @@ import click
 
 from verne_post.cli.common import (
     build_options,
-    from_option,
     load,
     print_findings,
     program_options,
     program_text,
     refuse,
     shown_name,
+    way_options,
 )
 
 
@@ -22,7 +22,7 @@ from verne_post.cli.common import (
 @click.argument("setpoints", metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option("--accept-rounding", is_flag=True, help="Judge files whose decimals alone break a limit.")
-@from_option
+@way_options
 @program_options
 def command(setpoints: str, against: str, machine_name: str, **given: Any) -> int:
     """Judge a setpoint file as written, believing nothing but the file.

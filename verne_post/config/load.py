@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.schema import AccuracyFile, Group, LimitsFile, MachineFile, RodsFile, limits_file
+from verne_post.config.schema import AccuracyFile, Group, HomeFile, LimitsFile, MachineFile, RodsFile, limits_file
 from verne_post.kinematics.clearance import Bodies, Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
@@ -84,12 +84,17 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         columns=columns,
         limits=_limits(limits, kind, len(module.actuators), table),
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
-        home=Home(tuple(home.g28), tuple(home.g30)) if home else None,  # type: ignore[arg-type]
+        home=_home(home) if home else None,
         table_radius=content.table.radius,
         clearance=_clearance(content, kind, module, rods),
         cycle=content.control.cycle_s,
         provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
     )
+
+
+def _home(file: HomeFile) -> Home:
+    g28, g30, park = (None if pose is None else tuple(pose) for pose in (file.g28, file.g30, file.park))
+    return Home(g28, g30, park)  # type: ignore[arg-type]
 
 
 def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
@@ -255,7 +260,7 @@ def _nearest(word: str, schema: type[BaseModel], place: list[int | str], data: A
 
 
 def validate_machine(machine: Machine) -> list[Finding]:
-    """What `machine validate` checks beyond the schema: every home position can be reached.
+    """What `machine validate` checks beyond the schema: every stored position can be reached.
 
     Returns
     -------
@@ -267,7 +272,9 @@ def validate_machine(machine: Machine) -> list[Finding]:
         return found
     from verne_post.model.moves import Frame
 
-    for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30)):
+    for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30), ("park", machine.home.park)):
+        if home is None:
+            continue
         point = np.array([*home[:3], home[3], 0.0, home[4], 0.0, 0.0, 0.0])
         frame = Frame()
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)

@@ -121,6 +121,7 @@ class HomeFile(Group):
 
     g28: Pose
     g30: Pose
+    park: Pose | None = None
 
 
 PerActuator = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]

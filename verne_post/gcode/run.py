@@ -30,16 +30,36 @@ class Pass:
     seen: set[tuple[int, str, str]] = field(default_factory=set)
 
 
+@dataclass
+class Trace:
+    """Lines that the program itself executes, in order, without those of calls.
+
+    A span is (first line, line behind the last, whether a restart may begin there): not while cutter compensation or a
+    canned cycle holds, for what comes then depends on what was before.
+    """
+
+    spans: list[tuple[int, int, bool]] = field(default_factory=list)
+
+    def note(self, first: int, last: int, *, open_: bool) -> None:
+        """Note lines ``first`` to ``last`` (excluded) that have been executed."""
+        if self.spans and self.spans[-1][1:] == (first, open_):
+            first = self.spans.pop()[0]
+        self.spans.append((first, last, open_))
+
+
 @dataclass(frozen=True)
 class Stops:
-    """Where a pass ends before the program does.
+    """Where a pass ends before the program does, and what it notes on the way.
 
-    ``known``: as soon as every axis is known; ``error``: at the first error; ``line``: behind the first execution of a line.
+    ``known``: as soon as every axis is known; ``error``: at the first error; ``line``: behind the first execution of a line;
+    ``before``: when the program itself, outside of calls, comes to a line.
     """
 
     known: bool = False
     error: bool = False
     line: int | None = None
+    before: int | None = None
+    trace: Trace | None = None
 
 
 def run_blocks(source: bytes, setup: Setup, state: State, stops: Stops, language: type[Interpreter]) -> Pass:
@@ -55,9 +75,17 @@ def run_blocks(source: bytes, setup: Setup, state: State, stops: Stops, language
         if chunk is None or line == text.closing:
             _end_of_text(run, flow, line, machine)
             break
+        own = text is main and not flow.in_call
+        if own and line == stops.before:
+            break
+        open_ = may_restart(state)
         try:
             if not _stretch(flow, chunk, machine, stops):
                 _one_block(flow, chunk.raw[line - chunk.first_line], machine)
+                if own and stops.trace is not None:
+                    stops.trace.note(line, line + 1, open_=open_)
+            elif own and stops.trace is not None:
+                stops.trace.note(line, flow.line, open_=open_)
         except BlockError as error:
             name, shown = flow.text.name, flow.shown_line
             if not note(run, error, line, shown_line=shown, file=name) or stops.error:
@@ -67,6 +95,11 @@ def run_blocks(source: bytes, setup: Setup, state: State, stops: Stops, language
         if stops.line is not None and text is main and line <= stops.line < flow.line:
             break
     return run
+
+
+def may_restart(state: State) -> bool:
+    """True where the next block does not depend on how the one before has moved."""
+    return state.compensation is None and state.centre is None and state.cycle is None
 
 
 def all_known(state: State, setup: Setup) -> bool:
@@ -82,6 +115,8 @@ def _stretch(flow: Flow, chunk: Chunk, machine: Interpreter, stops: Stops) -> bo
         last = min(last, flow.text.closing - chunk.first_line)
     if stops.line is not None and flow.text is flow.main and flow.line <= stops.line:
         last = min(last, stops.line + 1 - chunk.first_line)
+    if stops.before is not None and flow.text is flow.main and flow.line < stops.before:
+        last = min(last, stops.before - chunk.first_line)
     if last - row < plain.MIN_LINES or not plain.ready(machine.state, chunk.lines, row):
         return False
     done = plain.execute(chunk.lines, row, last, machine.setup, machine.state, machine.recorder, flow.shown_line)

@@ -207,6 +207,14 @@ CODES: Final[dict[str, Code]] = _table(
         "A line of the parameter file is not a number and a value.",
         "Mend the line that the message names.",
     ),
+    (
+        "VP029",
+        "no restart here",
+        "error",
+        "--from-line names a line that the program does not execute exactly once by itself, or one inside cutter "
+        "compensation or a canned cycle.",
+        "Take the line that the message names.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
@@ -405,7 +413,7 @@ CODES: Final[dict[str, Code]] = _table(
 PARAMETERS: Final[dict[str, str]] = {
     "VP012": "--tool-length, --tool-table",
     "VP014": "--optional-stop (for M1)",
-    "VP015": "home.g28, home.g30 of the machine file",
+    "VP015": "home.g28, home.g30, home.park of the machine file",
     "VP101": "limits.rho_mm of the machine file (limits.xyz_mm of a serial machine); --wcs and --tool-length move the part and the platform",
     "VP102": "limits.a_deg of the machine file",
     "VP103": "limits.c_deg of the machine file; unlimited without it",

@@ -28,11 +28,15 @@ class Corners:
         Half width of the bump, mm; 0 where a corner is not rounded.
     bend : ndarray, shape (n + 1, 5)
         Change of the derivatives of tip and nominal angles by s.
+    shift : int
+        Piece i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with pieces
+        that no bump reaches.
     """
 
     s: Array
     reach: Array
     bend: Array
+    shift: int = 0
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,8 @@ class Contour:
         How far the contour may be from each programmed piece, mm and rad; 0 where it follows it exactly.
     dwell_run : ndarray of int32, shape (d,)
         A dwell stands before this run (the number of runs: after the last).
+    entry : int
+        A restart begins with this piece, maybe in the middle of a rounded corner; -1 where the whole program is made.
     """
 
     path: ToolPath
@@ -104,6 +110,7 @@ class Contour:
     tip_tolerance: Array
     axis_tolerance: Array
     dwell_run: Ints
+    entry: int = -1
 
     def __len__(self) -> int:
         return len(self.piece)
@@ -153,5 +160,9 @@ class Contour:
     @property
     def n_rounded(self) -> int:
         """Corners that are not stops."""
-        bumps = 0 if self.corners is None else int((self.corners.reach > 0).sum())
-        return bumps + len(self.controls)
+        bumps = 0
+        if self.corners is not None:
+            programmed = self.path.move >= 0
+            corner = np.flatnonzero(programmed[1:] & programmed[:-1]) + 1 + self.corners.shift
+            bumps = int((self.corners.reach[corner] > 0).sum())
+        return bumps + len(np.unique(self.curve[self.curve >= 0]))

@@ -57,10 +57,11 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Home:
-    """Stored positions of G28 and G30: machine coordinates x, y, z in mm, a, c in degrees."""
+    """Stored positions: machine coordinates x, y, z in mm, a, c in degrees; ``park`` where the file names one."""
 
     g28: tuple[float, float, float, float, float]
     g30: tuple[float, float, float, float, float]
+    park: tuple[float, float, float, float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ X Y Z A B C U V W. Every row knows its source line.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Final
 
@@ -235,3 +235,16 @@ class Moves:
 
     def __len__(self) -> int:
         return len(self.line)
+
+    def taken_up(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
+        """The moves from number ``first`` on, and the events from ``first_event`` on behind those of ``switched``."""
+        kept = (replace(event, before=event.before - first) for event in self.events[first_event:])
+        if first == 0:
+            return replace(self, events=(*switched, *kept))
+        rows = {name: getattr(self, name)[first:] for name in MOVE_COLUMNS}
+        start_frame = self.frames[self.frame[first - 1]]
+        return replace(self, **rows, events=(*switched, *kept), start=self.end[first - 1], start_frame=start_frame)
+
+
+#: What Moves keep for every motion or dwell.
+MOVE_COLUMNS: Final = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")

@@ -83,6 +83,14 @@ class Options(TextOptions):
         Write even where the rounding noise of the given decimals exceeds a limit.
     approach : None, "home" or tuple of float
         Where the machine stands before the program: home, or joint values in file units.
+    departure : None, "home" or "park"
+        Where the machine goes behind the program.
+    from_line : int or None
+        The program is taken up at this source line.
+    air : float
+        The whole program is lifted by so many mm, along ``air_along``: "tool" or "table" (its normal).
+    override, slow_start : float
+        Share of the planned speed; seconds in which it is reached from a tenth of it.
     smoothing : {"spline", "blend", "off"}
         Corners of finely divided curves reach over each other, every corner is rounded by itself, or is a stop.
     tolerance, orientation_tolerance : float or None
@@ -114,6 +122,12 @@ class Options(TextOptions):
     decimals: int | None = None
     accept_rounding: bool = False
     approach: str | tuple[float, ...] | None = None
+    departure: str | None = None
+    from_line: int | None = None
+    air: float = 0.0
+    air_along: str = "tool"
+    override: float = 1.0
+    slow_start: float = 0.0
     smoothing: str = "spline"
     tolerance: float | None = None
     orientation_tolerance: float | None = None

@@ -34,7 +34,10 @@ def paragraph(summary: Summary) -> str:
         + f", {summary.n_stops} stops between them.",
         f"The machine must stand at the first row: {start}.",
     ]
-    if summary.flow_bound > 0:
+    as_planned = options.override == 1.0 and options.slow_start == 0.0
+    parts += _taken_up(summary)
+    parts += _dry_run(summary)
+    if summary.flow_bound > 0 and as_planned:
         gap = 100 * (summary.flow_time / summary.flow_bound - 1)
         text = f"Motion with rounded corners takes {summary.flow_time:.3f} s, {gap:.1f} % more than without jerk limits"
         if summary.other_bound is not None:
@@ -53,7 +56,7 @@ def paragraph(summary: Summary) -> str:
             f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
             f"axis {verdict.axis_deviation_deg:.6f} deg."
         )
-    if summary.feed_pieces:
+    if summary.feed_pieces and as_planned:
         text = f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves"
         if verdict is not None and verdict.slow:
             first = sorted(verdict.slow.items(), key=lambda item: -item[1])[:3]
@@ -69,6 +72,30 @@ def paragraph(summary: Summary) -> str:
     if assumed:
         parts.append(f"Assumed values of the machine file, not measured ones: {', '.join(assumed)}.")
     return textwrap.fill(" ".join(parts), width=100, break_on_hyphens=False) + "\n"
+
+
+def _taken_up(summary: Summary) -> list[str]:
+    """Where a restart begins, and what must be as the skipped blocks would have left it."""
+    if summary.options.from_line is None:
+        return []
+    shown = {"tool": "tool {number}", "spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
+             "override": "overrides switched off by M48 to M53"}  # fmt: skip
+    on = [shown[event.kind].format(**event.data) for event in summary.before
+          if event.line == summary.options.from_line and event.kind in shown]  # fmt: skip
+    said = f"; before the start there must be: {', '.join(on)}" if on else ""
+    return [f"Taken up at line {summary.options.from_line}{said}."]
+
+
+def _dry_run(summary: Summary) -> list[str]:
+    options, said = summary.options, []
+    if options.air:
+        along = "the tool axis" if options.air_along == "tool" else "the table's normal"
+        said.append(f"Dry run: everything is lifted by {options.air:g} mm along {along}.")
+    if options.override != 1.0:
+        said.append(f"All motion is played at {100 * options.override:g} % of its planned speed.")
+    if options.slow_start:
+        said.append(f"It begins at a tenth of its speed, and reaches it within {options.slow_start:g} s.")
+    return said
 
 
 def _offsets(summary: Summary) -> list[str]:
@@ -145,6 +172,12 @@ def meta(summary: Summary) -> str:
             "tool_length_mm": summary.options.tool_length,
             "decimals": summary.options.decimals,
             "approach": summary.options.approach,
+            "departure": summary.options.departure,
+            "from_line": summary.options.from_line,
+            "air_mm": summary.options.air,
+            "air_along": summary.options.air_along,
+            "override": summary.options.override,
+            "slow_start_s": summary.options.slow_start,
             "smoothing": summary.options.smoothing,
             "orientation": summary.options.orientation,
             "tolerance_mm": summary.options.tolerance,

@@ -16,6 +16,7 @@ from verne_post.model.machine import Limits
 from verne_post.timing import scan
 from verne_post.timing.interior_point import X_MIN, Problem, solve
 from verne_post.timing.mending import legal_rows
+from verne_post.timing.playback import Playback
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
 from verne_post.timing.spline_law import Law, Times, positions
 
@@ -67,6 +68,7 @@ RESERVE: Final = 1.0
 AT_REST: Final = 1e-13
 
 
+AS_PLANNED: Final = Playback()
 #: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from
 #: rest, and at most so many.
 CREEPING: Final = 0.1
@@ -156,8 +158,9 @@ class FlowingLaw:
 
 
 def flowing_law(
-    run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL, solver: Solver = scan.solve
-) -> FlowingLaw:
+    run: Run, limits: Limits, cycle: float, effort: Effort = NORMAL, solver: Solver = scan.solve,
+    played: Playback = AS_PLANNED, begin: float = 0.0,
+) -> FlowingLaw:  # fmt: skip
     """Plan a run from rest to rest.
 
     Parameters
@@ -170,6 +173,10 @@ def flowing_law(
         How finely to plan.
     solver : callable
         Of the second-order problem.
+    played : Playback
+        How fast the planned law is played.
+    begin : float
+        When the run begins in the file, s.
 
     Raises
     ------
@@ -182,7 +189,7 @@ def flowing_law(
     law, times, unit, bound = timed(run, limits, cycle, effort, solver)
 
     def rows(slower: float) -> Array:
-        return _without_creeping(run, _rows(law, times, run.length, cycle, slower), limits, cycle)
+        return _without_creeping(run, _rows(law, times, run.length, cycle, slower, played, begin), limits, cycle)
 
     return FlowingLaw(legal_rows(run, rows, limits, cycle, unit), bound)
 
@@ -401,10 +408,11 @@ def _by_phase(a: Array, k: int) -> Array:
     return np.ascontiguousarray(a.reshape(len(a), -1, k).transpose(0, 2, 1)).reshape(len(a), -1)
 
 
-def _rows(law: Law, times: Times, length: float, cycle: float, slower: float) -> Array:
-    """Rows of the law, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
-    cycles = max(int(np.ceil(times.total * slower / cycle * (1 - 1e-12))), 1)
-    s = positions(law, times, np.arange(cycles + 1.0) * (times.total / cycles))
+def _rows(law: Law, times: Times, length: float, cycle: float, slower: float, played: Playback, begin: float) -> Array:
+    """Rows of the law as it is played, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
+    cycles = played.cycles(times.total * slower, begin, cycle)
+    row = np.arange(cycles + 1.0)
+    s = positions(law, times, times.total * played.shares(row, 0.0 * row + cycles, 0.0 * row + begin, cycle))
     np.clip(s, 0.0, length, out=s)
     np.maximum.accumulate(s, out=s)
     first = int(np.searchsorted(s, AT_REST * length, side="right")) - 1

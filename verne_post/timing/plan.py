@@ -1,16 +1,18 @@
 """The time laws of a whole contour: a scalar law from stop to stop, a flowing law where corners are rounded."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
 from verne_post.timing.exact_stop import RunLaws, plan_runs
+from verne_post.timing.playback import Playback
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -33,8 +35,8 @@ class RunPlan:
         From stop to stop; what it says of flowing runs is not used.
     flow_first : ndarray of int64, shape (n_runs,)
         Where a flowing run's rows begin in ``flow_s``, -1 for the others.
-    flow_cycles : ndarray of int64, shape (n_runs,)
-        Control cycles that a flowing run lasts, 0 for the others.
+    cycles : ndarray of int64, shape (n_runs,)
+        Control cycles that each run lasts, at the speed at which it is played.
     flow_s : ndarray, shape (n,)
         Path parameter of each row of the flowing runs, mm.
     reached : ndarray of bool, shape (n_pieces,)
@@ -47,7 +49,7 @@ class RunPlan:
 
     laws: RunLaws
     flow_first: NDArray[np.int64]
-    flow_cycles: NDArray[np.int64]
+    cycles: NDArray[np.int64]
     flow_s: Array
     reached: NDArray[np.bool_]
     flow_bound: float
@@ -66,11 +68,18 @@ class Planning:
         Of the second-order problem; "both" plans with the scan and lets toppra give the bound as well.
     quality : bool
         Plan finely and without margin: practically the third-order optimum, at many times the cost.
+    playback : Playback
+        How fast what is planned is played.
     """
 
     cycle: float
     solver: str = "scan"
     quality: bool = False
+    playback: Playback = field(default_factory=Playback)
+
+
+#: A duration this close above a whole number of cycles is that number (in cycles).
+WHOLE_CYCLE: Final = 1e-9
 
 
 class ContourRun:
@@ -137,18 +146,24 @@ def plan_contour(
     by_peak = (pace > 0) & (laws.peak_speed()[contour.run] * pace >= REACHED) & ~flowing[contour.run]
     reached[contour.piece[by_peak]] = True
     flow_first = np.full(len(flowing), -1, dtype=np.int64)
-    flow_cycles = np.zeros(len(flowing), dtype=np.int64)
     rows, count = [], 0
     flow_bound, other_bound = 0.0, 0.0
-    cycle = planning.cycle
-    for run in np.flatnonzero(flowing).tolist():
+    cycle, played = planning.cycle, planning.playback
+    cycles = np.maximum(np.ceil(laws.total / (played.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
+    clock = _Clock(contour, cycles, cycle)
+    for run in range(len(flowing)) if played.ramp else np.flatnonzero(flowing).tolist():
+        begin_s = clock.at(run) if played.ramp else 0.0
+        if not flowing[run]:
+            if begin_s < played.steady:
+                cycles[run] = played.cycles(float(laws.total[run]), begin_s, cycle)
+            continue
         # scipy, and toppra even more so, are only imported where they are needed
         from verne_post.timing import flowing as flow
 
         run_path = ContourRun(joints, int(begins[run]), int(begins[run + 1]))
         try:
             effort = flow.QUALITY if planning.quality else flow.NORMAL
-            law = flow.flowing_law(run_path, limits, cycle, effort, _solver(planning.solver))
+            law = flow.flowing_law(run_path, limits, cycle, effort, _solver(planning.solver), played, begin_s)
             flow_bound += law.bound
             if planning.solver == "both":
                 other_bound += flow.second_order_bound(run_path, limits, _solver("toppra"))
@@ -160,7 +175,7 @@ def plan_contour(
         s = law.s
         before, after = run > 0, run + 1 < len(flowing) and not flowing[run + 1]
         s = np.concatenate([s[:1].repeat(REST_ROWS * before), s, s[-1:].repeat(REST_ROWS * after)])
-        flow_first[run], flow_cycles[run] = count, len(s) - 1
+        flow_first[run], cycles[run] = count, len(s) - 1
         rows.append(s)
         count += len(s)
         for begin in range(0, len(s) - 1, CHUNK_ROWS):
@@ -172,7 +187,28 @@ def plan_contour(
             progress(int(begins[run + 1]))
     flow_s = np.concatenate(rows) if rows else np.empty(0)
     both = planning.solver == "both"
-    return RunPlan(laws, flow_first, flow_cycles, flow_s, reached, flow_bound, other_bound if both else None)
+    return RunPlan(laws, flow_first, cycles, flow_s, reached, flow_bound, other_bound if both else None)
+
+
+class _Clock:
+    """When runs begin in the file, while the durations of those before become known."""
+
+    def __init__(self, contour: Contour, cycles: NDArray[np.int64], cycle: float) -> None:
+        self.cycles, self.cycle = cycles, cycle
+        dwells = np.bincount(contour.dwell_run, weights=dwell_cycles(contour, cycle), minlength=contour.n_runs + 1)
+        self.dwelt = np.cumsum(dwells)
+        self.run, self.row = 0, 0
+
+    def at(self, run: int) -> float:
+        """Time at which a run begins, s; asked in order."""
+        self.row += int(self.cycles[self.run : run].sum())
+        self.run = run
+        return (self.row + float(self.dwelt[run])) * self.cycle
+
+
+def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:
+    """Cycles (d,) of every dwell: no shorter than programmed."""
+    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
 
 
 def _solver(name: str) -> Callable[..., Array]:

@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.model.contour import Contour
-from verne_post.timing.plan import RunPlan
+from verne_post.timing.plan import Planning, RunPlan, dwell_cycles
+from verne_post.timing.playback import Playback
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 #: Rows made at a time; memory does not depend on the length of the program's motion.
 BLOCK_ROWS: Final = 8192
-#: A duration this close above a whole number of cycles is that number (relative to one cycle).
-WHOLE_CYCLE: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +32,15 @@ class Timeline:
         Row at which each item begins; the last entry is the last row of the file.
     cycle : float
         s.
+    playback : Playback
+        How fast the laws are played.
     """
 
     run: Ints
     line: Ints
     first_row: Ints
     cycle: float
+    playback: Playback
 
     @property
     def n_rows(self) -> int:
@@ -46,19 +48,17 @@ class Timeline:
         return int(self.first_row[-1]) + 1
 
 
-def timeline(contour: Contour, laws: RunPlan, cycle: float) -> Timeline:
-    """Lay runs and dwells end to end; every run is stretched to whole cycles."""
-    run_cycles = np.maximum(np.ceil(laws.laws.total / cycle - WHOLE_CYCLE), 1).astype(np.int64)
-    run_cycles = np.where(laws.flow_first >= 0, laws.flow_cycles, run_cycles)
-    dwell_cycles = np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
-    n_runs, n_dwells = len(run_cycles), len(dwell_cycles)
+def timeline(contour: Contour, laws: RunPlan, planning: Planning) -> Timeline:
+    """Lay runs and dwells end to end, each a whole number of cycles."""
+    dwells = dwell_cycles(contour, planning.cycle)
+    n_runs, n_dwells = len(laws.cycles), len(dwells)
     # a dwell comes before the run with its number
     position = np.concatenate([np.arange(n_runs) + 0.5, contour.dwell_run.astype(float)])
     order = np.argsort(position, kind="stable")
     run: Ints = np.concatenate([np.arange(n_runs), np.full(n_dwells, -1)])[order]
     line = np.concatenate([np.zeros(n_runs, np.int64), contour.path.dwell_line])[order]
-    cycles = np.concatenate([run_cycles, dwell_cycles])[order]
-    return Timeline(run, line, np.append(0, np.cumsum(cycles)), cycle)
+    cycles = np.concatenate([laws.cycles, dwells])[order]
+    return Timeline(run, line, np.append(0, np.cumsum(cycles)), planning.cycle, planning.playback)
 
 
 def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
@@ -80,10 +80,13 @@ def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int,
         after_all = owner < 0
         owner[after_all] = len(run_begin) - 1
         cycles = plan.first_row[item + 1] - plan.first_row[item]
-        t = np.where(moving, (k - plan.first_row[item]) / np.maximum(cycles, 1) * laws.laws.total[owner], 0.0)
-        s = laws.laws.position(owner, t)
+        row = k - plan.first_row[item]
+        done = plan.playback.shares(
+            row.astype(float), np.maximum(cycles, 1), plan.cycle * plan.first_row[item].astype(float), plan.cycle
+        )
+        s = laws.laws.position(owner, np.where(moving, done * laws.laws.total[owner], 0.0))
         flows = np.flatnonzero(moving & (laws.flow_first[owner] >= 0))
-        s[flows] = laws.flow_s[laws.flow_first[owner[flows]] + (k - plan.first_row[item])[flows]]
+        s[flows] = laws.flow_s[laws.flow_first[owner[flows]] + row[flows]]
         at = starts[run_begin[owner]] + s
         segment = np.clip(np.searchsorted(ends, at, side="right"), run_begin[owner], last_segment[owner])
         w = np.clip((at - starts[segment]) / contour.length[segment], 0.0, 1.0)

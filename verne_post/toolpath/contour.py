@@ -61,7 +61,7 @@ def exact_contour(path: ToolPath) -> Contour:
         run=path.run,
         corners=None,
         bumped=np.zeros(n, dtype=bool),
-        feeds=_feeds(path),
+        feeds=feeds_of(path),
         controls=np.empty((0, 8, 5)),
         tip_tolerance=np.zeros(n),
         axis_tolerance=np.zeros(n),
@@ -147,7 +147,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     )
     return Contour(
         path=path, shape=shape, turn=_turn(path)[piece] * share, run=run[piece],
-        corners=corners if bumped.any() else None, bumped=bumped, feeds=_feeds(path), controls=controls,
+        corners=corners if bumped.any() else None, bumped=bumped, feeds=feeds_of(path), controls=controls,
         tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=path.dwells_among(run), **parts,
     )  # fmt: skip
 
@@ -271,7 +271,7 @@ def _turn(path: ToolPath) -> Array:
     return turn
 
 
-def _feeds(path: ToolPath) -> Feeds:
+def feeds_of(path: ToolPath) -> Feeds:
     """The feed of the tip along lines and arcs, of the table angles where the tip stands."""
     delta = path.end - path.start
     turn = np.linalg.norm(delta[:, 3:], axis=1)
@@ -293,8 +293,9 @@ def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Arra
     bumped = np.flatnonzero(contour.bumped[segment])
     if contour.corners is not None and len(bumped):
         own = piece[bumped]
-        s = contour.corners.s[own] + at[bumped] * contour.shape.length[own]
-        off = rounding.displacement(contour.corners, own, s)
+        corner = own + contour.corners.shift
+        s = contour.corners.s[corner] + at[bumped] * contour.shape.length[own]
+        off = rounding.displacement(contour.corners, corner, s)
         tip[bumped] += off[:, :3]
         angles[bumped] += off[:, 3:]
     curve = contour.curve[segment]
@@ -329,7 +330,11 @@ def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
     length = shape.length[own]
     slope = (shape.end[own] - shape.start[own]) / length[:, None]
     if contour.corners is not None:
-        slope += rounding.displacement_slope(contour.corners, own, contour.corners.s[own] + at * length)
+        corner = own + contour.corners.shift
+        off = rounding.displacement_slope(
+            contour.corners, corner, contour.corners.s.take(corner, mode="clip") + at * length
+        )
+        slope += off
     curved = np.flatnonzero(contour.curve[row] >= 0)
     if len(curved):
         some = row[curved]

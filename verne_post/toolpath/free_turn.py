@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import PieceKind, ToolPath
 from verne_post.toolpath.evaluate import pose
@@ -51,9 +52,7 @@ class _Points:
     tool: Array
 
 
-def with_free_turn(
-    path: ToolPath, fixes: int | None, margins: Margins, names: tuple[str, ...], c_range: tuple[float, float]
-) -> tuple[ToolPath, FreeTurn]:
+def with_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple[ToolPath, FreeTurn]:
     """The path with the best constant C.
 
     Parameters
@@ -62,22 +61,19 @@ def with_free_turn(
         Before any approach or detour.
     fixes : int or None
         First source line that names C, or a place in machine coordinates that depends on it.
-    margins : callable
-    names : tuple of str
-        What each of the k margins measures.
-    c_range : tuple of float
-        Travel of C, rad; infinite where it is unlimited.
+    machine : Machine
 
     Raises
     ------
     InputError
         VP018 where the tool is not vertical throughout, or the program names C.
     """
+    margins, names = _measured(machine)
     _require_free(path, fixes)
     points = _points(path)
     few = _thinned(points)
     before = float(path.start[0, 4])
-    low, high = c_range
+    low, high = float(machine.limits.lower[-1]), float(machine.limits.upper[-1])
     if not (np.isfinite(low) and np.isfinite(high)):
         low, high = -np.pi, np.pi
     angles = np.linspace(low, high, max(int(np.ceil((high - low) / COARSE)), 1) + 1)
@@ -104,6 +100,32 @@ def with_free_turn(
     turn = FreeTurn(before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]),
                     names[int(np.argmin(table[chosen]))])  # fmt: skip
     return replace(path, start=start, end=end, first_pose=first), turn
+
+
+def _measured(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
+    """The margins of a machine that C can change, and what each measures."""
+    limits = machine.limits
+    travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
+    half = 0.5 * (limits.upper - limits.lower)[travel]
+    measured = [
+        (index, margin) for index, margin in enumerate(machine.margins) if np.isfinite(margin.error_below)
+        and margin.warn_below > margin.error_below
+    ]  # fmt: skip
+    kept = [index for index, _margin in measured]
+    error = np.array([margin.error_below for _index, margin in measured])
+    scale = np.array([margin.warn_below for _index, margin in measured]) - error
+
+    def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
+        q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
+        inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
+        geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
+        found = np.concatenate([inside, geometry], axis=1)
+        found[~ok] = -np.inf
+        return found
+
+    names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
+    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
+    return margins, tuple(names)
 
 
 def _ranked(value: Array, c: Array, before: float) -> NDArray[np.intp]:

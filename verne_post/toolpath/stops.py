@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.model.moves import MoveKind, Moves
+from verne_post.model.moves import MOVE_COLUMNS, MoveKind, Moves
 
 #: A stop stands as a dwell of this length, which becomes one cycle.
 STOP_SECONDS: Final = 1e-9
@@ -22,10 +22,7 @@ def with_stops(moves: Moves, stops: Sequence[tuple[int, int]]) -> tuple[Moves, t
         Number of the move that follows, and source line; ascending, each number once.
     """
     at = np.array([before for before, _line in stops], dtype=np.intp)
-    rows = {
-        name: np.insert(getattr(moves, name), at, getattr(moves, name)[at - 1], axis=0)
-        for name in ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")
-    }
+    rows = {name: np.insert(getattr(moves, name), at, getattr(moves, name)[at - 1], axis=0) for name in MOVE_COLUMNS}
     new = at + np.arange(len(at))
     rows["line"][new] = [line for _before, line in stops]
     rows["kind"][new], rows["feed"][new], rows["arc"][new] = MoveKind.DWELL, STOP_SECONDS, -1

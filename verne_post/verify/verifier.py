@@ -106,6 +106,7 @@ class Verifier:
     ) -> None:
         self.path, self.forward, self.limits, self.columns, self.fmt = contour.path, forward, limits, columns, fmt
         self.tip_tolerance, self.axis_tolerance = contour.tip_tolerance, contour.axis_tolerance
+        self.entry = contour.entry
         self.rounded = (self.tip_tolerance > 0) | (self.axis_tolerance > 0)
         self.run = np.zeros(len(self.path), dtype=np.int64)
         self.run[contour.piece] = contour.run
@@ -594,7 +595,9 @@ class Verifier:
             self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
         if stops:
             piece = int(self.piece[new])
-            if piece >= 0 and abs(new_u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise:
+            # a restart may begin beside the corner that the whole program would round
+            aside = self.corner_u[piece] * self.told_by[piece] if piece == self.entry else 0.0
+            if piece >= 0 and abs(new_u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise + aside:
                 what = f"the end of the piece before line {line} is not reached"
                 if old < 0:
                     what = "the file does not begin at the start pose"

@@ -18,7 +18,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.interpret import Interpreter, initial_state
-from verne_post.gcode.run import Pass, Stops, all_known, note
+from verne_post.gcode.run import Pass, Stops, all_known, may_restart, note
 from verne_post.gcode.state import Recorder, Setup, State
 from verne_post.gcode.text import decoded
 from verne_post.model.findings import finding
@@ -498,8 +498,10 @@ def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
     line = 0
     for item in _statements(source):
         line = item.line or line
-        if stops.line is not None and line > stops.line:
+        if (stops.line is not None and line > stops.line) or (stops.before is not None and line >= stops.before):
             return result
+        if stops.trace is not None:
+            stops.trace.note(line, line + 1, open_=may_restart(state))
         try:
             if isinstance(item, BlockError):
                 raise item

@@ -1,0 +1,219 @@
+"""--from-line: a restart follows the very path of the whole program, and is refused where that cannot be promised."""
+
+import random
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import verne_post
+from verne_post.cli.common import build_options
+from verne_post.model.findings import InputError
+from verne_post.model.options import Options, Tool
+from verne_post.pipeline import Program, read_program
+from verne_post.toolpath.contour import contour_pose
+
+FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
+#: Samples that convert, with the options that their headers or docs name.
+SAMPLES = {
+    "blade_5axis.nc": "--tool-length 120 --wcs G54=0,0,10",
+    "pocket_3axis.nc": "--tool-length 80 --wcs G54=-10,15,60",
+    "slider_bound.nc": "--tool-length 60 --wcs G54=0,0,80",
+    "inch.nc": None,
+    "inverse_time.nc": None,
+    "posted.nc": None,
+}
+
+
+def arguments(name: str) -> list[str]:
+    """Options of a sample, from its header."""
+    text = (FOLDER / name).read_text(encoding="utf-8")
+    found = re.search(r"\(options: ([^)]*)\)", text)
+    assert found
+    return [word.replace("gcode_samples/", f"{FOLDER}/") for word in shlex.split(found[1])]
+
+
+def options_of(name: str, **more: Any) -> Options:
+    words = arguments(name)
+    given: dict[str, Any] = {"wcs": []}
+    for option, value in zip(words[::2], words[1::2], strict=True):
+        if option == "--wcs":
+            given["wcs"].append(value)
+        elif option == "--tool-length":
+            given["tool_length"] = float(value)
+        else:
+            path = Path(value)
+            given["tool_table"] = path if path.is_absolute() else FOLDER / path.name
+    return build_options(name, **given, **more)
+
+
+def laid_out(name: str, **more: Any) -> Program:
+    return read_program((FOLDER / name).read_bytes(), verne_post.load_machine(), options_of(name, **more))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("smoothing", ["spline", "off"])
+def test_the_rest_of_the_path_is_that_of_the_whole_program(name: str, smoothing: str) -> None:
+    whole = laid_out(name, smoothing=smoothing)
+    lines = sorted(set(whole.path.line.tolist()))
+    chosen = random.Random(name).sample(lines, min(10, len(lines)))
+    for line in chosen:
+        rest = laid_out(name, smoothing=smoothing, start="home", from_line=line)
+        own = np.flatnonzero(rest.contour.line > 0)
+        begin = len(whole.contour) - len(own)
+        for w in (0.0, 0.37, 1.0):
+            at = np.full(len(own), w)
+            tip, angles = contour_pose(rest.contour, own, at)
+            tip_whole, angles_whole = contour_pose(whole.contour, begin + np.arange(len(own)), at)
+            # the same formulas on the same numbers, added up from another beginning
+            assert np.abs(tip - tip_whole).max() < 1e-9
+            assert np.abs(angles - angles_whole).max() < 1e-11
+        assert rest.contour.line[own[0]] == line
+        assert whole.contour.line[begin] == line
+        assert begin == 0 or whole.contour.line[begin - 1] != line or whole.contour.line[begin] == line
+        assert np.array_equal(rest.contour.line[own], whole.contour.line[begin:])
+
+
+@pytest.mark.parametrize("line", [12, 18, 26, 37])
+def test_rows_of_a_restart_lie_on_rows_of_the_whole_program(tmp_path: Path, run: Callable[..., Any], line: int) -> None:
+    """Read back from the files: every row of the restart is on the polyline of the whole program's rows."""
+    sample, place = FOLDER / "pocket_3axis.nc", arguments("pocket_3axis.nc")
+    whole, rest = tmp_path / "whole.csv", tmp_path / "rest.csv"
+    assert run("convert", sample, *place, "-o", whole).code == 0
+    again = (*place, "--from", "home", "--from-line", line, "--to", "home")
+    answer = run("convert", sample, *again, "-o", rest)
+    assert answer.code == 0, answer.err
+    said = " ".join(answer.err.split())
+    assert f"Taken up at line {line}; before the start there must be: tool 1, spindle clockwise at 12000/min" in said
+    verdict = run("verify", rest, "--against", sample, *again)
+    assert verdict.code == 0, verdict.err
+    machine = verne_post.load_machine()
+    tips = []
+    for path in (whole, rest):
+        rows = np.loadtxt(path, delimiter=",", skiprows=1)
+        rows = rows[rows[:, -1] >= (line if path == rest else 1)]
+        q = rows[:, 1:6] / [column.factor for column in machine.columns]
+        tips.append(machine.forward(q, 80.0)[0])
+    _distance, near = cKDTree(tips[0]).query(tips[1], k=40)  # several: the path comes back to the same places
+    gap = np.full(len(tips[1]), np.inf)
+    for first in np.clip(np.concatenate([near, near - 1], axis=1), 0, len(tips[0]) - 2).T:
+        a, b = tips[0][first], tips[0][first + 1]
+        u = np.clip(((tips[1] - a) * (b - a)).sum(1) / np.maximum(((b - a) ** 2).sum(1), 1e-30), 0, 1)
+        gap = np.minimum(gap, np.linalg.norm(tips[1] - a - u[:, None] * (b - a), axis=1))
+    # at 25 mm/s rows are 25 um apart: the chord of a corner of 10 um, or of a radius of 6 mm, is this far off
+    assert gap.max() < 3e-4
+
+
+PROGRAM = """G21 G90 G17 G54
+T3 M6
+S5000 M3 M8
+G0 X0 Y0 Z50 A0 C0
+G1 X20 F1500
+G41 D3 X22 Y4
+G1 X30
+G1 X30 Y14
+G40 X40
+G0 Z60
+G4 P0.2
+G81 X10 Y10 Z30 R45 F300
+X20
+X30
+G80
+o1 repeat [2]
+G1 X5
+G1 X6
+o1 endrepeat
+o100 sub
+G1 Y20
+o100 endsub
+o100 call
+M9
+G0 Z70
+M2
+"""
+
+
+def restarted(machine: verne_post.Machine, line: int, **more: Any) -> Program:
+    tools = {3: Tool(3, 3, (0.0, 0.0, 60.0, *(0.0,) * 6), 4.0)}
+    options = Options(tool_length=60.0, tools=tools, approach="home", from_line=line, **more)
+    return read_program(PROGRAM.encode(), machine, options)
+
+
+@pytest.mark.parametrize(
+    ("line", "why", "near"),
+    [
+        (7, "cutter compensation or a canned cycle", 6),
+        (9, "cutter compensation or a canned cycle", 10),
+        (13, "cutter compensation or a canned cycle", 12),
+        (14, "cutter compensation or a canned cycle", 12),
+        (15, "cutter compensation or a canned cycle", 16),
+        (17, "executed 2 times", 16),
+        (21, "does not execute it, or only in a subprogram", 20),
+        (99, "does not execute it", 26),
+    ],
+)
+def test_a_line_that_depends_on_others_is_refused(machine: verne_post.Machine, line: int, why: str, near: int) -> None:
+    with pytest.raises(InputError, match=why) as refused:
+        restarted(machine, line)
+    finding = refused.value.findings[0]
+    assert finding.code == "VP029"
+    assert finding.line == line
+    named = re.search(r"the nearest line that will do is (\d+)", finding.message)
+    assert named
+    assert int(named[1]) == near
+
+
+@pytest.mark.parametrize("line", [4, 5, 6, 10, 11, 12, 16, 23, 24, 25])
+def test_what_the_skipped_lines_switched_on_is_told(machine: verne_post.Machine, line: int) -> None:
+    rest = restarted(machine, line)
+    told = [(event.kind, *event.data.values()) for event in rest.moves.events if event.before == 0]
+    on = [("tool", 3), ("spindle", "clockwise", 5000.0), ("coolant", "flood")]
+    assert told[:2] == on[:2]
+    assert (("coolant", "flood") in told) == (line < 25)
+    begins = rest.contour.line[np.flatnonzero(rest.contour.line > 0)[0]]
+    assert begins == 21 if line == 23 else begins >= line  # the call's own moves
+    assert len(rest.path.dwell_seconds) == (line <= 11)
+
+
+def test_nothing_is_left_behind_the_end(machine: verne_post.Machine) -> None:
+    with pytest.raises(InputError, match="no motion from line 26 on"):
+        restarted(machine, 26)
+
+
+def test_the_way_into_the_middle_feeds_at_its_end(machine: verne_post.Machine) -> None:
+    """The last 10 mm of the plunge, along the tool axis, at the feed of the first feed move."""
+    path = restarted(machine, 5).path
+    last = int(np.flatnonzero(path.move < 0)[-1])
+    assert path.end[last, 2] - path.start[last, 2] == pytest.approx(-10.0)
+    assert path.length[last] / path.feed_time[last] == pytest.approx(1500.0 / 60.0)
+    assert (path.feed_time[:last] == 0).all()
+
+
+def test_a_stop_before_the_line_is_passed_and_one_behind_it_splits(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("p.nc").write_text(
+        "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X9 F900\nM0\nG1 X20\nG1 Y9\nM0\nG1 X0\nM2\n", encoding="utf-8"
+    )
+    place = ("p.nc", "--tool-length", 60, "--wcs", "G54=0,0,40", "--from", "home")
+    assert run("convert", *place, "--from-line", 8, "-o", "a.csv").code == 0
+    assert run("convert", *place, "--from-line", 5, "-o", "a.csv").code == 2
+    assert run("convert", *place, "--from-line", 5, "-o", "b.csv", "--split-at-stops").code == 0
+    assert sorted(path.name for path in tmp_path.glob("b.*")) == ["b.1.csv", "b.2.csv", "b.index.json"]
+    again = ("--against", *place, "--from-line", 5, "--split-at-stops")
+    assert run("verify", "b.index.json", *again).code == 0
+    # the stop's own line: its stop is done by whoever takes the program up there
+    assert run("convert", *place, "--from-line", 7, "-o", "c.csv").code == 0
+
+
+def test_a_restart_needs_to_know_where_the_machine_stands(run: Callable[..., Any]) -> None:
+    answer = run("convert", FOLDER / "pocket_3axis.nc", *arguments("pocket_3axis.nc"), "--from-line", 20)
+    assert answer.code == 2
+    assert "--from" in answer.err
+    assert answer.out == ""

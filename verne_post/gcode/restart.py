@@ -1,0 +1,97 @@
+"""Where a program can be taken up again, and what must be as it was: ``--from-line``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from verne_post.gcode.dialects import chosen
+from verne_post.gcode.run import Stops, Trace
+from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.model.findings import InputError, finding
+from verne_post.model.moves import Event, Moves
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Where the remaining program begins: its first move and its first event; and what the skipped blocks have switched on."""
+
+    move: int
+    event: int
+    switched: tuple[Event, ...]
+
+
+def restart_at(source: bytes, setup: Setup, moves: Moves, line: int) -> Restart:
+    """Replay a program that has been read, up to a line.
+
+    Parameters
+    ----------
+    source : bytes
+    setup : Setup
+        As it was read with.
+    moves : Moves
+        What was read; says where the program starts.
+    line : int
+        1-based; the first line that is to be executed.
+
+    Raises
+    ------
+    InputError
+        VP029: the line is not executed exactly once by the program itself, or cutter compensation or a canned cycle
+        holds there; names the nearest line that will do.
+    """
+    dialect = chosen(setup.dialect, source)
+
+    def replayed(stops: Stops) -> tuple[State, Recorder]:
+        state = dialect.start(setup)
+        state.known = [True] * 9
+        state.position = [float(value) for value in moves.start]
+        done = dialect.run(source, setup, state, stops)
+        return state, done.recorder
+
+    trace = Trace()
+    replayed(Stops(trace=trace))
+    spans = np.array(trace.spans, dtype=np.int64).reshape(-1, 3)
+    why = _refused(spans, line)
+    if why is not None:
+        near = _nearest(spans, line)
+        right = "no line of this program will do" if near is None else f"the nearest line that will do is {near}"
+        raise InputError(
+            finding("VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line)
+        )
+    state, recorder = replayed(Stops(before=line))
+    return Restart(recorder.count, len(recorder.events), _as_it_was(state, line))
+
+
+def _refused(spans: np.ndarray, line: int) -> str | None:
+    """Why a program cannot be taken up at a line; None where it can."""
+    times = spans[(spans[:, 0] <= line) & (line < spans[:, 1])]
+    if not len(times):
+        return "the program does not execute it, or only in a subprogram"
+    if len(times) > 1:
+        return f"it is executed {len(times)} times"
+    return None if times[0, 2] else "cutter compensation or a canned cycle holds there"
+
+
+def _nearest(spans: np.ndarray, line: int) -> int | None:
+    """The nearest line at which a program can be taken up; of two the earlier one."""
+    good = spans[spans[:, 2] == 1]
+    # spans end where the way through the program turns, so that a line between their ends is no better than those
+    candidates = np.unique(np.concatenate([good[:, 0], good[:, 1] - 1, np.clip(line, good[:, 0], good[:, 1] - 1)]))
+    for candidate in candidates[np.argsort(np.abs(candidates - line), kind="stable")].tolist():
+        if _refused(spans, candidate) is None:
+            return int(candidate)
+    return None
+
+
+def _as_it_was(state: State, line: int) -> tuple[Event, ...]:
+    """Tool, spindle, coolant and overrides that hold, as events before the first move."""
+    found: list[tuple[str, dict[str, object]]] = []
+    if state.loaded_tool is not None:
+        found.append(("tool", {"number": state.loaded_tool}))
+    if state.spindle_on:
+        direction = "counterclockwise" if state.spindle_reversed else "clockwise"
+        found.append(("spindle", {"direction": direction, "speed": state.spindle_speed}))
+    found += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
+    if not state.overrides["feed"] or not state.overrides["speed"]:
+        found.append(("override", dict(state.overrides)))
+    return tuple(Event(line, kind, 0, data) for kind, data in found)

@@ -1,0 +1,96 @@
+"""On which branch of the table a program runs: chosen over the whole path, and told where that takes more than words said."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Moves
+from verne_post.model.options import Options
+from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.branches import BranchPlan, plan_branches
+from verne_post.toolpath.build import build_path
+from verne_post.toolpath.evaluate import pose
+
+Array = NDArray[np.float64]
+
+
+def on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
+    """The tool path on the branches of the table that keep the limits, and what that took.
+
+    A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
+    """
+    limits, module = machine.limits, machine.module
+    errors = np.array([margin.error_below for margin in machine.margins])
+    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
+    chosen: list[BranchPlan] = []
+    planned: list[NDArray[np.int32]] = []  # the move of each planned piece: some may have no length in the end
+
+    def planner(path: ToolPath) -> tuple[Array, Array] | None:
+        def legal(piece: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
+            tip, _angles = pose(path, piece, u)
+            q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[piece])
+            with np.errstate(invalid="ignore"):
+                inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
+                clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
+            return ok & inside & clear
+
+        plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])))
+        if plan is None:
+            return None
+        chosen.append(plan)
+        planned.append(path.move)
+        taken = path.free.any() or (options.allow_rewind and not any(change.feeding for change in plan.changes))
+        return (plan.start, plan.end) if taken else None
+
+    path = build_path(moves, machine.coordinates, options.orientation, planner)
+    if not chosen:
+        return path, None
+    plan, piece = chosen[0], np.searchsorted(planned[0], path.move)
+    changes = tuple(
+        replace(change, piece=int(np.searchsorted(path.move, planned[0][change.piece]))) for change in plan.changes
+    )
+    return path, BranchPlan(plan.start[piece], plan.end[piece], changes, plan.departs[piece], plan.legal)
+
+
+def branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow_rewind: bool) -> list[Finding]:
+    """VP301: where the table rewinds, changes sides, or leaves the programmed branch."""
+    factors = [column.factor for column in machine.columns[-2:]]
+
+    def shown(pair: tuple[float, float]) -> str:
+        return ", ".join(
+            f"{name} {value * factor:.3f}" for name, value, factor in zip("AC", pair, factors, strict=True)
+        )
+
+    found = []
+    for change in plan.changes:
+        line = int(path.line[change.piece])
+        at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
+        fine = allow_rewind and not change.feeding
+        if at_pole:
+            what = f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg"
+            fine = fine or bool(path.free.any())  # else the path stays as it was programmed
+        else:
+            what = f"the table must go from ({shown(change.before)}) to ({shown(change.after)}) deg before this line"
+        if not fine:
+            what += (
+                "; the tool feeds here, lift it"
+                if change.feeding
+                else "; --allow-rewind adds a retract, turn and return"
+            )
+        found.append(
+            finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
+        )
+    begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
+    at_changes = {change.piece for change in plan.changes}
+    for piece in begins.tolist():
+        if piece in at_changes:
+            continue
+        line = int(path.line[piece])
+        what = f"the programmed A and C break a limit; from this line the table would stand at ({shown((float(plan.start[piece, 0]), float(plan.start[piece, 1])))}) deg instead"
+        found.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
+                             line=line, last_line=line, worst_line=line))  # fmt: skip
+    return found

@@ -1,0 +1,26 @@
+"""The whole program in the air: every pose lifted by the same distance, for a dry run."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from verne_post.model.toolpath import PieceKind, ToolPath
+
+
+def lifted(path: ToolPath, distance: float, *, along_tool: bool) -> ToolPath:
+    """A path lifted by ``distance`` (mm), along the tool axis or along the table's normal.
+
+    Along the tool axis the tip follows what it would with a tool longer by as much: the programmed tip path stays, and the
+    machine moves with that tool. Pieces that are linear in the joints are not lifted, they are to be made from lifted ends.
+    """
+    if (path.kind == PieceKind.JOINT).any():
+        raise ValueError("lift a path before its rapids become linear in the joints")
+    if along_tool:
+        return replace(
+            path, tool_length=path.tool_length + distance, first_tool_length=path.first_tool_length + distance
+        )
+    up = np.array([0.0, 0.0, distance, 0.0, 0.0])
+    return replace(
+        path, start=path.start + up, end=path.end + up, first_pose=path.first_pose + up,
+        arcs=replace(path.arcs, center=path.arcs.center + up[:3]),
+    )  # fmt: skip
