@@ -19,15 +19,18 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds
 from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.contour import Contour
+from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import WORK_SYSTEMS, ZERO9, Event, Frame, MoveKind, Moves
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.model.summary import FreeTurn, Part, Summary
+from verne_post.model.summary import FreeTurn, Part, Summary, TimedEvent
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounded, setpoint_format, trusted_format
+from verne_post.output.setpoints import headings
+from verne_post.timing.events import EventRows
 from verne_post.timing.plan import Planning, RunPlan, plan_contour
 from verne_post.timing.playback import playback
 from verne_post.timing.sample import Timeline, rows, timeline
@@ -207,6 +210,19 @@ def _dwells(moves: Moves) -> NDArray[np.intp]:
     return np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
 
 
+def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
+    """How the rows count; empty for mm and degrees.
+
+    Raises
+    ------
+    InputError
+        VP018 where the machine file does not name the drives that are asked for.
+    """
+    if options.units == "drive" and not machine.drives:
+        raise InputError(finding("VP018", "--units drive needs [drives] in the machine file"))
+    return machine.drives if options.units == "drive" else ()
+
+
 def _kept_moves(path: ToolPath) -> NDArray[np.int32]:
     """Numbers of the moves that have a length, ascending."""
     return np.unique(path.move[path.move >= 0])
@@ -273,9 +289,31 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
 
 def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
     """Rows as they will be written: exact inverse kinematics at s(t_k), rounded."""
-    joints, machine = plan.program.joints(), plan.program.machine
-    for first, segment, w, line in rows(plan.program.contour, plan.laws, plan.timeline):
-        yield SetpointBlock(first, rounded(joints.q(segment, w), machine, fmt), line.astype(np.int32), fmt)
+    for block, _move in _blocks_with_moves(plan, fmt):
+        yield block
+
+
+def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
+    """Rows as they will be written, and the move that each belongs to: -1 on the way to the program."""
+    program = plan.program
+    joints, machine, contour = program.joints(), program.machine, program.contour
+    move_of_piece = np.maximum.accumulate(contour.path.move)  # detours, and the way behind, belong to what is before
+    dwells = np.append(_dwells(program.moves), -1)
+    for some in rows(contour, plan.laws, plan.timeline):
+        values, numbers = rounded(joints.q(some.segment, some.w), machine, fmt)
+        move = np.where(some.dwell >= 0, dwells[some.dwell], move_of_piece[contour.piece[some.segment]])
+        yield SetpointBlock(some.first, values, some.line.astype(np.int32), fmt, numbers), move
+
+
+def _happenings(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
+    """Events and dwells in order, and the move behind each; -1 for what is to be done before the first one."""
+    moves, kept, dwells = program.moves, _kept_moves(program.path), _dwells(program.moves)
+    waits = {int(dwell): float(moves.feed[dwell]) for dwell in dwells if dwell not in program.stops}
+    rests = [Event(int(moves.line[move]), "dwell", move, {"seconds": seconds}) for move, seconds in waits.items()]
+    every = sorted([*moves.events, *rests], key=lambda event: event.before)  # events come before a dwell in their place
+    first = min([int(kept[0]), *dwells[:1].tolist()])
+    before = np.array([event.before for event in every], dtype=np.intp)
+    return every, np.where(before <= first, -1, before)
 
 
 def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
@@ -314,18 +352,29 @@ def convert(
     take = collected.append if sink is None else sink
     try:
         program = read_program(source, machine, options)
-        fmt = setpoint_format(machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding)
+        fmt = setpoint_format(
+            machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
+            drives=drives_of(machine, options),
+        )  # fmt: skip
         plan = plan_program(program, progress)
     except InputError as error:
         return failed(error)
     verifier = verifier_of(program, fmt)
-    for block in setpoint_blocks(plan, fmt):
+    happenings, before = _happenings(program)
+    event_rows = EventRows(before)
+    for block, move in _blocks_with_moves(plan, fmt):
         verifier.feed(block)
+        event_rows.feed(block.first, move, block.written)
         take(block)
         if progress is not None:
             progress("writing", block.first + len(block.values), plan.timeline.n_rows)
     verdict = verifier.finish()
-    summary = summarise(source, plan, fmt, verdict)
+    event_rows.finish()
+    timed = tuple(
+        TimedEvent(int(row), tuple(numbers.tolist()), event)
+        for row, numbers, event in zip(event_rows.row, event_rows.numbers, happenings, strict=True)
+    )
+    summary = replace(summarise(source, plan, fmt, verdict), timed=timed)
     if not verdict.ok:
         ours = tuple(
             replace(item, code="VP901", message=f"our own verification failed: {item.code}: {item.message}")
@@ -334,12 +383,12 @@ def convert(
         return Result(False, 70, (*plan.findings, *ours), summary)
     setpoints = None
     if sink is None:
-        values = np.concatenate([block.values for block in collected])
+        values = np.concatenate([block.written for block in collected])
         setpoints = Setpoints(
             fmt.cycle * np.arange(len(values), dtype=np.float64),
             values,
             np.concatenate([block.line for block in collected]),
-            ("t_s", *(column.header for column in machine.columns), "line"),
+            headings(machine.columns, fmt.drives),
         )
     return Result(True, 0, plan.findings, summary, setpoints)
 
@@ -417,7 +466,8 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
     feeding = np.flatnonzero(path.feed_time > 0)
     reached = int(plan.laws.reached[feeding].sum())
     q_start = program.joints().q(np.array([0]), np.array([0.0]))
-    start = rounded(q_start, program.machine, fmt)[0]
+    places, numbers = rounded(q_start, program.machine, fmt)
+    start = (places if numbers is None else numbers)[0]
     used = np.unique(moves.frame[path.move[path.move >= 0]])
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)
     return Summary(

@@ -72,10 +72,10 @@ def spoilt(monkeypatch: pytest.MonkeyPatch) -> None:
 
     real = pipeline.rounded
 
-    def rounded(q: np.ndarray, *arguments: Any) -> np.ndarray:
-        values = real(q, *arguments)
+    def rounded(q: np.ndarray, *arguments: Any) -> tuple[np.ndarray, None]:
+        values, _numbers = real(q, *arguments)
         values[len(values) // 2, 0] += 0.01
-        return values
+        return values, None
 
     monkeypatch.setattr(pipeline, "rounded", rounded)
 

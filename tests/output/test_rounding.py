@@ -95,7 +95,8 @@ def test_rounding_is_to_the_nearest_and_makes_no_negative_zero() -> None:
     fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     factor = np.array([column.factor for column in MACHINE.columns])
     file = np.array([[100.00000004, 100.00000006, -4e-8, -4e-9, -0.0], [1.0, 2.0, 3.0, 45.123456786, -360.0]])
-    values = rounded(file / factor, MACHINE, fmt)
+    values, numbers = rounded(file / factor, MACHINE, fmt)
+    assert numbers is None
     assert values[0].tolist() == [100.0, 100.0000001, 0.0, 0.0, 0.0]
     assert values[1].tolist() == [1.0, 2.0, 3.0, 45.12345679, -360.0]
     assert not np.signbit(values[0]).any()

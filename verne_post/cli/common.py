@@ -92,6 +92,14 @@ def way_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """``--units``, for the commands that write or read setpoints."""
+    return click.option(
+        "--units", type=click.Choice(["joint", "drive"]), default="joint", show_default=True,
+        help="Numbers of the rows: mm and degrees, or what the drives count ([drives] of the machine file).",
+    )(command)  # fmt: skip
+
+
 def build_options(name: str, **given: Any) -> "Options":
     """Options from the values of the command line."""
     from verne_post.model.options import Options
@@ -126,6 +134,7 @@ def build_options(name: str, **given: Any) -> "Options":
         wcs=dict(_work_offset(text) for text in given.get("wcs", ())),
         cycle=cycle,
         decimals=given.get("decimals"),
+        units=given.get("units", "joint"),
         accept_rounding=given.get("accept_rounding", False),
         approach=_start(given.get("start")),
         departure=given.get("goal"),

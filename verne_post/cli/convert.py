@@ -18,6 +18,7 @@ from verne_post.cli.common import (
     progress_bar,
     refuse,
     shown_name,
+    units_option,
     way_options,
     write_whole,
 )  # fmt: skip
@@ -63,36 +64,52 @@ _COPY: Final = 1 << 20
     help="Write facts of the conversion as JSON beside it.",
 )
 @click.option(
+    "--events",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write what is not motion, with time, line and axes, as FILE.csv or FILE.json.",
+)
+@click.option(
     "--write-parameters",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
     help="Write the parameter file that the program leaves behind.",
 )
+@units_option
 @way_options
 @program_options
 def command(
     input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None,
-    write_parameters: Path | None, **given: Any,
+    events: Path | None, write_parameters: Path | None, **given: Any,
 ) -> int:  # fmt: skip
     """Convert G-code to verified setpoints.
 
     INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
     """
     from verne_post.model.findings import InputError
+    from verne_post.output.events import SUFFIXES, events_text
+    from verne_post.pipeline import drives_of
 
     if decimals != "auto" and not (decimals.isdecimal() and int(decimals) <= 12):
         raise click.UsageError(f"--decimals {decimals}: expected auto, or a whole number from 0 to 12")
+    if events is not None and events.suffix not in SUFFIXES:
+        raise click.UsageError(f"--events {events}: expected a name that ends in {' or '.join(SUFFIXES)}")
     given["decimals"] = None if decimals == "auto" else int(decimals)
     if given["split_at_stops"]:
-        _check_parts(output, {"INPUT": Path(input_name), "--meta": meta, "--write-parameters": write_parameters})
+        _check_parts(
+            output,
+            {"INPUT": Path(input_name), "--meta": meta, "--events": events, "--write-parameters": write_parameters},
+        )
     check_writable(output, "-o")
     check_writable(meta, "--meta")
+    check_writable(events, "--events")
     check_writable(write_parameters, "--write-parameters")
     name = shown_name(input_name)
     try:
         machine = load(given.pop("machine_name"))
         paths = given.pop("subroutine_path")
         source, options = program_text(input_name, build_options(name, **given), paths)
+        drives = drives_of(machine, options)
     except InputError as error:
         return refuse(name, error)
 
@@ -104,7 +121,7 @@ def command(
 
     header, encode = FORMATS[file_format]
     with tempfile.TemporaryFile("w+", encoding="utf-8", newline="\n") as spool:
-        spool.write(header(machine.columns))
+        spool.write(header(machine.columns, drives))
 
         def sink(block: "SetpointBlock") -> None:
             spool.write(encode(block))
@@ -119,7 +136,7 @@ def command(
         if options.split_at_stops:
             assert output is not None
             spool.readline()
-            _write_parts(output, spool, header(machine.columns), result.summary)
+            _write_parts(output, spool, header(machine.columns, drives), result.summary)
         elif output is None:
             shutil.copyfileobj(spool, sys.stdout)
             sys.stdout.flush()
@@ -127,6 +144,8 @@ def command(
             write_whole(output, iter(lambda: spool.read(_COPY), ""))
     if meta is not None:
         write_whole(meta, [meta_text(result.summary)])
+    if events is not None:
+        write_whole(events, [events_text(result.summary, events.suffix)])
     if write_parameters is not None:
         write_whole(write_parameters, [parameter_file(dict(result.summary.parameters))])
     click.echo(paragraph(result.summary), nl=False, err=True)

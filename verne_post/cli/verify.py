@@ -14,6 +14,7 @@ from verne_post.cli.common import (
     program_text,
     refuse,
     shown_name,
+    units_option,
     way_options,
 )
 
@@ -22,6 +23,7 @@ from verne_post.cli.common import (
 @click.argument("setpoints", metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option("--accept-rounding", is_flag=True, help="Judge files whose decimals alone break a limit.")
+@units_option
 @way_options
 @program_options
 def command(setpoints: str, against: str, machine_name: str, **given: Any) -> int:
@@ -34,7 +36,7 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
     from verne_post.output.parts import read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.summary import verdict_line
-    from verne_post.pipeline import read_program, verify_setpoints
+    from verne_post.pipeline import drives_of, read_program, verify_setpoints
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
@@ -43,14 +45,17 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
         paths = given.pop("subroutine_path")
         source, options = program_text(against, build_options(shown_name(against), **given), paths)
         program = read_program(source, load(machine_name), options)
+        drives = drives_of(program.machine, options)
         if setpoints.endswith(".index.json"):
             lines = [int(program.moves.line[stop]) for stop in program.stops]
-            parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines)
+            parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives)
             verdict = verify_setpoints(program, parts)
         else:
             stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
             with stream:
-                verdict = verify_setpoints(program, read_csv(stream, name, program.machine.columns, program.cycle))
+                verdict = verify_setpoints(
+                    program, read_csv(stream, name, program.machine.columns, program.cycle, drives)
+                )
     except InputError as error:
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:

@@ -5,20 +5,33 @@ import hashlib
 import math
 import tomllib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.schema import AccuracyFile, Group, HomeFile, LimitsFile, MachineFile, RodsFile, limits_file
+from verne_post.config.schema import (
+    AccuracyFile,
+    DriveFile,
+    Group,
+    HomeFile,
+    LimitsFile,
+    MachineFile,
+    RodsFile,
+    limits_file,
+)
 from verne_post.kinematics.clearance import Bodies, Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
+from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Column, Home, Limits, Machine
 from verne_post.model.protocols import ParallelModule, RodModule
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 _Schema = TypeVar("_Schema", bound=Group)
 
@@ -73,6 +86,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         Column("a", "deg", table.a_sign / RAD_PER_DEG, "VP102"),
         Column("c", "deg", table.c_sign / RAD_PER_DEG, "VP103"),
     )
+    joint_limits = _limits(limits, kind, len(module.actuators), table)
     home, accuracy = content.home, content.accuracy or AccuracyFile()
     return Machine(
         name=content.name,
@@ -82,13 +96,75 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         five_axis=HybridMachine(module, table, content.spindle.nose_offset_mm),
         coordinates=table,
         columns=columns,
-        limits=_limits(limits, kind, len(module.actuators), table),
+        limits=joint_limits,
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=_home(home) if home else None,
         table_radius=content.table.radius,
         clearance=_clearance(content, kind, module, rods),
         cycle=content.control.cycle_s,
         provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
+        drives=_drives(content.drives, columns, joint_limits, file_name),
+    )
+
+
+def _drives(
+    files: dict[str, DriveFile] | None, columns: tuple[Column, ...], limits: Limits, file_name: str
+) -> tuple[Drive, ...]:
+    """The drives in the order of the joints; empty where the file names none.
+
+    Raises
+    ------
+    InputError
+        VP501: a joint without a drive, a drive without a joint, or a table of lead errors that does not cover the travel.
+    """
+    if files is None:
+        return ()
+    joints = [column.joint for column in columns]
+    wrong = [
+        f"{file_name}: drives.{name} is no joint of this machine; they are {', '.join(joints)}"
+        for name in files
+        if name not in joints
+    ]
+    wrong += [
+        f"{file_name}: drives.{name} is missing: every joint needs its drive" for name in joints if name not in files
+    ]
+    if wrong:
+        raise InputError(*(finding("VP501", text) for text in wrong))
+    found = []
+    for column, low, high in zip(columns, limits.lower, limits.upper, strict=True):
+        file = files[column.joint]
+        ends = sorted((float(low) * column.factor, float(high) * column.factor))
+        error = (
+            None
+            if file.lead_error is None
+            else _lead_error(file.lead_error, ends, f"{file_name}: drives.{column.joint}.lead_error")
+        )
+        found.append(Drive(file.unit, float(file.sign), file.zero, file.scale, file.integer, error))
+    return tuple(found)
+
+
+def _lead_error(table: list[list[float]], travel: list[float], where: str) -> "CubicSpline":
+    """A cubic spline through the table: positions between its points must not jerk."""
+    from scipy.interpolate import CubicSpline
+
+    place, error = np.array(table).T
+    endless = not np.isfinite(travel).all()
+    if endless and not (place[-1] - place[0] == 360.0 and error[-1] == error[0]):
+        raise InputError(
+            finding(
+                "VP501",
+                f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at both ends",
+            )
+        )
+    if not endless and not (place[0] <= travel[0] and place[-1] >= travel[1]):
+        raise InputError(
+            finding(
+                "VP501",
+                f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from {travel[0]:g} to {travel[1]:g}",
+            )
+        )
+    return CubicSpline(
+        place, error, bc_type="periodic" if endless else "natural", extrapolate="periodic" if endless else True
     )
 
 

@@ -1,7 +1,7 @@
 """The machine file as a schema: keys, types, bounds. docs/machine-file.md says what they mean."""
 
 from functools import cache
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import (
@@ -14,6 +14,8 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+
+from verne_post.model.drives import STEEPEST_ERROR
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -213,6 +215,29 @@ class ClearanceFile(Group):
     tool_diameter_mm: Positive | None = None
 
 
+class DriveFile(Group):
+    """[drives.JOINT]: how one drive counts."""
+
+    unit: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
+    sign: Literal[1, -1] = 1
+    zero: Number = 0.0
+    scale: Positive = 1.0
+    integer: bool = False
+    lead_error: Annotated[list[Range], Field(min_length=2)] | None = None
+
+    @field_validator("lead_error")
+    @classmethod
+    def _rises(cls, value: list[list[float]] | None) -> list[list[float]] | None:
+        for (low, error_low), (high, error_high) in pairwise(value or []):
+            if high <= low:
+                raise ValueError(f"places rise from row to row; {high:g} follows {low:g}")
+            if abs(error_high - error_low) > STEEPEST_ERROR * (high - low):
+                raise ValueError(
+                    f"between {low:g} and {high:g} the error changes by more than {STEEPEST_ERROR:g} of the way: [place, error], both in mm or degrees"
+                )
+        return value
+
+
 class AccuracyFile(Group):
     """[accuracy]."""
 
@@ -237,6 +262,7 @@ class ProvenanceFile(Group):
     home: Source | None = None
     rods: Source | None = None
     clearance: Source | None = None
+    drives: Source | None = None
     accuracy: Source | None = None
 
 
@@ -261,12 +287,13 @@ class MachineFile(Group):
     accuracy: AccuracyFile | None = None
     rods: dict[str, object] | None = None
     clearance: ClearanceFile | None = None
+    drives: dict[str, DriveFile] | None = None
     control: ControlFile
     provenance: ProvenanceFile
 
     @model_validator(mode="after")
     def _optional_groups_have_a_source(self) -> "MachineFile":
-        for group in ("home", "accuracy", "rods", "clearance"):
+        for group in ("home", "accuracy", "rods", "clearance", "drives"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         return self

@@ -46,7 +46,10 @@ class MachineCodes(FrameCodes):
         if "S" in block.words:
             if block.words["S"] < 0:
                 raise BlockError("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", block.columns["S"])
+            changed = state.spindle_speed != block.words["S"]
             state.spindle_speed = block.words["S"]
+            if changed and state.spindle_on and not m.get("spindle"):
+                self._spindle(block.line, on=True, backwards=state.spindle_reversed)
         if "T" in block.words:
             tool = whole(block, "T")
             if state.tools is not None and tool != 0 and tool not in state.tools:

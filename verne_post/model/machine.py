@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.drives import Drive
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 
 Array = NDArray[np.float64]
@@ -69,7 +70,8 @@ class Machine:
     """One machine: kinematics, limits, control, and where every number comes from.
 
     The functions :meth:`inverse` and :meth:`forward` speak the table frame, mm and rad, workpiece
-    sense, whatever the senses of the machine file.
+    sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order; empty where the file
+    does not name them.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Machine:
     clearance: ClearanceModel | None
     cycle: float
     provenance: dict[str, str]
+    drives: tuple[Drive, ...] = ()
 
     @property
     def margins(self) -> tuple[Margin, ...]:

@@ -79,6 +79,8 @@ class Options(TextOptions):
         Control cycle in s, in place of the machine file's.
     decimals : int or None
         Decimals of every column; None chooses them per column.
+    units : {"joint", "drive"}
+        Numbers of the rows are mm and degrees, or what the drives count.
     accept_rounding : bool
         Write even where the rounding noise of the given decimals exceeds a limit.
     approach : None, "home" or tuple of float
@@ -120,6 +122,7 @@ class Options(TextOptions):
     wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
     cycle: float | None = None
     decimals: int | None = None
+    units: str = "joint"
     accept_rounding: bool = False
     approach: str | tuple[float, ...] | None = None
     departure: str | None = None

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.drives import Drive
+
 
 @dataclass(frozen=True)
 class SetpointFormat:
@@ -17,11 +19,20 @@ class SetpointFormat:
     decimals : tuple of int
         Per joint column.
     time_decimals : int
+    drives : tuple of Drive
+        How the numbers of each column count; empty where they are mm and degrees.
     """
 
     cycle: float
     decimals: tuple[int, ...]
     time_decimals: int
+    drives: tuple[Drive, ...] = ()
+
+    @property
+    def quanta(self) -> NDArray[np.float64]:
+        """One unit of the last decimal of each joint column, mm or degrees."""
+        scales = [drive.scale for drive in self.drives] or [1.0] * len(self.decimals)
+        return np.array([10.0**-d / scale for d, scale in zip(self.decimals, scales, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -33,13 +44,21 @@ class SetpointBlock:
     first : int
         Index of the first row; row k stands at ``t = k * cycle``.
     values : ndarray, shape (n, n_joints)
-        Joint values in the units and the sense of the file, rounded.
+        Joint values in mm and degrees, in the sense of the machine file: exactly what the written numbers stand for.
     line : ndarray of int32, shape (n,)
         Source line of each row.
     format : SetpointFormat
+    numbers : ndarray, shape (n, n_joints), or None
+        The numbers as written; None where they are ``values`` themselves.
     """
 
     first: int
     values: NDArray[np.float64]
     line: NDArray[np.int32]
     format: SetpointFormat
+    numbers: NDArray[np.float64] | None = None
+
+    @property
+    def written(self) -> NDArray[np.float64]:
+        """The numbers as written (n, n_joints)."""
+        return self.values if self.numbers is None else self.numbers

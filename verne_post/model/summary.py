@@ -34,6 +34,15 @@ class Part:
     then: tuple[Event, ...]
 
 
+@dataclass(frozen=True)
+class TimedEvent:
+    """An event with the row at which it happens, and the joints' numbers as written there."""
+
+    row: int
+    numbers: tuple[float, ...]
+    event: Event
+
+
 @dataclass(frozen=True, eq=False)
 class Summary:
     """Facts of one conversion.
@@ -56,7 +65,7 @@ class Summary:
     tolerance : tuple of float
         Largest tip (mm) and axis (rad) tolerance of rounded corners, 0 where there are none.
     start : tuple of float
-        The first row, in file units: the machine must already stand there.
+        The first row as written: the machine must already stand there.
     frames : tuple of Frame
         Work systems in use.
     verification : Verification or None
@@ -69,6 +78,8 @@ class Summary:
         What happens before the first motion.
     parts : tuple of Part
         One where nothing is cut.
+    timed : tuple of TimedEvent
+        All events and dwells with their rows; empty where nothing was written.
     """
 
     source: bytes
@@ -94,3 +105,4 @@ class Summary:
     parameters: Mapping[int, float] = field(default_factory=dict)
     before: tuple[Event, ...] = ()
     parts: tuple[Part, ...] = ()
+    timed: tuple[TimedEvent, ...] = ()

@@ -3,11 +3,13 @@
 import json
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
+from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
@@ -81,7 +83,7 @@ def parts_of(index_file: Path) -> list[Path]:
 
 
 def read_parts(
-    path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int]
+    path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...] = ()
 ) -> Iterator[SetpointBlock]:
     """Rows of all parts of an index, one behind the other; ``stop_lines`` are where the program is to be cut.
 
@@ -101,11 +103,11 @@ def read_parts(
             raise InputError(finding("VP020", f"{file}: {error}")) from None
         begin, line = first, None
         with stream:
-            for block in read_csv(stream, str(file), columns, cycle):
+            for block in read_csv(stream, str(file), columns, cycle, drives):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
                     raise InputError(finding("VP020", f"{file}: does not begin where the part before it ended"))
                 last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
-                yield SetpointBlock(begin + block.first, block.values, block.line, block.format)
+                yield replace(block, first=begin + block.first)
         if number < len(stop_lines) and line != stop_lines[number]:
             raise InputError(
                 finding("VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}")

@@ -1,5 +1,6 @@
 """Decimals of a setpoint file: how many each column needs, and what fewer would cost."""
 
+from dataclasses import replace
 from decimal import Decimal
 from typing import Final
 
@@ -7,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.tolerances import ROUNDING_JERK_SHARE
+from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
-from verne_post.model.machine import Machine
+from verne_post.model.machine import Column, Machine
 from verne_post.model.setpoints import SetpointFormat
 
 Array = NDArray[np.float64]
@@ -17,30 +19,45 @@ Array = NDArray[np.float64]
 MAX_DECIMALS: Final = 12
 
 
-def setpoint_format(machine: Machine, cycle: float, decimals: int | None, *, accept_rounding: bool) -> SetpointFormat:
+def setpoint_format(
+    machine: Machine, cycle: float, decimals: int | None, *, accept_rounding: bool, drives: tuple[Drive, ...] = ()
+) -> SetpointFormat:
     """Choose the decimals of every column.
 
     With ``decimals`` None, the noise of the third difference, ``4 q / cycle^3`` with q one unit of
-    the last decimal, stays under 1 % of the column's jerk limit.
+    the last decimal, stays under 1 % of the column's jerk limit. Drives that take whole numbers get those.
 
     Raises
     ------
     InputError
-        VP018 when the noise of given decimals exceeds a limit itself and ``accept_rounding`` is False.
+        VP018 when the noise of given decimals, or of whole numbers, exceeds a limit itself and ``accept_rounding`` is False.
     """
     jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
-    needed = np.ceil(-np.log10(ROUNDING_JERK_SHARE * jerk * cycle**3 / 4)).astype(int)
+    whole = np.array([drive.integer for drive in drives] or [False] * len(jerk))
+    scale = np.array([drive.scale for drive in drives] or [1.0] * len(jerk))
+    needed = np.ceil(-np.log10(ROUNDING_JERK_SHARE * jerk * scale * cycle**3 / 4)).astype(int)
     chosen = np.clip(needed, 0, MAX_DECIMALS) if decimals is None else np.full(len(jerk), decimals)
-    fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle))
-    if decimals is not None and not accept_rounding:
-        for column, noise, limit in zip(machine.columns, rounding_noise(machine, fmt)[1], jerk, strict=True):
-            if noise > limit:
-                text = (
-                    f"--decimals {decimals}: rounding {column.header} alone makes a jerk of {noise:g} {column.unit}/s3, "
-                    f"over its limit {limit:g}; use --decimals auto, or --accept-rounding"
-                )
-                raise InputError(finding("VP018", text))
+    chosen = np.where(whole, 0, chosen)
+    fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle), drives)
+    if accept_rounding:
+        return fmt
+    for index, (column, noise, limit) in enumerate(
+        zip(machine.columns, rounding_noise(machine, fmt)[1], jerk, strict=True)
+    ):
+        if noise > limit and (whole[index] or decimals is not None):
+            text = (
+                f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding" if whole[index]
+                else f"--decimals {decimals}: rounding {heading(column, drives, index)}"
+            )  # fmt: skip
+            remedy = "use --units joint" if whole[index] else "use --decimals auto"
+            text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over its limit {limit:g}; {remedy}, or --accept-rounding"
+            raise InputError(finding("VP018", text))
     return fmt
+
+
+def heading(column: Column, drives: tuple[Drive, ...], index: int) -> str:
+    """Name of a joint's column in a setpoint file."""
+    return f"{column.joint}_{drives[index].unit}" if drives else column.header
 
 
 def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: bool) -> SetpointFormat:
@@ -51,19 +68,18 @@ def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: b
     """
     if accept_rounding:
         return seen
-    auto = setpoint_format(machine, seen.cycle, None, accept_rounding=False)
+    auto = setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=seen.drives)
     jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
     coarse = rounding_noise(machine, seen)[1] > jerk
     decimals = tuple(
         fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, coarse, strict=True)
     )
-    return SetpointFormat(seen.cycle, decimals, seen.time_decimals)
+    return replace(seen, decimals=decimals)
 
 
 def rounding_noise(machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array]:
-    """Largest acceleration and jerk that rounding adds to each column's differences, file units."""
-    quantum = 10.0 ** -np.array(fmt.decimals, dtype=float)
-    return 2 * quantum / fmt.cycle**2, 4 * quantum / fmt.cycle**3
+    """Largest acceleration and jerk that rounding adds to each column's differences, mm or degrees."""
+    return 2 * fmt.quanta / fmt.cycle**2, 4 * fmt.quanta / fmt.cycle**3
 
 
 def time_decimals(cycle: float) -> int:
@@ -72,9 +88,24 @@ def time_decimals(cycle: float) -> int:
     return min(max(-int(exponent), 0), MAX_DECIMALS)
 
 
-def rounded(q: Array, machine: Machine, fmt: SetpointFormat) -> Array:
-    """Joint values (n, n_joints) in mm and rad -> file units, rounded as they will be written."""
+def rounded(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array | None]:
+    """Joint values (n, n_joints) in mm and rad -> what will be written: places in mm and degrees, and the numbers.
+
+    The numbers are None where they are the places themselves.
+    """
     values = q * np.array([column.factor for column in machine.columns])
+    for joint, drive in enumerate(fmt.drives):
+        values[:, joint] = drive.numbers(values[:, joint])
     for joint, decimals in enumerate(fmt.decimals):
         values[:, joint] = np.round(values[:, joint], decimals)
-    return values + 0.0  # no negative zeros
+    values = values + 0.0  # no negative zeros
+    if not fmt.drives:
+        return values, None
+    return places_of(values, fmt), values
+
+
+def places_of(numbers: Array, fmt: SetpointFormat) -> Array:
+    """Numbers (n, n_joints) of a file -> mm and degrees."""
+    if not fmt.drives:
+        return numbers
+    return np.stack([drive.places(numbers[:, joint]) for joint, drive in enumerate(fmt.drives)], axis=1)

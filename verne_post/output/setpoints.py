@@ -6,17 +6,23 @@ from typing import IO, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.output.rounding import MAX_DECIMALS, time_decimals
+from verne_post.output.rounding import MAX_DECIMALS, heading, places_of, time_decimals
 
 _READ_ROWS: Final = 8192
 
 
-def csv_header(columns: tuple[Column, ...]) -> str:
+def headings(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> tuple[str, ...]:
+    """Names of the columns: t_s, the joints with what their numbers are, line."""
+    return ("t_s", *(heading(column, drives, index) for index, column in enumerate(columns)), "line")
+
+
+def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> str:
     """``t_s,rho1_mm,...,line``."""
-    return ",".join(["t_s", *(column.header for column in columns), "line"]) + "\n"
+    return ",".join(headings(columns, drives)) + "\n"
 
 
 def csv_rows(block: SetpointBlock) -> str:
@@ -25,17 +31,21 @@ def csv_rows(block: SetpointBlock) -> str:
     row = ",".join([f"%.{fmt.time_decimals}f", *(f"%.{d}f" for d in fmt.decimals), "%d"]) + "\n"
     n = len(block.values)
     time = (block.first + np.arange(n)) * fmt.cycle
-    table = np.column_stack([time, block.values, block.line])
+    table = np.column_stack([time, block.written, block.line])
     return (row * n) % tuple(table.ravel().tolist())
 
 
 #: Formats of setpoint files: name -> (header, rows).
-FORMATS: Final[dict[str, tuple[Callable[[tuple[Column, ...]], str], Callable[[SetpointBlock], str]]]] = {
+FORMATS: Final[
+    dict[str, tuple[Callable[[tuple[Column, ...], tuple[Drive, ...]], str], Callable[[SetpointBlock], str]]]
+] = {
     "csv": (csv_header, csv_rows),
 }
 
 
-def read_csv(stream: IO[str], name: str, columns: tuple[Column, ...], cycle: float) -> Iterator[SetpointBlock]:
+def read_csv(
+    stream: IO[str], name: str, columns: tuple[Column, ...], cycle: float, drives: tuple[Drive, ...] = ()
+) -> Iterator[SetpointBlock]:
     """Read a setpoint file block by block.
 
     Parameters
@@ -47,28 +57,35 @@ def read_csv(stream: IO[str], name: str, columns: tuple[Column, ...], cycle: flo
         What the machine needs.
     cycle : float
         Control cycle in s; row k must stand at k * cycle.
+    drives : tuple of Drive
+        How the numbers count; empty for mm and degrees.
 
     Raises
     ------
     InputError
         VP020: wrong columns, something that is not a number, a row out of time.
     """
-    expected = csv_header(columns).strip()
+    expected = csv_header(columns, drives).strip()
     header = stream.readline().strip()
     if header != expected:
-        raise InputError(finding("VP020", f"{name}: the columns are {header!r}, expected {expected!r}"))
+        text = f"{name}: the columns are {header!r}, expected {expected!r}"
+        joints = [[cell.partition("_")[0] for cell in line.split(",")] for line in (header, expected)]
+        if joints[0] == joints[1]:
+            text += "; these joints are in other units, see --units"
+        raise InputError(finding("VP020", text))
     first, fmt = 0, None
     while lines := [line for _, line in zip(range(_READ_ROWS), stream, strict=False)]:
         table = _numbers(lines, len(columns) + 2, name, first)
         if fmt is None:
-            fmt = _format_of(lines, cycle)
+            fmt = _format_of(lines, cycle, drives)
         _check_time(table[:, 0], name, first, fmt)
         line = table[:, -1]
         strange = (line != np.round(line)) | (line < 0) | (line > np.iinfo(np.int32).max)
         if strange.any():
             row = int(np.argmax(strange))
             raise InputError(finding("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number"))
-        yield SetpointBlock(first, table[:, 1:-1], line.astype(np.int32), fmt)
+        numbers = table[:, 1:-1]
+        yield SetpointBlock(first, places_of(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
 
 
@@ -94,12 +111,12 @@ def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.
     raise InputError(finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"))
 
 
-def _format_of(lines: list[str], cycle: float) -> SetpointFormat:
+def _format_of(lines: list[str], cycle: float, drives: tuple[Drive, ...]) -> SetpointFormat:
     """Decimals as written: the most that a column shows in the first rows."""
     counts = np.array([[len(cell.partition(".")[2]) for cell in line.strip().split(",")] for line in lines[:64]]).max(
         axis=0
     )
-    return SetpointFormat(cycle, tuple(int(min(d, MAX_DECIMALS)) for d in counts[1:-1]), int(counts[0]))
+    return SetpointFormat(cycle, tuple(int(min(d, MAX_DECIMALS)) for d in counts[1:-1]), int(counts[0]), drives)
 
 
 def _check_time(t: NDArray[np.float64], name: str, first: int, fmt: SetpointFormat) -> None:

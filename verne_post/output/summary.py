@@ -13,15 +13,17 @@ from verne_post.model.moves import SYSTEM_NAMES
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
+from verne_post.output.setpoints import headings
 
 
 def paragraph(summary: Summary) -> str:
     """One paragraph of plain sentences, wrapped at 100 columns."""
     machine, options = summary.machine, summary.options
     joints = [column.joint for column in machine.columns]
+    names = headings(machine.columns, summary.format.drives)
     start = ", ".join(
-        f"{column.header} {value:.{min(d, 4)}f}"
-        for column, value, d in zip(machine.columns, summary.start, summary.format.decimals, strict=True)
+        f"{name} {value:.{min(d, 4)}f}"
+        for name, value, d in zip(names[1:-1], summary.start, summary.format.decimals, strict=True)
     )
     parts = [
         f"{options.source_name} on {machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
@@ -66,7 +68,7 @@ def paragraph(summary: Summary) -> str:
     parts += _free_turn(summary)
     parts += _offsets(summary)
     parts += _stops(summary)
-    if options.decimals is not None:
+    if options.decimals is not None or any(drive.integer for drive in summary.format.drives):
         parts.append(_rounding(summary))
     assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
     if assumed:
@@ -154,7 +156,7 @@ def _rounding(summary: Summary) -> str:
         f"{column.joint} {a:.3g} {column.unit}/s2 and {j:.3g} {column.unit}/s3"
         for column, a, j in zip(summary.machine.columns, acceleration, jerk, strict=True)
     ]
-    return f"Rounding to the given decimals may add {'; '.join(parts)} to the differences."
+    return f"Rounding of the written numbers may add {'; '.join(parts)} to the differences."
 
 
 def meta(summary: Summary) -> str:
@@ -171,6 +173,7 @@ def meta(summary: Summary) -> str:
         "options": {
             "tool_length_mm": summary.options.tool_length,
             "decimals": summary.options.decimals,
+            "units": summary.options.units,
             "approach": summary.options.approach,
             "departure": summary.options.departure,
             "from_line": summary.options.from_line,
@@ -207,7 +210,7 @@ def meta(summary: Summary) -> str:
             },
         },
         "columns": {
-            "names": ["t_s", *(column.header for column in machine.columns), "line"],
+            "names": list(headings(machine.columns, summary.format.drives)),
             "decimals": list(summary.format.decimals),
             "rounding_jerk_share": ROUNDING_JERK_SHARE,
         },

@@ -61,8 +61,19 @@ def timeline(contour: Contour, laws: RunPlan, planning: Planning) -> Timeline:
     return Timeline(run, line, np.append(0, np.cumsum(cycles)), planning.cycle, planning.playback)
 
 
-def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int, Ints, Array, Ints]]:
-    """Blocks of rows: (first row, segment (n,), w (n,), source line (n,))."""
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Consecutive rows: the number of the first, and for each (n,) its pose, source line, and dwell (-1 in a motion)."""
+
+    first: int
+    segment: Ints
+    w: Array
+    line: Ints
+    dwell: Ints
+
+
+def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[Rows]:
+    """All rows, block by block."""
     run_begin, run_end = contour.run_begins[:-1], contour.run_begins[1:]
     ends = np.cumsum(contour.length)
     line = contour.line
@@ -70,6 +81,7 @@ def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int,
     last_segment = run_end - 1
     # dwells rest where the next run starts, or where the last one ended
     runs_before = np.cumsum(plan.run >= 0)
+    dwell = np.where(plan.run < 0, np.cumsum(plan.run < 0) - 1, -1)
     next_run = np.where(runs_before < len(run_begin), runs_before, -1)
     for first in range(0, plan.n_rows, BLOCK_ROWS):
         k = np.arange(first, min(first + BLOCK_ROWS, plan.n_rows))
@@ -92,4 +104,4 @@ def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[tuple[int,
         w = np.clip((at - starts[segment]) / contour.length[segment], 0.0, 1.0)
         finished = after_all | (k == plan.first_row[item + 1])
         segment[finished], w[finished] = last_segment[owner[finished]], 1.0
-        yield first, segment, w, np.where(moving, line[segment], plan.line[item])
+        yield Rows(first, segment, w, np.where(moving, line[segment], plan.line[item]), dwell[item])

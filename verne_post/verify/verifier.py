@@ -71,11 +71,6 @@ _BULGE: Final = 0.6
 _ARC_OVER_CHORD: Final = 1.6
 
 
-def rounding_quanta(columns: tuple[Column, ...], fmt: SetpointFormat) -> Array:
-    """One unit of the last decimal of each column, in file units."""
-    return np.array([10.0**-d for d in fmt.decimals[: len(columns)]])
-
-
 def _across(axis: Array) -> Array:
     """Two unit vectors (n, 2, 3) across each axis (n, 3), which need not be one."""
     normal = axis / np.linalg.norm(axis, axis=1, keepdims=True)
@@ -113,7 +108,7 @@ class Verifier:
         self.result = Verification()
         self.factor = np.array([column.factor for column in columns])
         size = np.abs(self.factor)
-        self.quanta = rounding_quanta(columns, fmt)
+        self.quanta = fmt.quanta
         dt = fmt.cycle
         self.limit = [limits.velocity * size, limits.acceleration * size, limits.jerk * size]
         # fine decimals are inside the acceptance ratios; coarser ones the user asked for are allowed their own noise

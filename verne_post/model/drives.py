@@ -1,0 +1,62 @@
+"""Drives: what number stands for which place of an actuator, and back."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: A lead error changes by at most this share of the way: a steeper table is a mistake of units.
+STEEPEST_ERROR: Final = 0.1
+#: Steps of the iteration for a commanded place, each at least ten times as near; and where they end, mm or degrees.
+_STEPS: Final = 40
+_NEAR: Final = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """How a drive counts.
+
+    ``place = x + error(x)`` with ``x = zero + sign * number / scale``: commanded to x, the actuator truly stands at
+    ``place``. Places in mm or degrees as the machine file has them.
+
+    Attributes
+    ----------
+    unit : str
+        What the numbers are called in a heading.
+    sign : float
+        -1 where the drive counts the other way.
+    zero : float
+        Where the drive reads 0, before the lead error.
+    scale : float
+        Numbers per mm or degree.
+    integer : bool
+        The drive takes whole numbers.
+    error : callable or None
+        Lead error (n,) at commanded places (n,); changes by less than ``STEEPEST_ERROR`` of the way.
+    """
+
+    unit: str
+    sign: float = 1.0
+    zero: float = 0.0
+    scale: float = 1.0
+    integer: bool = False
+    error: Callable[[Array], Array] | None = None
+
+    def numbers(self, places: Array) -> Array:
+        """What to command (n,) so that the actuator stands at places (n,); not rounded."""
+        x = places
+        if self.error is not None:
+            for _ in range(_STEPS):
+                before, x = x, places - self.error(x)
+                if np.abs(x - before).max(initial=0.0) < _NEAR:
+                    break
+        return np.asarray(self.sign * self.scale * (x - self.zero))
+
+    def places(self, numbers: Array) -> Array:
+        """Where the actuator stands (n,) when it is commanded to numbers (n,)."""
+        x = self.zero + self.sign * numbers / self.scale
+        return x if self.error is None else x + self.error(x)
