@@ -18,7 +18,7 @@ LAYERS = [
     {"model"},
     {"gcode", "toolpath", "kinematics", "timing", "verify"},
     {"config", "output"},
-    {"pipeline"},
+    {"pipeline", "axis_check"},
     {"cli"},
     {"__init__", "__main__"},
 ]

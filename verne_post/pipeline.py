@@ -18,6 +18,7 @@ from verne_post.gcode.state import Setup, State
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds
 from verne_post.kinematics.judge_clearance import judge_everything
+from verne_post.kinematics.keep_out import keep_out_of
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
@@ -77,7 +78,7 @@ class Program:
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
-        return JointPath(self.contour, self.machine, contour_pose, speed_cap)
+        return JointPath(self.contour, self.machine, contour_pose, speed_cap, self.options.lift)
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +262,9 @@ def judge_program(program: Program, progress: Progress | None = None) -> tuple[J
     """Every geometric check along the whole contour."""
     total = len(program.contour)
     told = None if progress is None else lambda done: progress("judging", done, total)
-    return judge_everything(program.joints(), told)
+    frames = machine_setup(program.machine, program.options).frames
+    keep_out = keep_out_of(program.machine, program.path, program.moves, program.options, frames)
+    return judge_everything(program.joints(), told, keep_out)
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import verne_post
-from verne_post.cli.common import build_options
+from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options, Tool
 from verne_post.pipeline import Program, read_program

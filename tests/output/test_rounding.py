@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.cli.common import build_options
+from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import rounded, rounding_noise, setpoint_format

@@ -5,18 +5,8 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import (
-    build_options,
-    check_writable,
-    load,
-    program_options,
-    program_text,
-    progress_bar,
-    refuse,
-    shown_name,
-    way_options,
-    write_whole,
-)
+from verne_post.cli.common import check_writable, load, program_text, progress_bar, refuse, shown_name, write_whole
+from verne_post.cli.options import build_options, keep_out_options, program_options, way_options
 
 
 @click.command("check")
@@ -41,6 +31,7 @@ from verne_post.cli.common import (
 )
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @way_options
+@keep_out_options
 @program_options
 def command(
     inputs: tuple[str, ...],

@@ -9,19 +9,16 @@ from typing import IO, TYPE_CHECKING, Any, Final
 import click
 
 from verne_post.cli.common import (
-    build_options,
     check_writable,
     load,
     print_findings,
-    program_options,
     program_text,
     progress_bar,
     refuse,
     shown_name,
-    units_option,
-    way_options,
     write_whole,
-)  # fmt: skip
+)
+from verne_post.cli.options import build_options, keep_out_options, program_options, units_option, way_options
 
 if TYPE_CHECKING:
     from verne_post.model.setpoints import SetpointBlock
@@ -77,6 +74,7 @@ _COPY: Final = 1 << 20
 )
 @units_option
 @way_options
+@keep_out_options
 @program_options
 def command(
     input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None,

@@ -5,16 +5,8 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import (
-    build_options,
-    load,
-    print_findings,
-    program_options,
-    program_text,
-    refuse,
-    shown_name,
-    way_options,
-)
+from verne_post.cli.common import load, print_findings, program_text, refuse, shown_name
+from verne_post.cli.options import build_options, program_options, way_options
 
 
 @click.command("dump")

@@ -5,7 +5,8 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import build_options, load, program_options, program_text, refuse, way_options
+from verne_post.cli.common import load, program_text, refuse
+from verne_post.cli.options import build_options, program_options, way_options
 
 
 @click.command("explain")

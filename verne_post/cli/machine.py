@@ -1,4 +1,4 @@
-"""`verne-post machine`: list, show, draw and validate machine files, identify lengths from measured poses."""
+"""`verne-post machine`: list, show, draw and validate machine files, check axes, identify lengths from measured poses."""
 
 import math
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from verne_post.cli.common import check_writable, load, read_bytes, refuse, shown_name, write_whole
+from verne_post.cli.options import units_option
 
 if TYPE_CHECKING:
     from verne_post.model.machine import Machine
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 @click.group("machine")
 def command() -> None:
-    """List, show, draw and validate machine files, and identify lengths from measured poses."""
+    """List, show, draw and validate machine files, check axes, and identify lengths from measured poses."""
 
 
 @command.command("list")
@@ -132,6 +133,58 @@ def validate(name: str) -> int:
     click.echo(f"{name}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         click.echo(f"  {group}: {source}")
+    return 0
+
+
+@command.command("axis-check")
+@click.option(
+    "--machine", "machine_name", default="verne", metavar="NAME|FILE", help="Machine by name, or its TOML file."
+)
+@click.option("--at", required=True, metavar="RHO1,RHO2,RHO3,A,C", help="Position read from the drives, in --units.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("axis-check"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the files; must not exist, or be empty.",
+)
+@click.option("--cycle", type=float, metavar="SECONDS", help="Control cycle, in place of the machine file's.")
+@click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
+@units_option
+def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, accept_rounding: bool, units: str) -> int:
+    """Make setpoint files that move one actuator at a time, for the first motion of a machine.
+
+    Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed, without a tool;
+    and README.txt, which says what one must see each time.
+    """
+    from verne_post.axis_check import axis_moves
+    from verne_post.cli.options import build_options, numbers_of
+    from verne_post.model.findings import InputError
+    from verne_post.output.axis_check import instructions
+    from verne_post.output.rounding import setpoint_format
+    from verne_post.output.setpoints import FORMATS
+    from verne_post.pipeline import drives_of
+
+    if output.exists() and any(output.iterdir()):
+        raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")
+    check_writable(output / "README.txt" if output.exists() else output, "-o")
+    try:
+        machine = load(machine_name)
+        options = build_options("axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
+        drives = drives_of(machine, options)
+        fmt = setpoint_format(machine, cycle or machine.cycle, None, accept_rounding=accept_rounding, drives=drives)
+        moves = list(axis_moves(machine, tuple(numbers_of(at, f"--at {at}")), fmt))
+    except InputError as error:
+        return refuse(machine_name, error)
+    header, encode = FORMATS["csv"]
+    output.mkdir(exist_ok=True)
+    for move in moves:
+        write_whole(output / f"{move.name}.csv", [header(machine.columns, drives), encode(move.block)])
+    text = instructions(machine, moves)
+    write_whole(output / "README.txt", [text])
+    click.echo(text, nl=False)
     return 0
 
 

@@ -6,33 +6,31 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import (
-    build_options,
-    load,
-    print_findings,
-    program_options,
-    program_text,
-    refuse,
-    shown_name,
-    units_option,
-    way_options,
-)
+from verne_post.cli.common import load, print_findings, program_text, read_bytes, refuse, shown_name
+from verne_post.cli.options import build_options, program_options, units_option, way_options
 
 
 @click.command("verify")
 @click.argument("setpoints", metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
+@click.option(
+    "--meta",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="The side-car of the conversion: says whether program, machine, offsets, tools and options are still the same.",
+)
 @click.option("--accept-rounding", is_flag=True, help="Judge files whose decimals alone break a limit.")
 @units_option
 @way_options
 @program_options
-def command(setpoints: str, against: str, machine_name: str, **given: Any) -> int:
+def command(setpoints: str, against: str, machine_name: str, meta: Path | None, **given: Any) -> int:
     """Judge a setpoint file as written, believing nothing but the file.
 
     Give the options (--from, --wcs, --tool-table, ...) with which it was made.
     """
     from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
     from verne_post.model.findings import InputError
+    from verne_post.output.origin import changed_since, read_side_car
     from verne_post.output.parts import read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.summary import verdict_line
@@ -44,7 +42,12 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
     try:
         paths = given.pop("subroutine_path")
         source, options = program_text(against, build_options(shown_name(against), **given), paths)
-        program = read_program(source, load(machine_name), options)
+        machine = load(machine_name)
+        changed = []
+        if meta is not None:
+            side_car = read_side_car(read_bytes(str(meta)).decode("utf-8", errors="replace"), str(meta))
+            changed = changed_since(side_car, source, machine, options)
+        program = read_program(source, machine, options)
         drives = drives_of(program.machine, options)
         if setpoints.endswith(".index.json"):
             lines = [int(program.moves.line[stop]) for stop in program.stops]
@@ -60,6 +63,6 @@ def command(setpoints: str, against: str, machine_name: str, **given: Any) -> in
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:
         raise click.UsageError(f"{name}: {error}") from None
-    print_findings(shown_name(against), tuple(verdict.findings))
+    print_findings(shown_name(against), (*changed, *verdict.findings))
     click.echo(verdict_line(name, verdict, program.machine), err=True)
-    return EXIT_CLEAN if verdict.ok else EXIT_VIOLATION
+    return EXIT_CLEAN if verdict.ok and not changed else EXIT_VIOLATION

@@ -22,12 +22,12 @@ from verne_post.config.schema import (
     RodsFile,
     limits_file,
 )
-from verne_post.kinematics.clearance import Bodies, Clearance
+from verne_post.kinematics.clearance import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
-from verne_post.model.machine import Accuracy, Column, Home, Limits, Machine
+from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
 from verne_post.model.protocols import ParallelModule, RodModule
 
 if TYPE_CHECKING:
@@ -87,6 +87,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         Column("c", "deg", table.c_sign / RAD_PER_DEG, "VP103"),
     )
     joint_limits = _limits(limits, kind, len(module.actuators), table)
+    clearance = _clearance(content, kind, module, rods)
     home, accuracy = content.home, content.accuracy or AccuracyFile()
     return Machine(
         name=content.name,
@@ -100,10 +101,11 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=_home(home) if home else None,
         table_radius=content.table.radius,
-        clearance=_clearance(content, kind, module, rods),
+        clearance=clearance,
         cycle=content.control.cycle_s,
         provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
         drives=_drives(content.drives, columns, joint_limits, file_name),
+        bodies=clearance.bodies if clearance else None,
     )
 
 
@@ -270,11 +272,17 @@ def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: R
         spindle_radius=0.5 * file.spindle_diameter_mm if file and file.spindle_diameter_mm else None,
         spindle_top=file.spindle_top_mm if file else 0.0,
         tool_radius=0.5 * file.tool_diameter_mm if file and file.tool_diameter_mm else None,
+        platform=_ends(file.platform_ends_mm) if file and file.platform_ends_mm else None,
+        platform_radius=0.5 * file.platform_diameter_mm if file and file.platform_diameter_mm else 0.0,
         slider_cone=angle(rods.slider_cone_deg) if rods else None,
         platform_cone=angle(rods.platform_cone_deg) if rods else None,
         cone_centre=np.array(rods.cone_centre) if rods and rods.cone_centre else None,
     )
     return Clearance(bodies, rod_module, content.spindle.nose_offset_mm, content.table.radius)
+
+
+def _ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
+    return np.array(points[0]), np.array(points[1])
 
 
 # --- errors as sentences ---------------------------------------------------------------------

@@ -213,6 +213,14 @@ class ClearanceFile(Group):
     spindle_diameter_mm: Positive | None = None
     spindle_top_mm: NotNegative = 0.0
     tool_diameter_mm: Positive | None = None
+    platform_ends_mm: Annotated[list[Point], Field(min_length=2, max_length=2)] | None = None
+    platform_diameter_mm: Positive | None = None
+
+    @model_validator(mode="after")
+    def _platform_whole(self) -> "ClearanceFile":
+        if (self.platform_ends_mm is None) != (self.platform_diameter_mm is None):
+            raise ValueError("platform_ends_mm and platform_diameter_mm belong together")
+        return self
 
 
 class DriveFile(Group):

@@ -1,18 +1,54 @@
-"""The settings file, verne-post.toml: what codes of the shop mean. Every error names file, key and value."""
+"""The settings file, verne-post.toml: codes of the shop, fixtures and stock. Every error names file, key and value."""
 
 import re
 import tomllib
 from pathlib import Path
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from verne_post.gcode.codes import RS274
 from verne_post.model.findings import InputError, finding
+from verne_post.model.keep_out import Box
+from verne_post.model.moves import SYSTEM_NAMES
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
 _CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
+
+
+Point = Annotated[list[Annotated[float, Field(allow_inf_nan=False)]], Field(min_length=3, max_length=3)]
+
+
+class BoxFile(BaseModel):
+    """[keep_out.NAME] and [stock]: a box in the table frame, or in a work system as --wcs gives it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    min: Point
+    max: Point
+    system: str = "table"
+    distance_mm: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+
+    @field_validator("system")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value != "table" and value not in SYSTEM_NAMES.values():
+            raise ValueError("expected table, or a work system such as G54")
+        return value
+
+    @model_validator(mode="after")
+    def _not_flat(self) -> "BoxFile":
+        for letter, low, high in zip("xyz", self.min, self.max, strict=True):
+            if low >= high:
+                raise ValueError(f"{letter} of min, {low:g}, must be below that of max, {high:g}")
+        return self
+
+    def box(self, name: str) -> Box:
+        """As the program has it."""
+        systems = {written: number for number, written in SYSTEM_NAMES.items()}
+        low, high = tuple(self.min), tuple(self.max)
+        return Box(name, low, high, systems.get(self.system), self.distance_mm)  # type: ignore[arg-type]
 
 
 class SettingsFile(BaseModel):
@@ -21,6 +57,8 @@ class SettingsFile(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     remap: dict[str, Literal["tcp on", "tcp off", "ignore", "event"]] = Field(default_factory=dict)
+    keep_out: dict[str, BoxFile] = Field(default_factory=dict)
+    stock: BoxFile | None = None
 
 
 def find_settings(folder: Path) -> Path | None:
@@ -43,7 +81,10 @@ def load_settings(path: Path) -> SettingsFile:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
     except ValidationError as error:
         found = [
-            finding("VP503", f"{path.name}: {'.'.join(map(str, item['loc']))} = {item['input']!r}: {item['msg']}")
+            finding(
+                "VP503",
+                f"{path.name}: {'.'.join(map(str, item['loc']))} = {item['input']!r}: {item['msg'].removeprefix('Value error, ')}",
+            )
             for item in error.errors()
         ]
         raise InputError(*found) from None

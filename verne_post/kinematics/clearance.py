@@ -5,14 +5,15 @@ below its face inside its radius. Every margin is a distance or an angle, and sa
 points that carry it move: that is what makes verdicts between samples certain (``judge_clearance``).
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles, rotate_x
+from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.machine import Bodies
 from verne_post.model.protocols import Margin, Pose, RodModule
 
 Array = NDArray[np.float64]
@@ -21,36 +22,6 @@ Array = NDArray[np.float64]
 CONVEX_STEPS: Final = 60
 #: Squared length (mm2) below which a segment counts as a point: its direction would be noise.
 POINT: Final = 1e-18
-
-
-@dataclass(frozen=True, eq=False)
-class Bodies:
-    """Sizes of the machine's bodies, mm and rad; None where the machine file says nothing.
-
-    Attributes
-    ----------
-    minimum : float
-        Smallest allowed distance between bodies.
-    rod_radius : ndarray, shape (k,) or None
-        Of each rod, in the order of ``module.rods``.
-    spindle_radius, spindle_top : float or None
-        The spindle reaches from the gauge line to ``spindle_top`` behind the platform point P.
-    tool_radius : float or None
-        Of the largest tool.
-    slider_cone, platform_cone : float or None
-        Half angle that the ball joints allow about the rod's direction at ``cone_centre``.
-    cone_centre : ndarray, shape (3,) or None
-        Platform position (base frame) at which the joints stand in the middle.
-    """
-
-    minimum: float
-    rod_radius: Array | None
-    spindle_radius: float | None
-    spindle_top: float
-    tool_radius: float | None
-    slider_cone: float | None
-    platform_cone: float | None
-    cone_centre: Array | None
 
 
 class Clearance:
@@ -68,7 +39,7 @@ class Clearance:
     """
 
     def __init__(self, bodies: Bodies, module: RodModule | None, nose_offset: float, table_radius: float) -> None:
-        self.bodies, self.module = bodies, module
+        self.bodies, self.module, self.slack = bodies, module, LIMIT_SLACK_MM
         self.nose_offset, self.table_radius = nose_offset, table_radius
         listed = self._listed()
         self.names: tuple[Margin, ...] = tuple(margin for margin, _share, _group in listed)

@@ -149,6 +149,11 @@ class HybridMachine:
         tip = self.table.tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
         return tip, angles, ok
 
+    def on_table(self, point: Array, alpha: Array, angles: Array) -> Array:
+        """Points (..., 3) of the base frame in the table frame, for a lean (...) and nominal angles (..., 2)."""
+        upright = rotate_x((point - self.table.pivot) * _MIRROR, -alpha)
+        return self.table.tip_of_gauge(upright, angles, 0.0)
+
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose given by its tool axis; see :meth:`Machine.inverse`."""
         tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")

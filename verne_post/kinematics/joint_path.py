@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rotations import axis_of_angles
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import PoseFunction, SpeedFunction
+from verne_post.model.protocols import Pose, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
@@ -31,12 +32,14 @@ class JointPath:
     """The joints of a machine that follows a contour.
 
     ``pose`` evaluates the geometry and ``speed`` the feed; they are handed in, because kinematics knows no tool path.
+    In a dry run the real tool is ``lift`` (mm) shorter than the one that the poses are solved with.
     """
 
     contour: Contour
     machine: Machine
     pose: PoseFunction
     speed: SpeedFunction
+    lift: float = 0.0
 
     def solve(self, segment: Ints, w: Array) -> Solved:
         """Solve poses at parameter w (n,) of segments (n,)."""
@@ -54,6 +57,16 @@ class JointPath:
         if len(joint):
             q[joint] = q_joint
         return Solved(q, tip, angles, position, alpha, ok)
+
+    def bodies(self, segment: Ints, solved: Solved) -> Pose:
+        """Where the real tool and the module are at solved poses of segments (n,)."""
+        piece = self.contour.piece[segment]
+        rho = solved.q[:, : len(self.machine.module.actuators)]
+        tip = solved.tip
+        if self.lift:
+            tip = tip + self.lift * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+        length = self.contour.path.tool_length[piece] - self.lift
+        return Pose(solved.position, solved.alpha, rho, tip, solved.angles, length, piece)
 
     def q(self, segment: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""

@@ -229,10 +229,9 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
     radius = joints.machine.table_radius
     n = len(piece)
     each = len(spans.WITH_ENDS)
-    nose = solved.tip + joints.contour.tool_length[np.repeat(piece, each), None] * axis_of_angles(
-        solved.angles[:, 0], solved.angles[:, 1]
-    )
-    for point in (solved.tip, nose):
+    axis = axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+    nose = solved.tip + joints.contour.tool_length[np.repeat(piece, each), None] * axis
+    for point in (solved.tip + joints.lift * axis, nose):
         height = point[:, 2].reshape(n, each, 1)
         if height.min() > SPAN_MM:
             continue

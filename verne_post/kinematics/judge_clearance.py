@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base import spans
-from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import (
     CHUNK_PIECES,
@@ -25,7 +24,7 @@ from verne_post.kinematics.judge import (
     limit_findings,
 )
 from verne_post.model.findings import Finding
-from verne_post.model.protocols import ClearanceModel, Pose
+from verne_post.model.protocols import ClearanceModel
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -37,26 +36,26 @@ HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 
 
 def judge_everything(
-    joints: JointPath, progress: Callable[[int], None] | None = None
+    joints: JointPath, progress: Callable[[int], None] | None = None, keep_out: ClearanceModel | None = None
 ) -> tuple[JointBounds, list[Finding]]:
-    """Every geometric check of a contour: :func:`judge`, and the clearances where the machine file has them."""
+    """Every geometric check of a contour: :func:`judge`, the clearances that the machine file has, and what to keep out of."""
     bounds, findings = judge(joints, progress)
-    clearance = joints.machine.clearance
-    if clearance is not None:
-        findings += judge_clearance(joints, clearance)
+    for model in (joints.machine.clearance, keep_out):
+        if model is not None and model.names:
+            findings += judge_clearance(joints, model)
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
 def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
     """The bounds on the clearances, as quantities from ``first`` on."""
     return [
-        Check(m.code, m.name, m.axis, first + k, 1.0, m.error_below, m.warn_below, LIMIT_SLACK_MM, m.unit, 1.0)
+        Check(m.code, m.name, m.axis, first + k, 1.0, m.error_below, m.warn_below, clearance.slack, m.unit, 1.0)
         for k, m in enumerate(clearance.names)
     ]
 
 
 def judge_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
-    """VP211 to VP214 of every segment, one for each stretch of consecutive violating pieces."""
+    """VP211 to VP216 of every segment, one for each stretch of consecutive violating pieces."""
     contour = joints.contour
     checks = clearance_checks(clearance, len(joints.machine.columns))
     worst = [Worst() for _ in checks]
@@ -76,9 +75,7 @@ def _judge_spans(
         each = u.shape[1]
         owner = np.repeat(piece, each)
         solved = joints.solve(owner, u.ravel())
-        rho = solved.q[:, : len(joints.machine.module.actuators)]
-        pose = Pose(solved.position, solved.alpha, rho, solved.tip, solved.angles, joints.contour.tool_length[owner])
-        margins, points = clearance.evaluate(pose)
+        margins, points = clearance.evaluate(joints.bodies(owner, solved))
         margins = margins.reshape(len(piece), each, -1)
         moved = {group: _travel(part.reshape(len(piece), each, -1)) for group, part in points.items()}
         seen = margins.min(axis=1) - limits
@@ -86,11 +83,11 @@ def _judge_spans(
         solvable = np.isfinite(margins).all(axis=(1, 2))  # the others are findings of their own
         halve = np.zeros(len(piece), dtype=bool)
         for k, found in enumerate(worst):
-            open_ = np.flatnonzero(solvable & (certain[:, k] < -LIMIT_SLACK_MM))
-            broken = open_[seen[open_, k] < -LIMIT_SLACK_MM]
+            open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
+            broken = open_[seen[open_, k] < -clearance.slack]
             found.note(piece[broken], seen[broken, k], seen[broken, k] + limits[k])
-            allowed = np.where(seen[open_, k] < -LIMIT_SLACK_MM, WORST_DEPTH, MAX_DEPTH)
-            more = (seen[open_, k] - certain[open_, k] > LIMIT_SLACK_MM) & (depth[open_] < allowed)
+            allowed = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
+            more = (seen[open_, k] - certain[open_, k] > clearance.slack) & (depth[open_] < allowed)
             halve[open_[more]] = True
         index = np.flatnonzero(halve)
         middle = 0.5 * (low[index] + high[index])

@@ -18,7 +18,6 @@ from verne_post.kinematics.judge import Check, checks_of
 from verne_post.kinematics.judge_clearance import clearance_checks, judge_everything
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding
-from verne_post.model.protocols import Pose
 from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
@@ -137,9 +136,7 @@ def measured(line: JointPath, segment: Ints, w: Array) -> tuple[Array, Solved]:
     parts = [solved.q, machine.module.geometry_margins(solved.position, solved.alpha)]
     tool = line.contour.tool_length[segment]
     if machine.clearance is not None:
-        rho = solved.q[:, : len(machine.module.actuators)]
-        pose = Pose(solved.position, solved.alpha, rho, solved.tip, solved.angles, tool)
-        parts.append(machine.clearance.evaluate(pose)[0])
+        parts.append(machine.clearance.evaluate(line.bodies(segment, solved))[0])
     nose = solved.tip + tool[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
     heights = [
         np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)

@@ -303,6 +303,21 @@ CODES: Final[dict[str, Code]] = _table(
         "A rod leaves the cone that its ball joint allows (rods.slider_cone_deg, rods.platform_cone_deg of the machine file).",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
+    (
+        "VP215",
+        "too close to a fixture",
+        "error",
+        "Tool, spindle or platform comes closer to a box that is to be kept out of than it allows, or reaches into it.",
+        "Move or tilt the tool otherwise, use a longer or thinner one, or move the fixture; see the distance in the message.",
+    ),
+    (
+        "VP216",
+        "in the stock",
+        "error",
+        "The cutter enters the box of the stock, or moves inside it, in a rapid other than a retract along its axis; or holder, "
+        "spindle, platform or a shank thicker than the cutter reaches into it.",
+        "Lift the rapid above the stock, or make the box as small as what is left of it.",
+    ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
         "VP301",
@@ -371,6 +386,13 @@ CODES: Final[dict[str, Code]] = _table(
         "The file is not fit to run.",
     ),
     (
+        "VP414",
+        "out of date",
+        "error",
+        "Program, machine file, work offsets, tool lengths or options are not those that the setpoint file was made with.",
+        "Convert the program again.",
+    ),
+    (
         "VP420",
         "no time law found",
         "error",
@@ -399,6 +421,13 @@ CODES: Final[dict[str, Code]] = _table(
         "The settings file is not TOML, or a key of it is unknown or has a value that means nothing.",
         "Mend the key that the message names (docs/gcode.md, codes of the shop).",
     ),
+    (
+        "VP504",
+        "tool shapes or measured values",
+        "error",
+        "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or says something impossible.",
+        "Mend the key or row that the message names (docs/setpoints.md).",
+    ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (
         "VP901",
@@ -426,6 +455,8 @@ PARAMETERS: Final[dict[str, str]] = {
     "VP212": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.spindle_top_mm, rods.diameter_mm of the machine file; not judged without them",
     "VP213": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.tool_diameter_mm, table.radius of the machine file; not judged without them",
     "VP214": "rods.slider_cone_deg, rods.platform_cone_deg, rods.cone_centre of the machine file; not judged without them",
+    "VP215": "--keep-out, [keep_out] of the settings file, --tool-shapes, clearance of the machine file; not judged without a box",
+    "VP216": "--stock, [stock] of the settings file, --tool-shapes, clearance of the machine file; not judged without a box",
     "VP301": "limits.a_deg, limits.c_deg of the machine file; --allow-rewind",
     "VP401": "the velocities in limits of the machine file; control.cycle_s, or --cycle; --decimals",
     "VP402": "the accelerations in limits of the machine file; control.cycle_s, or --cycle; --decimals",

@@ -65,13 +65,48 @@ class Home:
     park: tuple[float, float, float, float, float] | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """Sizes of the machine's bodies, mm and rad; None where the machine file says nothing.
+
+    Attributes
+    ----------
+    minimum : float
+        Smallest allowed distance between bodies.
+    rod_radius : ndarray, shape (k,) or None
+        Of each rod, in the order of ``module.rods``.
+    spindle_radius, spindle_top : float or None
+        The spindle reaches from the gauge line to ``spindle_top`` behind the platform point P.
+    tool_radius : float or None
+        Of the largest tool.
+    platform : tuple of 2 ndarrays, shape (3,), or None
+        Ends of the platform as a capsule, platform frame.
+    platform_radius : float
+    slider_cone, platform_cone : float or None
+        Half angle that the ball joints allow about the rod's direction at ``cone_centre``.
+    cone_centre : ndarray, shape (3,) or None
+        Platform position (base frame) at which the joints stand in the middle.
+    """
+
+    minimum: float
+    rod_radius: Array | None
+    spindle_radius: float | None
+    spindle_top: float
+    tool_radius: float | None
+    platform: tuple[Array, Array] | None
+    platform_radius: float
+    slider_cone: float | None
+    platform_cone: float | None
+    cone_centre: Array | None
+
+
 @dataclass(frozen=True)
 class Machine:
     """One machine: kinematics, limits, control, and where every number comes from.
 
     The functions :meth:`inverse` and :meth:`forward` speak the table frame, mm and rad, workpiece
-    sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order; empty where the file
-    does not name them.
+    sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
+    does not name them; ``bodies`` what ``clearance`` is made of.
     """
 
     name: str
@@ -89,6 +124,7 @@ class Machine:
     cycle: float
     provenance: dict[str, str]
     drives: tuple[Drive, ...] = ()
+    bodies: Bodies | None = None
 
     @property
     def margins(self) -> tuple[Margin, ...]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from verne_post.model.keep_out import Box, ToolShape
 from verne_post.model.moves import Vector9
 
 #: Blocks that loops and calls may repeat, unless the user says otherwise.
@@ -79,6 +80,11 @@ class Options(TextOptions):
         Control cycle in s, in place of the machine file's.
     decimals : int or None
         Decimals of every column; None chooses them per column.
+    keep_out : tuple of Box
+        Fixtures.
+    stock : Box or None
+    tool_shapes : mapping
+        Shapes of tools by number, from the tip upwards.
     units : {"joint", "drive"}
         Numbers of the rows are mm and degrees, or what the drives count.
     accept_rounding : bool
@@ -122,6 +128,9 @@ class Options(TextOptions):
     wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
     cycle: float | None = None
     decimals: int | None = None
+    keep_out: tuple[Box, ...] = ()
+    stock: Box | None = None
+    tool_shapes: Mapping[int, ToolShape] = field(default_factory=dict)
     units: str = "joint"
     accept_rounding: bool = False
     approach: str | tuple[float, ...] | None = None
@@ -143,3 +152,8 @@ class Options(TextOptions):
     optional_stop: bool = False
     split_at_stops: bool = False
     source_name: str = "program"
+
+    @property
+    def lift(self) -> float:
+        """How much shorter the real tool is than the one that a dry run along the tool axis is solved with, mm."""
+        return self.air if self.air_along == "tool" else 0.0

@@ -4,7 +4,7 @@ Coordinates are given to gcode and toolpath, the kinematics to pipeline and veri
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -194,7 +194,10 @@ class RodModule(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Solved poses, n rows: what a clearance is computed from. Base frame except ``tip`` and ``angles`` (table)."""
+    """Solved poses, n rows: what a clearance is computed from. Base frame except ``tip`` and ``angles`` (table).
+
+    ``piece`` is the programmed piece that each belongs to, where distances depend on it.
+    """
 
     position: Array
     alpha: Array
@@ -202,6 +205,7 @@ class Pose:
     tip: Array
     angles: Array
     tool_length: Array
+    piece: NDArray[np.integer] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
 
 class ClearanceModel(Protocol):
@@ -218,6 +222,10 @@ class ClearanceModel(Protocol):
     @property
     def group(self) -> tuple[str, ...]:
         """Group of points that carries each margin."""
+
+    @property
+    def slack(self) -> float:
+        """A margin may be below its threshold by this, mm: how finely is judged."""
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change."""
@@ -282,6 +290,10 @@ class IsoAlpha(Protocol):
 class FiveAxis(Protocol):
     """The whole machine: parallel module and tilting rotary table. Table frame, workpiece sense."""
 
+    @property
+    def nose_offset(self) -> float:
+        """From P to the gauge line along the tool axis, mm."""
+
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Pose -> (q, ok)."""
 
@@ -296,6 +308,9 @@ class FiveAxis(Protocol):
 
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
+
+    def on_table(self, point: Array, alpha: Array, angles: Array) -> Array:
+        """Points (..., 3) of the base frame in the table frame, for a lean (...) and nominal angles (..., 2)."""
 
     def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""

@@ -32,8 +32,8 @@ def events_text(summary: Summary, suffix: str) -> str:
         }
         for part, row, one in placed
     ]  # fmt: skip
-    data = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "events": events}
-    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    whole = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "events": events}
+    return json.dumps(whole, indent=2, allow_nan=False) + "\n"
 
 
 def _place(summary: Summary, one: TimedEvent) -> tuple[int, int]:

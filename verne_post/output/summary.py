@@ -8,8 +8,10 @@ import numpy as np
 
 from verne_post.base.tolerances import ROUNDING_JERK_SHARE
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.keep_out import Box
 from verne_post.model.machine import Machine
 from verne_post.model.moves import SYSTEM_NAMES
+from verne_post.model.options import Options
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
@@ -65,6 +67,7 @@ def paragraph(summary: Summary) -> str:
             why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
             text += f"; {sum(verdict.slow.values()):.3f} s are below it, nearest to its limit then: {why}"
         parts.append(text + ".")
+    parts += _keep_out(summary)
     parts += _free_turn(summary)
     parts += _offsets(summary)
     parts += _stops(summary)
@@ -98,6 +101,26 @@ def _dry_run(summary: Summary) -> list[str]:
     if options.slow_start:
         said.append(f"It begins at a tenth of its speed, and reaches it within {options.slow_start:g} s.")
     return said
+
+
+def _keep_out(summary: Summary) -> list[str]:
+    """What was kept out of, and which bodies nobody has told the size of."""
+    options, bodies = summary.options, summary.machine.bodies
+    names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
+    if not names:
+        return []
+    used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
+    tools = options.tools or {}
+    thin = [f"tool {number}" if number else "the tool" for number in sorted(used)
+            if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
+    unknown = [what for what, known in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
+               if not known]  # fmt: skip
+    said = f"Kept out of: {', '.join(names)}"
+    if thin:
+        said += f"; without a diameter, and so taken as a thin line: {', '.join(thin)}"
+    if unknown:
+        said += f"; without a size in the machine file, and so not looked at: {', '.join(unknown)}"
+    return [said + "."]
 
 
 def _offsets(summary: Summary) -> list[str]:
@@ -170,45 +193,7 @@ def meta(summary: Summary) -> str:
         "version": __version__,
         "program": {"name": summary.options.source_name, "sha256": hashlib.sha256(summary.source).hexdigest()},
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
-        "options": {
-            "tool_length_mm": summary.options.tool_length,
-            "decimals": summary.options.decimals,
-            "units": summary.options.units,
-            "approach": summary.options.approach,
-            "departure": summary.options.departure,
-            "from_line": summary.options.from_line,
-            "air_mm": summary.options.air,
-            "air_along": summary.options.air_along,
-            "override": summary.options.override,
-            "slow_start_s": summary.options.slow_start,
-            "smoothing": summary.options.smoothing,
-            "orientation": summary.options.orientation,
-            "tolerance_mm": summary.options.tolerance,
-            "orientation_tolerance_rad": summary.options.orientation_tolerance,
-            "rapids": summary.options.rapids,
-            "solver": summary.options.solver,
-            "quality": summary.options.quality,
-            "allow_rewind": summary.options.allow_rewind,
-            "accept_rounding": summary.options.accept_rounding,
-            "free_c": summary.options.free_c,
-            "block_delete": summary.options.block_delete,
-            "dialect": summary.options.dialect,
-            "parameters": {str(index): value for index, value in sorted(summary.options.parameters.items())},
-            "parameter_mm": summary.options.parameter_mm,
-            "remap": dict(sorted(summary.options.remap.items())),
-            "subroutines": {
-                name: hashlib.sha256(text).hexdigest() for name, text in sorted(summary.options.subroutines.items())
-            },
-            "optional_stop": summary.options.optional_stop,
-            "tools": {
-                str(number): [tool.offset[2], tool.diameter]
-                for number, tool in sorted((summary.options.tools or {}).items())
-            },
-            "wcs": {
-                SYSTEM_NAMES[system]: [*offset.origin_mm, offset.turn_deg]
-                for system, offset in sorted(summary.options.wcs.items())
-            },
-        },
+        "options": options_record(summary.options),
         "columns": {
             "names": list(headings(machine.columns, summary.format.drives)),
             "decimals": list(summary.format.decimals),
@@ -248,6 +233,62 @@ def meta(summary: Summary) -> str:
             "axis_deviation_deg": verdict.axis_deviation_deg,
         }
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
+
+
+def options_record(options: Options) -> dict[str, object]:
+    """The options of a conversion as JSON has them."""
+    return {
+        "tool_length_mm": options.tool_length,
+        "decimals": options.decimals,
+        "units": options.units,
+        "approach": options.approach,
+        "departure": options.departure,
+        "from_line": options.from_line,
+        "air_mm": options.air,
+        "air_along": options.air_along,
+        "override": options.override,
+        "slow_start_s": options.slow_start,
+        "smoothing": options.smoothing,
+        "orientation": options.orientation,
+        "tolerance_mm": options.tolerance,
+        "orientation_tolerance_rad": options.orientation_tolerance,
+        "rapids": options.rapids,
+        "solver": options.solver,
+        "quality": options.quality,
+        "allow_rewind": options.allow_rewind,
+        "accept_rounding": options.accept_rounding,
+        "free_c": options.free_c,
+        "block_delete": options.block_delete,
+        "dialect": options.dialect,
+        "parameters": {str(index): value for index, value in sorted(options.parameters.items())},
+        "parameter_mm": options.parameter_mm,
+        "remap": dict(sorted(options.remap.items())),
+        "subroutines": {name: hashlib.sha256(text).hexdigest() for name, text in sorted(options.subroutines.items())},
+        "optional_stop": options.optional_stop,
+        "tools": {
+            str(number): [tool.offset[2], tool.diameter] for number, tool in sorted((options.tools or {}).items())
+        },
+        "wcs": {
+            SYSTEM_NAMES[system]: [*offset.origin_mm, offset.turn_deg] for system, offset in sorted(options.wcs.items())
+        },
+        "keep_out": [_box_record(box) for box in options.keep_out],
+        "stock": None if options.stock is None else _box_record(options.stock),
+        "tool_shapes": {
+            str(number): [[one.part, one.diameter, one.length] for one in shape]
+            for number, shape in sorted(options.tool_shapes.items())
+        },
+    }
+
+
+def _box_record(box: Box) -> dict[str, object]:
+    system = "table" if box.system is None else SYSTEM_NAMES[box.system]
+    return {
+        "name": box.name,
+        "min": list(box.low),
+        "max": list(box.high),
+        "system": system,
+        "distance_mm": box.distance,
+    }
 
 
 def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:

@@ -1,0 +1,122 @@
+"""Work offsets and tool lengths as other software measured them, and files that are out of date."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PROGRAM = "G21 G90\nT3 M6\nG43 H3\nG0 X0 Y0 Z50 A0 C0\nG1 X20 F1500\nG0 Z60\nM2\n"
+OFFSET = "system,x_mm,y_mm,z_mm,c_deg\nG54,5.25,-8.125,30.5,15\n"
+LENGTHS = "tool,length_mm\n3,61.125\n"
+
+
+@pytest.fixture
+def job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name, text in (
+        ("p.nc", PROGRAM),
+        ("o.csv", OFFSET),
+        ("l.csv", LENGTHS),
+        ("t.tbl", "T3 P3 Z60 D6\nT4 P4 Z10\n"),
+    ):
+        Path(name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def converted(run: Callable[..., Any], *words: object) -> str:
+    answer = run("convert", "p.nc", *words)
+    assert answer.code == 0, answer.err
+    return str(answer.out)
+
+
+def test_they_mean_what_wcs_and_a_tool_table_mean(job: Path, run: Callable[..., Any]) -> None:
+    Path("t2.tbl").write_text("T3 P3 Z61.125\n")
+    plain = converted(run, "--wcs", "G54=5.25,-8.125,30.5,15", "--tool-table", "t2.tbl")
+    assert converted(run, "--measured-offset", "o.csv", "--tool-lengths", "l.csv") == plain
+    # the table's own length of T3 is replaced, the other tools stay
+    assert converted(run, "--measured-offset", "o.csv", "--tool-table", "t.tbl", "--tool-lengths", "l.csv") == plain
+    Path("o.json").write_text('[{"system": "G54", "x_mm": 5.25, "y_mm": -8.125, "z_mm": 30.5, "c_deg": 15}]')
+    Path("l.json").write_text('[{"tool": 3, "length_mm": 61.125, "diameter_mm": 6}]')
+    assert converted(run, "--measured-offset", "o.json", "--tool-lengths", "l.json") == plain
+
+
+def test_verify_notices_what_has_changed_since(job: Path, run: Callable[..., Any]) -> None:
+    setup = ("--measured-offset", "o.csv", "--tool-lengths", "l.csv")
+    converted(run, *setup, "-o", "axes.csv", "--meta", "axes.json", "--override", 0.5)
+    verify = ("verify", "axes.csv", "--against", "p.nc", *setup, "--meta", "axes.json")
+    answer = run(*verify)
+    assert answer.code == 0, answer.err
+    # a change far below every tolerance of the path is still a change
+    Path("o.csv").write_text(OFFSET.replace("-8.125", "-8.12501"))
+    answer = run(*verify)
+    assert answer.code == 1
+    assert (
+        "VP414 error: the setpoint file is out of date: work offset G54 was [5.25, -8.125, 30.5, 15.0], and is [5.25, -8.12501, 30.5, 15.0]"
+        in answer.err
+    )
+    Path("o.csv").write_text(OFFSET)
+    Path("l.csv").write_text("tool,length_mm\n3,61.2\n")
+    answer = run(*verify)
+    assert answer.code == 1
+    assert "tool 3 was [61.125, 0.0], and is [61.2, 0.0]" in answer.err
+    assert "VP411" in answer.err  # 0.075 mm are seen in the rows too
+    Path("l.csv").write_text(LENGTHS)
+    Path("p.nc").write_text(PROGRAM + "(more)\n")
+    answer = run(*verify)
+    assert answer.code == 1
+    assert "the program is not the one that it was made from (p.nc)" in answer.err
+    assert "VP411" not in answer.err
+
+
+def test_a_side_car_that_is_none(job: Path, run: Callable[..., Any]) -> None:
+    converted(run, "--measured-offset", "o.csv", "--tool-lengths", "l.csv", "-o", "axes.csv")
+    for text in ("{}", "[1]", "no"):
+        Path("axes.json").write_text(text)
+        answer = run("verify", "axes.csv", "--against", "p.nc", "--tool-length", 60, "--meta", "axes.json")
+        assert answer.code == 2
+        assert "axes.json: not a side-car of --meta" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "said"),
+    [
+        ("--measured-offset", "", "f: no rows; expected the columns system,x_mm,y_mm,z_mm,c_deg"),
+        ("--measured-offset", "system,x_mm,y_mm\nG54,1,2\n", "f:2: z_mm is missing"),
+        ("--measured-offset", "system,x_mm,y_mm,z_mm,b\nG54,1,2,3,4\n", "f:2: 'b' is no column of it"),
+        ("--measured-offset", "system,x_mm,y_mm,z_mm\nG53,1,2,3\n", "'G53' is no work system"),
+        ("--measured-offset", "system,x_mm,y_mm,z_mm\nG54,1,2,nan\n", "z_mm = 'nan' is not a number"),
+        ("--measured-offset", "system,x_mm,y_mm,z_mm\nG54,1,2,3\nG54,1,2,3\n", "f:3: G54 stands twice"),
+        ("--measured-offset", '{"system": "G54"}', "expected a list of objects"),
+        ("--measured-offset", "[1", "neither CSV nor JSON"),
+        ("--tool-lengths", "tool,length_mm\n3.5,60\n", "f:2: tool '3.5': expected a whole number from 1 on"),
+        ("--tool-lengths", "tool,length_mm\n3,60\n3,61\n", "f:3: tool 3 stands twice"),
+        ("--tool-lengths", "tool,length_mm\n3,-1\n", "a tool length lies between 0 and 10000 mm"),
+        ("--tool-lengths", "tool,length_mm\n3,6e1x\n", "length_mm = '6e1x' is not a number"),
+    ],
+)
+def test_bad_files(job: Path, run: Callable[..., Any], option: str, text: str, said: str) -> None:
+    Path("f").write_text(text)
+    more = () if option == "--tool-lengths" else ("--tool-length", 60)
+    answer = run("check", "p.nc", option, "f", *more)
+    assert answer.code == 2
+    assert said in answer.err + answer.out
+
+
+def test_two_answers_to_one_question(job: Path, run: Callable[..., Any]) -> None:
+    answer = run("check", "p.nc", "--measured-offset", "o.csv", "--wcs", "G54=1,2,3", "--tool-length", 60)
+    assert answer.code == 2
+    assert "--wcs G54: o.csv has this work offset too; give it once" in answer.err
+    answer = run("check", "p.nc", "--tool-length", 60, "--tool-lengths", "l.csv")
+    assert answer.code == 2
+    assert "exclude each other" in answer.err
+
+
+def test_the_side_car_tells_what_was_kept_out_of(job: Path, run: Callable[..., Any]) -> None:
+    converted(run, "--measured-offset", "o.csv", "--tool-lengths", "l.csv", "-o", "axes.csv", "--meta", "axes.json",
+              "--keep-out", "vise@G54=100,0,0,120,50,20")  # fmt: skip
+    told = json.loads(Path("axes.json").read_text())["options"]
+    assert told["keep_out"] == [
+        {"name": "vise", "min": [100.0, 0.0, 0.0], "max": [120.0, 50.0, 20.0], "system": "G54", "distance_mm": 0.0}
+    ]

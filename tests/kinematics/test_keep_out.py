@@ -1,0 +1,409 @@
+"""Distances of tool, spindle and platform from boxes: against brute force, and along whole motions."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import verne_post
+from verne_post.kinematics.keep_out import KeepOut, Placed, keep_out_of
+from verne_post.kinematics.separation import cylinder_to_box, farther_than
+from verne_post.model.findings import Finding, InputError
+from verne_post.model.keep_out import Box, Cylinder
+from verne_post.model.options import Options, Tool, WorkOffset
+from verne_post.model.protocols import Pose
+from verne_post.pipeline import judge_program, machine_setup, read_program
+
+MACHINE = verne_post.load_machine()
+
+
+# --- one cylinder and one box -------------------------------------------------------------------
+
+
+def random_cylinders(n: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    start = rng.uniform(-120, 120, (n, 3))
+    axis = rng.normal(size=(n, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    end = start + axis * rng.uniform(0, 90, (n, 1))
+    radius = np.where(rng.random(n) < 0.2, 0.0, rng.uniform(0, 30, n))
+    return start, end, radius
+
+
+def to_box(point: np.ndarray, half: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(np.maximum(np.abs(point) - half, 0.0), axis=-1)
+
+
+def test_ten_thousand_poses_against_brute_force() -> None:
+    """Points all over each cylinder, against the box: never nearer than told, and not farther than they are apart."""
+    half = np.array([45.0, 12.0, 30.0])
+    n = 10_000
+    start, end, radius = random_cylinders(n, 1)
+    told = cylinder_to_box(start, end, radius, half)
+    axis = end - start
+    length = np.linalg.norm(axis, axis=1)
+    axis /= length[:, None]
+    helper = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
+    u = np.cross(axis, helper)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(axis, u)
+    best = np.full(n, np.inf)
+    heights, rings, turns = np.linspace(0, 1, 13), np.linspace(0, 1, 4), np.linspace(0, 2 * np.pi, 25)[:-1]
+    for height in heights:
+        for ring in rings:
+            for turn in turns[:1] if ring == 0 else turns:
+                point = start + height * (end - start)
+                point = point + (ring * radius)[:, None] * (np.cos(turn) * u + np.sin(turn) * v)
+                best = np.minimum(best, to_box(point, half))
+    spacing = np.hypot(length / 12 / 2, np.hypot(radius / 3 / 2, radius * np.pi / 24))
+    apart = told > 0
+    assert apart.sum() > 5000
+    assert (~apart).sum() > 400
+    assert (best[apart] >= told[apart] - 1e-9).all()
+    assert (best[apart] <= told[apart] + spacing[apart] + 1e-9).all()
+    # one that overlaps has a point inside, or all but inside
+    assert (best[~apart] <= spacing[~apart]).all()
+
+
+def test_distances_are_exact() -> None:
+    """Against a general solver for the nearest two points, started at several places."""
+    half = np.array([45.0, 12.0, 30.0])
+    start, end, radius = random_cylinders(150, 2)
+    told = cylinder_to_box(start, end, radius, half)
+    for a, b, r, d in zip(start, end, radius, told, strict=True):
+        if d < 1e-3:
+            continue
+        axis = (b - a) / np.linalg.norm(b - a)
+        u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        u /= np.linalg.norm(u)
+        v = np.cross(axis, u)
+
+        def point(x: np.ndarray, a=a, b=b, r=r, u=u, v=v) -> np.ndarray:
+            return a + x[0] * (b - a) + r * (x[1] * u + x[2] * v)
+
+        found = [
+            minimize(
+                lambda x: float(to_box(point(x), half) ** 2), [first, 0.0, 0.0], method="SLSQP",
+                bounds=[(0, 1), (-1, 1), (-1, 1)], options={"maxiter": 500, "ftol": 1e-14},
+                constraints={"type": "ineq", "fun": lambda x: 1.0 - x[1] ** 2 - x[2] ** 2},
+            ).x for first in (0.0, 0.5, 1.0)
+        ]  # fmt: skip
+        # the solver leaves its bounds by a little
+        found = [np.array([np.clip(x[0], 0, 1), *(x[1:] / max(1.0, math.hypot(*x[1:])))]) for x in found]
+        nearest = min(float(to_box(point(x), half)) for x in found)
+        assert d <= nearest + 1e-6
+        assert d == pytest.approx(nearest, abs=0.03)  # the solver stops that short of the nearest point
+
+
+def test_known_distances() -> None:
+    half = np.array([10.0, 20.0, 30.0])
+
+    def one(start: list[float], end: list[float], radius: float) -> float:
+        return float(cylinder_to_box(np.array([start]), np.array([end]), np.array([radius]), half)[0])
+
+    assert one([0, 0, 32], [0, 0, 90], 5.0) == pytest.approx(2.0, abs=1e-9)  # stands above, flat on flat
+    assert one([18, 0, -5], [18, 0, 90], 5.0) == pytest.approx(3.0, abs=1e-9)  # beside
+    assert one([13, 24, 0], [13, 24, 90], 0.0) == pytest.approx(5.0, abs=1e-7)  # a segment off an edge: 3, 4, 5
+    assert one([0, 0, 28.5], [0, 0, 90], 5.0) == pytest.approx(-1.5, abs=1e-9)  # 1.5 deep
+    assert one([13, 0, 0], [13, 0, 90], 5.0) == pytest.approx(-2.0, abs=1e-9)
+    lean = math.sqrt(0.5)
+    # an edge of the flat end under 45 degrees: the rim's lowest point is at (20 - 5 lean, 0, 40 - 5 lean)
+    told = one([20, 0, 40], [20 + 50 * lean, 0, 40 + 50 * lean], 5.0)
+    assert told == pytest.approx(math.hypot(20 - 5 * lean - 10, 0) if 40 - 5 * lean < 30 else
+                                 min(math.hypot(max(20 - s * lean - 10, 0), max(40 + s * lean - 30, 0))
+                                     for s in np.linspace(-5, 5, 20001)), abs=1e-6)  # fmt: skip
+
+
+def test_the_quick_bound_is_one() -> None:
+    half = np.array([45.0, 12.0, 30.0])
+    cylinders = random_cylinders(5000, 3)
+    exact = cylinder_to_box(*cylinders, half)
+    assert (farther_than(*cylinders, half) <= np.maximum(exact, 0.0) + 1e-6).all()
+
+
+# --- the machine's bodies -----------------------------------------------------------------------
+
+PLATFORM = {
+    "clearance.minimum_mm": 0.0, "clearance.spindle_diameter_mm": 90.0, "clearance.spindle_top_mm": 200.0,
+    "clearance.platform_ends_mm": [[0.0, -120.0, -40.0], [0.0, 120.0, -40.0]], "clearance.platform_diameter_mm": 80.0,
+    "provenance.clearance": "assumed",
+}  # fmt: skip
+SHAPE = (Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 10.0, 20.0), Cylinder("holder", 50.0))
+
+
+def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., verne_post.Machine]) -> None:
+    """Random poses: points of spindle and platform carried from the base frame to the table by hand."""
+    machine = machine_with(PLATFORM)
+    rng = np.random.default_rng(4)
+    n = 300
+    tip = rng.uniform([-80, -80, 20], [80, 80, 90], (n, 3))
+    angles = np.radians(rng.uniform([-40, -180], [40, 180], (n, 2)))
+    length = np.full(n, 110.0)
+    q, position, alpha, ok = machine.five_axis.solve(tip, angles, length)
+    pose = Pose(position[ok], alpha[ok], q[ok, :3], tip[ok], angles[ok], length[ok], np.zeros(ok.sum(), dtype=int))
+    box = Placed("post", np.array([30.0, -10.0, 160.0]), np.array([15.0, 25.0, 40.0]), math.radians(33.0), 0.0, False)
+    model = KeepOut([box], [SHAPE], np.zeros(1, int), np.zeros(1, bool), machine.bodies, machine.five_axis)
+    assert model.bodies_known == ["cutter", "shank", "holder", "spindle", "platform"]
+    margins, _points = model.evaluate(pose)
+    turn = np.array(
+        [[math.cos(-box.turn), -math.sin(-box.turn), 0], [math.sin(-box.turn), math.cos(-box.turn), 0], [0, 0, 1]]
+    )
+
+    def from_box(point: np.ndarray) -> np.ndarray:
+        """Points (m, k, 3) of the table frame: distance from the box, each."""
+        return to_box((point - box.middle) @ turn.T, box.half)
+
+    a, c = angles[ok].T
+    k = np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+    along = np.linspace(0, 1, 400)[None, :, None]
+    # spindle: from the gauge line to 200 mm behind P, radius 45
+    nose = tip[ok] + 110.0 * k
+    spindle = nose[:, None] + along * (200.0 * k)[:, None]
+    by_hand = from_box(spindle).min(axis=1) - 45.0
+    close = (by_hand < 20) & (by_hand > -44)  # beyond 25 mm what is told is a lower bound
+    assert close.sum() > 20
+    assert np.abs(by_hand - margins[:, 3])[close].max() < 0.2
+    # platform: leans with alpha about x in the base frame, whose y and z are turned; the table stands at A + alpha and C
+    lean = alpha[ok]
+    ends = []
+    for end in PLATFORM["clearance.platform_ends_mm"]:
+        x, y, z = end
+        base = position[ok] + np.stack(
+            [np.full_like(lean, x), np.cos(lean) * y - np.sin(lean) * z, np.sin(lean) * y + np.cos(lean) * z], axis=1
+        )
+        upright = (base - machine.coordinates.pivot) * [1.0, -1.0, -1.0]
+        tilt = a + lean
+        y1 = np.cos(tilt) * upright[:, 1] + np.sin(tilt) * upright[:, 2]
+        z1 = -np.sin(tilt) * upright[:, 1] + np.cos(tilt) * upright[:, 2]
+        ends.append(
+            np.stack(
+                [np.cos(c) * upright[:, 0] + np.sin(c) * y1, -np.sin(c) * upright[:, 0] + np.cos(c) * y1, z1], axis=1
+            )
+        )
+    platform = ends[0][:, None] + along * (ends[1] - ends[0])[:, None]
+    by_hand = from_box(platform).min(axis=1) - 40.0
+    close = (by_hand < 20) & (by_hand > -39)
+    assert np.abs(by_hand - margins[:, 4])[close].max(initial=0.0) < 0.2
+    assert (margins[:, 4] <= by_hand + 0.2).all()
+
+
+# --- whole motions ------------------------------------------------------------------------------
+
+#: The tool swings about its tip, upright at both ends: in the middle it leans over by 40 degrees.
+SWING = "G21 G90 G61.1\nG0 X0 Y0 Z40 A0 C0\nG1 A40 F3000\nG1 A0\nM2\n"
+#: Legal ends, and a post in the middle of the way.
+PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
+
+
+def judged(source: str, **options: Any) -> list[Finding]:
+    given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, **options}
+    program = read_program(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
+    return judge_program(program)[1]
+
+
+def least(source: str, box: Box, body: str, **options: Any) -> float:
+    """Smallest distance by dense sampling of all motion."""
+    given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "keep_out": (box,), **options}
+    program = read_program(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
+    frames = machine_setup(MACHINE, program.options).frames
+    model = keep_out_of(MACHINE, program.path, program.moves, program.options, frames)
+    assert model is not None
+    joints, n = program.joints(), 4001
+    column = next(k for k, (name, _box) in enumerate(model.pairs) if name == body)
+    found = []
+    for segment in range(len(program.contour)):
+        own = np.full(n, segment)
+        solved = joints.solve(own, np.linspace(0, 1, n))
+        found.append(model.evaluate(joints.bodies(own, solved))[0][:, column].min())
+    return float(min(found))
+
+
+@pytest.mark.parametrize(
+    ("source", "box", "body"),
+    [
+        (SWING, Box("post", (-20.0, 80.0, 70.0), (20.0, 95.0, 90.0)), "holder"),
+        (PAST, Box("pin", (-3.0, 10.0, 0.0), (3.0, 14.0, 33.0)), "cutter"),
+        (PAST, Box("beam", (-3.0, 20.0, 60.0), (3.0, 50.0, 72.0)), "shank"),
+    ],
+    ids=["swing", "past", "shank"],
+)
+def test_ends_are_legal_and_the_middle_is_not(source: str, box: Box, body: str) -> None:
+    distance = least(source, box, body)
+    assert 0.1 < distance < 40
+    for gap, clean in ((0.01, True), (-0.01, False)):
+        asked = Box(box.name, box.low, box.high, None, distance - gap)
+        found = [item for item in judged(source, keep_out=(asked,)) if body in item.message]
+        assert (not found) == clean
+        if found:
+            assert (found[0].code, found[0].line, found[0].severity) == ("VP215", 4, "error")
+            assert f"from {box.name}" in found[0].message
+            assert found[0].value == pytest.approx(distance, abs=1e-4)
+
+
+def test_a_tool_may_slide_along_a_fixture() -> None:
+    """Facing at the very height of the jaws: not a collision, and not endless to judge; a hundredth lower is one."""
+    jaws = Box("jaws", (-70.0, -20.0, 0.0), (70.0, 20.0, 30.0))
+    assert judged(PAST, keep_out=(jaws,)) == []
+    found = judged(PAST.replace("Z30", "Z29.99"), keep_out=(jaws,))
+    assert [item.code for item in found] == ["VP215"]
+    assert found[0].value == pytest.approx(-0.01, abs=1e-6)
+
+
+STOCK = Box("the stock", (-50.0, -50.0, 0.0), (50.0, 50.0, 60.0))
+#: Into the stock at feed, along, out straight up; then a rapid through it.
+POCKET = "G21 G90 G61.1\nG0 X0 Y0 Z70 A0 C0\nG1 Z50 F900\nX20\nG0 Z80\nG0 X60\nZ55\nG0 X70\nM2\n"
+
+
+def test_the_stock_is_for_feeding_cutters() -> None:
+    assert judged(POCKET, stock=STOCK) == []
+    # a rapid that goes down into it, one that crosses it, and a retract that is not straight
+    for broken, line in (("G1 Z50 F900", 4), ("G0 X60\nZ55\nG0 X70", 9), ("G0 Z80\n", 6)):
+        source = POCKET.replace(
+            broken,
+            {"G1 Z50 F900": "G0 Z50", "G0 X60\nZ55\nG0 X70": "G0 X60\nZ55\nG0 X10", "G0 Z80\n": "G0 Z80 X30\n"}[broken],
+        ).replace("\nX20\n", "\nG1 X20 F900\n")
+        found = judged(source, stock=STOCK)
+        assert [(item.code, item.line) for item in found] == [("VP216", line)], (broken, found)
+
+
+def test_holders_keep_out_of_the_stock_and_thin_shanks_follow() -> None:
+    deep = POCKET.replace("Z50", "Z30")  # cutter 25 mm, shank 20 mm: the shank is 5 mm in, the holder 15 mm above
+    assert judged(deep, stock=STOCK) == []
+    thick = {1: (Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 14.0, 20.0), Cylinder("holder", 50.0))}
+    found = judged(deep, stock=STOCK, tool_shapes=thick)
+    assert found
+    assert all(item.code == "VP216" and "shank" in item.message for item in found)
+    found = judged(POCKET.replace("Z50", "Z10"), stock=STOCK)
+    assert found
+    assert any("holder" in item.message for item in found)
+
+
+def test_a_dry_run_in_the_air_is_judged_there() -> None:
+    pin = Box("pin", (-3.0, -3.0, 0.0), (3.0, 3.0, 45.0))
+    assert judged(PAST, keep_out=(pin,))
+    assert judged(PAST, keep_out=(pin,), air=16.0) == []
+    assert judged(PAST, keep_out=(pin,), air=16.0, air_along="table") == []
+    assert judged(PAST, keep_out=(pin,), air=14.0)
+
+
+def test_each_tool_has_its_own_shape() -> None:
+    source = (
+        "G21 G90 G61.1\nT1 M6\nG43 H1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nT2 M6\nG43 H2\nG0 X60 Y0 Z30\nG1 X-60\nM2\n"
+    )
+    tools = {n: Tool(n, n, (0.0, 0.0, 100.0, *(0.0,) * 6), d) for n, d in ((1, 6.0), (2, 30.0))}
+    beside = Box("rail", (-50.0, 10.0, 0.0), (50.0, 20.0, 40.0))
+
+    def found(**options: Any) -> list[tuple[str, int | None]]:
+        given = Options(tools=tools, split_at_stops=True, keep_out=(beside,), **options)
+        program = read_program(source.encode(), MACHINE, given)
+        return [(item.code, item.line) for item in judge_program(program)[1]]
+
+    # by the diameters of the tool table: 3 mm pass the rail at 10 mm, 15 mm do not
+    assert found() == [("VP215", 9)]
+    thin = {2: (Cylinder("cutter", 6.0, 40.0), Cylinder("holder", 60.0))}
+    assert found(tool_shapes=thin) == []
+
+
+def test_boxes_in_a_work_system_move_with_the_part() -> None:
+    """A part turned by 90 degrees: the box at +x of the part stands at +y of the table."""
+    offset = {1: WorkOffset((5.0, -7.0, 12.0), 90.0)}
+    box = Box("pin", (10.0, -2.0, 0.0), (14.0, 6.0, 20.0), system=1)
+    program = read_program(PAST.encode(), MACHINE, Options(tool_length=100.0, wcs=offset, keep_out=(box,)))
+    frames = machine_setup(MACHINE, program.options).frames
+    model = keep_out_of(MACHINE, program.path, program.moves, program.options, frames)
+    assert model is not None
+    placed = model.boxes[0]
+    corners = np.array([[x, y, z] for x in (10, 14) for y in (-2, 6) for z in (0, 20)], dtype=float)
+    on_table = np.stack([5.0 - corners[:, 1], -7.0 + corners[:, 0], 12.0 + corners[:, 2]], axis=1)
+    assert np.abs(np.abs(placed.inside(on_table)) - placed.half).max() < 1e-9
+
+
+def test_a_tool_longer_than_it_is(machine: verne_post.Machine) -> None:
+    long = {1: (Cylinder("cutter", 6.0, 80.0), Cylinder("shank", 6.0, 30.0), Cylinder("holder", 60.0))}
+    with pytest.raises(InputError, match="tool 1: its parts in --tool-shapes are 110 mm long, and its length is 100"):
+        judged(PAST, keep_out=(STOCK,), tool_shapes=long)
+
+
+# --- options ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "p.nc"
+    path.write_text(PAST, encoding="utf-8")
+    return path
+
+
+def test_settings_and_command_line(program: Path, run: Callable[..., Any]) -> None:
+    place = ("check", program, "--tool-length", 100)
+    Path("verne-post.toml").write_text(
+        "[keep_out.pin]\nmin = [-3.0, -2.0, 0.0]\nmax = [3.0, 2.0, 33.0]\ndistance_mm = 1.5\n"
+        "[stock]\nmin = [-5.0, -5.0, 0.0]\nmax = [5.0, 5.0, 10.0]\nsystem = 'G54'\n"
+    )
+    answer = run(*place)
+    assert answer.code == 1
+    assert "VP215" in answer.err + answer.out
+    assert "is below 1.5 mm" in answer.err + answer.out
+    # the same name on the command line goes before the settings; another one comes besides
+    assert run(*place, "--keep-out", "pin=-3,-2,0,3,2,20").code == 0
+    assert run(*place, "--keep-out", "pin@G54=-3,-2,0,3,2,20", "--keep-out", "high=0,-1,0,1,1,50").code == 1
+    assert run(*place, "--keep-out", "pin=-3,-2,0,3,2,20", "--stock", "G54=-60,-9,0,60,9,29").code == 0
+    answer = run("convert", *place[1:], "-o", "axes.csv")
+    assert answer.code == 1
+    assert not Path("axes.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--keep-out", "-3,-2,0,3,2,20"), "expected NAME=X0,Y0,Z0,X1,Y1,Z1"),
+        (("--keep-out", "pin=1,2,3"), "expected six numbers, two corners, got 3"),
+        (("--keep-out", "pin=1,2,3,4,5,x"), "is not a list of numbers"),
+        (("--keep-out", "pin@G5=1,2,3,4,5,6"), "'G5' is no work system"),
+        (("--stock", "0,0,0,1,-1,1"), "x, y and z of the first corner are below those of the second"),
+        (("--stock", "0,0,0,1,1,nan"), "is not a list of numbers"),
+    ],
+)
+def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:
+    answer = run("check", program, "--tool-length", 100, *words)
+    assert answer.code == 2
+    assert said in answer.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[keep_out.a]\nmin = [0, 0]\nmax = [1.0, 1.0, 1.0]\n", "keep_out.a.min"),
+        ("[keep_out.a]\nmin = [0.0, 2.0, 0.0]\nmax = [1.0, 1.0, 1.0]\n", "y of min, 2, must be below that of max, 1"),
+        ("[stock]\nmin = [0.0, 0.0, 0.0]\nmax = [1.0, 1.0, 1.0]\nsystem = 'G5'\n", "a work system such as G54"),
+        ("[stock]\nmin = [0.0, 0.0, 0.0]\n", "stock.max"),
+    ],
+)
+def test_bad_settings(program: Path, run: Callable[..., Any], text: str, said: str) -> None:
+    Path("verne-post.toml").write_text(text)
+    answer = run("check", program, "--tool-length", 100)
+    assert answer.code == 2
+    assert said in answer.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[tool.1]\ncutter = {diameter = 0.0}\n", "tool.1.cutter.diameter = 0.0"),
+        ("[tool.1]\ncutter = {diameter = 6.0}\nholder = {diameter = 40.0}\n", "tool.1.cutter needs a length"),
+        ("[tool.one]\ncutter = {diameter = 6.0}\n", "expected the number of a tool"),
+        ("[tool.1]\nshank = {diameter = 6.0}\n", "tool.1.cutter"),
+        ("[tool.1\n", "not a TOML file"),
+    ],
+)
+def test_bad_tool_shapes(program: Path, run: Callable[..., Any], text: str, said: str) -> None:
+    Path("s.toml").write_text(text)
+    answer = run("check", program, "--tool-length", 100, "--keep-out", "a=0,0,0,1,1,1", "--tool-shapes", "s.toml")
+    assert answer.code == 2
+    assert "VP504" in answer.err
+    assert said in answer.err

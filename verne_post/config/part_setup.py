@@ -1,0 +1,108 @@
+"""Measured work offsets and tool lengths, as other software writes them: CSV or JSON. Every error names file and place."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from verne_post.model.findings import InputError, finding
+from verne_post.model.moves import SYSTEM_NAMES, ZERO9
+from verne_post.model.options import Tool, WorkOffset
+
+#: Columns of the two kinds of files: those that must be there, and those that may.
+OFFSET_COLUMNS = ("system", "x_mm", "y_mm", "z_mm"), ("c_deg",)
+LENGTH_COLUMNS = ("tool", "length_mm"), ("diameter_mm",)
+
+
+def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
+    """Work offsets by system, as ``--wcs`` would give them: table frame, mm, and the part's turn in degrees.
+
+    Raises
+    ------
+    InputError
+        VP504: not such a file.
+    """
+    systems = {written: number for number, written in SYSTEM_NAMES.items()}
+    found: dict[int, WorkOffset] = {}
+    for where, row in _rows(raw, name, *OFFSET_COLUMNS):
+        system = systems.get(row["system"].strip().upper())
+        if system is None:
+            raise _wrong(f"{where}: {row['system']!r} is no work system; expected G54 to G59.3, or G54.1P1 to G54.1P48")
+        if system in found:
+            raise _wrong(f"{where}: {row['system']} stands twice in the file")
+        x, y, z = (_number(row, key, where) for key in OFFSET_COLUMNS[0][1:])
+        found[system] = WorkOffset((x, y, z), _number(row, "c_deg", where) if "c_deg" in row else 0.0)
+    return found
+
+
+def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Tool]:
+    """A tool table with measured lengths (and diameters, where the file has them) in the place of its own.
+
+    Raises
+    ------
+    InputError
+        VP504: not such a file.
+    """
+    found, seen = dict(tools), set()
+    for where, row in _rows(raw, name, *LENGTH_COLUMNS):
+        number = _number(row, "tool", where)
+        if number % 1 or number < 1:
+            raise _wrong(f"{where}: tool {row['tool']!r}: expected a whole number from 1 on")
+        if number in seen:
+            raise _wrong(f"{where}: tool {number:g} stands twice in the file")
+        seen.add(number)
+        length = _number(row, "length_mm", where)
+        if not 0 <= length <= 1e4:
+            raise _wrong(f"{where}: length_mm {length:g}: a tool length lies between 0 and 10000 mm")
+        old = found.get(int(number), Tool(int(number), int(number), ZERO9))
+        diameter = _number(row, "diameter_mm", where) if "diameter_mm" in row else old.diameter
+        found[old.number] = replace(old, offset=(*old.offset[:2], length, *old.offset[3:]), diameter=diameter)
+    return found
+
+
+def _rows(
+    raw: bytes, name: str, needed: Sequence[str], optional: Sequence[str]
+) -> Iterator[tuple[str, dict[str, str]]]:
+    """Where each row stands, and its cells as text; JSON is a list of objects with the same keys."""
+    try:
+        text = raw.decode("utf-8-sig")
+        if text.lstrip()[:1] in ("[", "{"):
+            data = json.loads(text)
+            if not isinstance(data, list) or not all(isinstance(row, dict) for row in data):
+                raise _wrong(f"{name}: expected a list of objects with {', '.join(needed)}")
+            rows = [
+                (f"{name}: entry {number}", {str(k): str(v) for k, v in row.items() if v is not None})
+                for number, row in enumerate(data, 1)
+            ]
+        else:
+            table = csv.DictReader(io.StringIO(text), strict=True)
+            rows = [
+                (f"{name}:{table.line_num}", {str(k).strip(): str(v) for k, v in row.items() if v}) for row in table
+            ]
+    except (ValueError, csv.Error, RecursionError) as error:
+        raise _wrong(f"{name}: neither CSV nor JSON: {error}") from None
+    if not rows:
+        raise _wrong(f"{name}: no rows; expected the columns {','.join([*needed, *optional])}")
+    for where, row in rows:
+        strange = [key for key in row if key not in (*needed, *optional)]
+        missing = [key for key in needed if key not in row]
+        if strange or missing:
+            what = f"{strange[0]!r} is no column of it" if strange else f"{missing[0]} is missing"
+            raise _wrong(f"{where}: {what}; expected {','.join(needed)}, and as you like {','.join(optional)}")
+        yield where, row
+
+
+def _number(row: dict[str, str], key: str, where: str) -> float:
+    try:
+        value = float(row[key])
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise _wrong(f"{where}: {key} = {row[key]!r} is not a number")
+    return value
+
+
+def _wrong(text: str) -> InputError:
+    return InputError(finding("VP504", text))

@@ -1,0 +1,71 @@
+"""The extended tool table (``--tool-shapes``): cutter, shank and holder of each tool. Every error names file, key and value."""
+
+import tomllib
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from verne_post.model.findings import InputError, finding
+from verne_post.model.keep_out import TOOL_PARTS, Cylinder, ToolShape
+
+Size = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class PartFile(BaseModel):
+    """One cylinder; without a length it goes up to the gauge line."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    diameter: Size
+    length: Size | None = None
+
+
+class ToolFile(BaseModel):
+    """[tool.N], parts from the tip upwards."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    cutter: PartFile
+    shank: PartFile | None = None
+    holder: PartFile | None = None
+
+
+class ShapesFile(BaseModel):
+    """Content of the file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    tool: dict[str, ToolFile]
+
+
+def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
+    """Shapes of tools by number.
+
+    Raises
+    ------
+    InputError
+        With one finding (VP504) a mistake.
+    """
+    try:
+        data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
+        file = ShapesFile.model_validate(data)
+    except ValidationError as error:
+        told = (
+            f"{name}: {'.'.join(map(str, item['loc']))} = {item['input']!r}: {item['msg']}" for item in error.errors()
+        )
+        raise InputError(*(finding("VP504", text) for text in told)) from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
+    shapes = {}
+    for key, tool in file.tool.items():
+        if not (key.isascii() and key.isdecimal()):
+            raise InputError(finding("VP504", f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]"))
+        parts = [(part, getattr(tool, part)) for part in TOOL_PARTS if getattr(tool, part) is not None]
+        for part, one in parts[:-1]:
+            if one.length is None:
+                text = (
+                    f"{name}: tool.{key}.{part} needs a length: only the last part goes up to the gauge line by itself"
+                )
+                raise InputError(finding("VP504", text))
+        shapes[int(key)] = tuple(Cylinder(part, one.diameter, one.length) for part, one in parts)
+    return shapes

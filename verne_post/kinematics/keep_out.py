@@ -1,0 +1,261 @@
+"""How near tool, spindle and platform come to what stands on the table: fixtures and the stock, as boxes.
+
+Tool, holder and shank are cylinders with flat ends, spindle and platform capsules. Every distance is signed and
+certain (``separation``), and cannot change faster than the points that carry the bodies move over the table, so whole
+motions are judged as in ``judge_clearance``.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.kinematics.separation import cylinder_to_box, farther_than
+from verne_post.model.findings import InputError, finding
+from verne_post.model.keep_out import TOOL_PARTS, Box, Cylinder, ToolShape
+from verne_post.model.machine import Bodies, Machine
+from verne_post.model.moves import Frame, Moves
+from verne_post.model.options import Options
+from verne_post.model.protocols import FiveAxis, Margin, Pose
+from verne_post.model.toolpath import PieceKind, ToolPath
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+#: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
+NEAR_MM: Final = 25.0
+#: Bodies may touch, and reach into a box by this, mm: a tool that slides along a fixture would else be judged in steps
+#: of a nanometre.
+TOUCH_MM: Final = 0.005
+#: Stands for the distance of a body that is not there, or may be there, mm.
+FAR_MM: Final = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A box in the table frame.
+
+    Attributes
+    ----------
+    name : str
+    middle, half : ndarray, shape (3,)
+        mm, table frame; half sizes along the box's own edges.
+    turn : float
+        The box is turned by this about the table's normal, rad.
+    distance : float
+        mm.
+    stock : bool
+        Feeding cutters may be in it.
+    """
+
+    name: str
+    middle: Array
+    half: Array
+    turn: float
+    distance: float
+    stock: bool
+
+    def inside(self, point: Array) -> Array:
+        """Points (n, 3) of the table frame in the frame of the box."""
+        return rotate_z(point - self.middle, -self.turn)
+
+
+def placed(box: Box, middle: Array, turn: float, *, stock: bool) -> Placed:
+    """A box whose middle stands at ``middle`` of the table frame, turned by ``turn``."""
+    half = 0.5 * (np.array(box.high) - np.array(box.low))
+    return Placed(box.name, middle, half, turn, box.distance, stock)
+
+
+class KeepOut:
+    """The distances between bodies and boxes of one program; implements ``ClearanceModel``.
+
+    Parameters
+    ----------
+    boxes : sequence of Placed
+    shapes : sequence of ToolShape
+        Of the program's tools; an empty one is a thin line from tip to gauge line.
+    tool, entering : ndarray, shape (n_pieces,)
+        Index into ``shapes``; whether a cutter in the stock is a mistake on the piece.
+    bodies : Bodies or None
+        Spindle and platform of the machine.
+    five_axis : FiveAxis
+    """
+
+    def __init__(
+        self, boxes: Sequence[Placed], shapes: Sequence[ToolShape], tool: Ints, entering: Mask, bodies: Bodies | None,
+        five_axis: FiveAxis,
+    ) -> None:  # fmt: skip
+        self.boxes, self.tool, self.entering = tuple(boxes), tool, entering
+        self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
+        #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
+        self.parts = np.array([_of_shape(shape) for shape in shapes]).reshape(len(shapes), len(TOOL_PARTS), 3)
+        self.thickest = float(np.nanmax(self.parts[:, :, 2], initial=0.0))
+        known = [bool(np.isfinite(self.parts[:, k, 2]).any()) for k in range(len(TOOL_PARTS))]
+        self.bodies_known = [part for part, is_known in zip(TOOL_PARTS, known, strict=True) if is_known]
+        if bodies is not None and bodies.spindle_radius is not None:
+            self.bodies_known.append("spindle")
+        if bodies is not None and bodies.platform is not None:
+            self.bodies_known.append("platform")
+        listed = [(body, box) for box in self.boxes for body in self.bodies_known]
+        self.pairs = listed
+        self.names: tuple[Margin, ...] = tuple(
+            Margin(f"distance of the {body} from {box.name}", "VP216" if box.stock else "VP215", None, "mm",
+                   box.distance, box.distance)
+            for body, box in listed
+        )  # fmt: skip
+        #: A tool's rim moves with its axis: two points carry it.
+        self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _box in listed])
+        self.group: tuple[str, ...] = tuple("tool" if body in TOOL_PARTS else body for body, _box in listed)
+
+    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+        """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
+        axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
+        nose = pose.tip + pose.tool_length[:, None] * axis
+        points = {"tool": np.stack([pose.tip, nose, self.thickest * axis], axis=1)}
+        cylinders = {
+            part: self._part(index, pose, axis) for index, part in enumerate(TOOL_PARTS) if part in self.bodies_known
+        }
+        if self.bodies is not None and self.bodies.spindle_radius is not None:
+            top = nose + (self.five_axis.nose_offset + self.bodies.spindle_top) * axis
+            points["spindle"] = np.stack([nose, top], axis=1)
+            cylinders["spindle"] = nose, top, np.zeros(len(nose))
+        if self.bodies is not None and self.bodies.platform is not None:
+            ends = [
+                self.five_axis.on_table(
+                    pose.position + rotate_x(np.broadcast_to(end, axis.shape), pose.alpha), pose.alpha, pose.angles
+                )
+                for end in self.bodies.platform
+            ]
+            points["platform"] = np.stack(ends, axis=1)
+            cylinders["platform"] = ends[0], ends[1], np.zeros(len(axis))
+        columns = [self._distance(body, box, cylinders[body], pose) for body, box in self.pairs]
+        return np.stack(columns, axis=1), points
+
+    def _part(self, index: int, pose: Pose, axis: Array) -> tuple[Array, Array, Array]:
+        """Both ends and radius of a part of the tool; NaN where the tool in use has no such part."""
+        low, high, radius = self.parts[self.tool[pose.piece], index].T
+        high = np.where(np.isnan(high), pose.tool_length, high)
+        return pose.tip + low[:, None] * axis, pose.tip + high[:, None] * axis, radius
+
+    def _distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
+        """Signed distances (n,); exact where they are near what the box asks for."""
+        start, end, radius = cylinder
+        found = np.full(len(start), FAR_MM)
+        there = np.isfinite(radius) & np.isfinite(start).all(axis=1)
+        if box.stock:
+            if body == "cutter":
+                there &= self.entering[pose.piece]
+            elif body == "shank":  # one that is no thicker than its cutter follows in the way that this has cut
+                parts = self.parts[self.tool[pose.piece]]
+                there &= ~(parts[:, 1, 2] <= parts[:, 0, 2])
+        skin = 0.0
+        if self.bodies is not None:
+            skin = {"spindle": self.bodies.spindle_radius, "platform": self.bodies.platform_radius}.get(body) or 0.0
+        row = np.flatnonzero(there)
+        start, end, radius = box.inside(start[row]), box.inside(end[row]), radius[row]
+        value = farther_than(start, end, radius, box.half) - skin
+        near = np.flatnonzero(value < box.distance + NEAR_MM)
+        value[near] = cylinder_to_box(start[near], end[near], radius[near], box.half) - skin
+        found[row] = value
+        return found
+
+
+def _of_shape(shape: ToolShape) -> Array:
+    """Distances of both ends from the tip, and the radius, of every part; NaN as in :class:`KeepOut`."""
+    found = np.full((len(TOOL_PARTS), 3), np.nan)
+    if not shape:
+        found[0] = 0.0, np.nan, 0.0
+    at = 0.0
+    for one in shape:
+        end = np.nan if one.length is None else at + one.length
+        found[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
+        at = end
+    return found
+
+
+def keep_out_of(
+    machine: Machine, path: ToolPath, moves: Moves, options: Options, frames: Mapping[int, Frame]
+) -> KeepOut | None:
+    """What a program has to keep out of; None where nothing is named.
+
+    Parameters
+    ----------
+    machine : Machine
+    path : ToolPath
+    moves : Moves
+        Says which tool is in the spindle.
+    options : Options
+        ``keep_out``, ``stock``, ``tool_shapes``, and the diameters of the tool table.
+    frames : mapping
+        Work systems by number, as they are given before the program.
+
+    Raises
+    ------
+    InputError
+        VP018 where a tool is shorter than its parts.
+    """
+    boxes = [(box, False) for box in options.keep_out]
+    if options.stock is not None:
+        boxes.append((options.stock, True))
+    if not boxes:
+        return None
+    standing = []
+    for box, stock in boxes:
+        middle, turn = 0.5 * (np.array(box.low) + np.array(box.high)), 0.0
+        if box.system is not None:
+            frame = frames[box.system]
+            middle, direction = (
+                machine.coordinates.to_table(np.concatenate([middle, np.zeros(6)]), frame)[0],
+                machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), frame),
+            )
+            turn = float(np.arctan2(direction[1], direction[0]))
+        standing.append(placed(box, middle, turn, stock=stock))
+    number = tool_of_piece(path, moves)
+    numbers, index = np.unique(number, return_inverse=True)
+    shapes = [_shape_of(int(one), options) for one in numbers]
+    for one, shape in zip(numbers.tolist(), shapes, strict=True):
+        _fits(int(one), shape, float(path.tool_length[number == one].min()) - options.lift)
+    return KeepOut(standing, shapes, index, _entering(path), machine.bodies, machine.five_axis)
+
+
+def tool_of_piece(path: ToolPath, moves: Moves) -> Ints:
+    """Number of the tool in the spindle on each piece, 0 where none is named."""
+    changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
+    before = np.array([event.before for event in changes], dtype=np.int64)
+    numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)
+    move = np.maximum.accumulate(path.move)  # a way behind the program, or a detour, has the tool of what is before it
+    first = path.move[path.move >= 0]
+    move = np.where(move >= 0, move, first[0] if len(first) else 0)
+    return np.asarray(numbers[np.searchsorted(before, move, side="right")])
+
+
+def _shape_of(number: int, options: Options) -> ToolShape:
+    """The shape of a tool: its own, a cylinder of the tool table's diameter, or nothing known."""
+    if number in options.tool_shapes:
+        return options.tool_shapes[number]
+    tool = (options.tools or {}).get(number)
+    return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
+
+
+def _fits(number: int, shape: ToolShape, length: float) -> None:
+    """Refuse a tool whose parts are longer than it is."""
+    parts = sum(one.length or 0.0 for one in shape)
+    if parts > length + LIMIT_SLACK_MM:
+        text = f"tool {number}: its parts in --tool-shapes are {parts:g} mm long, and its length is {length:g}"
+        raise InputError(finding("VP018", text))
+
+
+def _entering(path: ToolPath) -> Mask:
+    """Rapids in which a cutter must keep out of the stock: all but a straight retract along the tool axis."""
+    delta = path.end - path.start
+    axis = axis_of_angles(path.start[:, 3], path.start[:, 4])
+    up = (delta[:, :3] * axis).sum(1)
+    aside = np.linalg.norm(delta[:, :3] - up[:, None] * axis, axis=1)
+    turned = (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
+    retract = (path.kind == PieceKind.LINE) & (up > 0) & (aside < ZERO_LENGTH_MM) & ~turned
+    return np.asarray((path.feed_time == 0) & ~retract)
