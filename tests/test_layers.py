@@ -18,7 +18,8 @@ LAYERS = [
     {"model"},
     {"gcode", "toolpath", "kinematics", "timing", "verify"},
     {"config", "output"},
-    {"pipeline", "axis_check"},
+    {"pipeline"},
+    {"axis_check", "fit"},
     {"cli"},
     {"__init__", "__main__"},
 ]

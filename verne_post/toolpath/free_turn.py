@@ -1,16 +1,11 @@
 """A vertical tool leaves C free: the constant C that keeps farthest from every limit.
 
-The margin of an angle is the smallest over the whole path of
-
-* the distance of each limited joint from its travel, over half that travel: 1 in its middle, 0 at its end;
-* each margin of the module above its error threshold, over the distance from there to its warning threshold:
-  1 where warnings begin, 0 at the error.
+The margin of an angle is the smallest over the whole path of the margins of ``room``.
 
 Margins that C does not change, as the height of a retract on a serial machine, do not enter: they would hide the others.
 Neither do clearances, which are judged elsewhere.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -23,11 +18,9 @@ from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import PieceKind, ToolPath
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.room import Margins, margins_of
 
 Array = NDArray[np.float64]
-
-#: Margins (m, k) of poses: tips (m, 3), nominal angles (m, 2), tool lengths (m,); below any number where unreachable.
-Margins = Callable[[Array, Array, Array], Array]
 
 #: Candidates of the first round, rad apart.
 COARSE: Final = np.radians(5.0)
@@ -68,7 +61,7 @@ def with_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple
     InputError
         VP018 where the tool is not vertical throughout, or the program names C.
     """
-    margins, names = _measured(machine)
+    margins, names = margins_of(machine)
     _require_free(path, fixes)
     points = _points(path)
     few = _thinned(points)
@@ -100,32 +93,6 @@ def with_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple
     turn = FreeTurn(before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]),
                     names[int(np.argmin(table[chosen]))])  # fmt: skip
     return replace(path, start=start, end=end, first_pose=first), turn
-
-
-def _measured(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
-    """The margins of a machine that C can change, and what each measures."""
-    limits = machine.limits
-    travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
-    half = 0.5 * (limits.upper - limits.lower)[travel]
-    measured = [
-        (index, margin) for index, margin in enumerate(machine.margins) if np.isfinite(margin.error_below)
-        and margin.warn_below > margin.error_below
-    ]  # fmt: skip
-    kept = [index for index, _margin in measured]
-    error = np.array([margin.error_below for _index, margin in measured])
-    scale = np.array([margin.warn_below for _index, margin in measured]) - error
-
-    def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
-        q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
-        inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
-        geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
-        found = np.concatenate([inside, geometry], axis=1)
-        found[~ok] = -np.inf
-        return found
-
-    names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
-    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
-    return margins, tuple(names)
 
 
 def _ranked(value: Array, c: Array, before: float) -> NDArray[np.intp]:

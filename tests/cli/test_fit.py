@@ -1,0 +1,188 @@
+"""`fit`: what it proposes is legal, is what the block says, leaves more room, or names what stands in the way."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.fit import propose
+from verne_post.model.options import Options, WorkOffset
+from verne_post.pipeline import read_program
+from verne_post.toolpath.room import margins_of
+
+FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
+TRAVEL = (FOLDER / "violates_slider_travel.nc", "--tool-length", 50)
+TILTED = "G21 G90 G64\nG0 X-60 Y-30 Z60 A20 C0\nG1 X60 F3000\nG1 Y40 A35 C50\nG3 X20 Y80 R40\nG1 X-60 Y-30 A10 C90\nG0 Z90\nM2\n"
+
+
+def told(answer: Any) -> dict[str, Any]:
+    assert answer.code == 0, answer.err + answer.out
+    return json.loads(answer.out)
+
+
+@pytest.fixture
+def tilted(tmp_path: Path) -> Path:
+    path = tmp_path / "tilted.nc"
+    path.write_text(TILTED, encoding="utf-8")
+    return path
+
+
+def test_the_sample_that_violates_converts_where_fit_says(tmp_path: Path, run: Callable[..., Any]) -> None:
+    assert run("check", *TRAVEL, "--wcs", "G54=0,0,420").code == 1
+    answer = run("fit", *TRAVEL, "--wcs", "G54=0,0,420")
+    assert answer.code == 0
+    wcs = re.search(r"--wcs (\S+)", answer.out)
+    assert wcs
+    out = tmp_path / "axes.csv"
+    assert run("convert", *TRAVEL, "--wcs", wcs[1], "-o", out).code == 0
+    assert run("verify", out, "--against", *TRAVEL, "--wcs", wcs[1]).code == 0
+    assert "could not run" in answer.out
+
+
+@pytest.mark.parametrize("senses", ["workpiece", "tool"])
+def test_the_block_in_the_program_does_the_same(
+    tilted: Path, tmp_path: Path, run: Callable[..., Any], senses: str
+) -> None:
+    from verne_post.config import machine_files
+
+    text = (
+        machine_files()["verne"]
+        .read_text(encoding="utf-8")
+        .replace('_positive = "workpiece"', f'_positive = "{senses}"')
+    )
+    machine = tmp_path / "m.toml"
+    machine.write_text(
+        text.replace("machine_zero = [0.0, 0.0, 550.0]", "machine_zero = [3.0, -4.0, 540.0]"), encoding="utf-8"
+    )
+    place = ("--tool-length", 70, "--machine", machine)
+    found = told(run("fit", tilted, *place, "--wcs", "G54=5,5,40", "--json"))
+    assert abs(float(found["wcs"].split(",")[-1])) > 1  # the part is turned, or the test says little
+    by_option = run("dump", "joints", tilted, *place, "--smoothing", "off", "--wcs", found["wcs"]).out.splitlines()
+    with_block = tmp_path / "block.nc"
+    with_block.write_text(TILTED.replace("G64", f"G64 {found['block']}"), encoding="utf-8")
+    by_block = run("dump", "joints", with_block, *place, "--smoothing", "off").out.splitlines()
+    ends = []
+    for rows in (by_option, by_block):  # the first and the last row of every line; an arc may have one more in between
+        lines: dict[int, list[list[float]]] = {}
+        for row in map(json.loads, rows):
+            lines.setdefault(row["line"], []).append(list(row["q"].values()))
+        ends.append({line: (q[0], q[-1]) for line, q in lines.items()})
+    assert ends[0].keys() == ends[1].keys()
+    for line, q in ends[0].items():
+        p = ends[1][line]
+        # a decimal of a micrometre in R and C turns a part of 100 mm by as much
+        assert np.abs(np.array(q) - np.array(p)).max() < 1e-6
+
+
+def test_room_is_larger_than_anywhere_near(tilted: Path) -> None:
+    """Against a plain scan of places around and far from the proposal, by judging margins on dense points."""
+    machine = verne_post.load_machine()
+    options = Options(tool_length=70.0, wcs={1: WorkOffset((5.0, 5.0, 40.0))})
+    found = propose(TILTED.encode(), machine, options, "xy")
+    assert found.after.smallest > found.before.smallest
+    margins, _names = margins_of(machine)
+    best = found.after.place
+    rng = np.random.default_rng(1)
+    for spread in (2.0, 20.0, 120.0):
+        for _ in range(40):
+            x, y = np.clip(np.array([best.x, best.y]) + rng.uniform(-spread, spread, 2), -160, 160)
+            moved = read_program(
+                TILTED.encode(), machine, Options(tool_length=70.0, wcs={1: WorkOffset((x, y, 40.0))}, smoothing="off")
+            )
+            dense = []
+            for u in np.linspace(0, 1, 30):  # chords of the arc stand for it
+                at = moved.path.start + u * (moved.path.end - moved.path.start)
+                dense.append(margins(at[:, :3], at[:, 3:], np.full(len(at), 70.0)).min(axis=0))
+            # the chord cuts off what the arc needs: a few thousandths of the room
+            assert np.min(dense, axis=0)[found.after.counts[:-1]].min() <= found.after.smallest + 0.02
+
+
+def test_the_same_program_has_the_same_fit(tilted: Path, run: Callable[..., Any]) -> None:
+    place = ("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,5,40")
+    assert run(*place).out == run(*place).out
+
+
+def test_what_is_not_free_stays(tilted: Path, run: Callable[..., Any]) -> None:
+    found = told(run("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,-6,40,12", "--free", "y", "--json"))
+    x, y, z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
+    assert (x, z, c) == (5.0, 40.0, 12.0)
+    assert y != -6.0
+    found = told(run("fit", tilted, "--tool-length", 70, "--range", "x=7,9", "--range", "c=-5,5", "--json"))
+    x, y, z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
+    assert 7 <= x <= 9
+    assert -5 <= c <= 5
+
+
+def test_least_time_is_no_longer(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Rapids of the table bind here; another place of the part needs less of them."""
+    program = tmp_path / "p.nc"
+    rows = "".join(f"G1 X{60 * (k % 2)} Y{5 * k} A{20 * (k % 2)} F8000\n" for k in range(12))
+    program.write_text(f"G21 G90 G64\nG0 X0 Y0 Z60 A0 C0\n{rows}M2\n", encoding="utf-8")
+    found = told(run("fit", program, "--tool-length", 70, "--wcs", "G54=60,60,80", "--minimise", "time", "--json"))
+    assert found["seconds"]["after"] <= found["seconds"]["before"] * 1.001
+    assert all(item["after"] >= 0 for item in found["margins"])
+
+
+def test_an_impossible_program_is_refused_with_the_axis(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program = tmp_path / "p.nc"
+    program.write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 A130 F900\nM2\n", encoding="utf-8")
+    answer = run("fit", program, "--tool-length", 100)
+    assert answer.code == 1
+    assert "no work offset was found with which it fits" in answer.out
+    assert re.search(r"p\.nc:3: VP102 error: a 1\d\d\.\d+ deg is above 95 deg", answer.out)
+    blocked = json.loads(run("fit", program, "--tool-length", 100, "--json").out)
+    assert not blocked["fits"]
+    assert ("VP102", "a") in [(item["code"], item["axis"]) for item in blocked["blocked_by"]]
+
+
+def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program = tmp_path / "p.nc"
+    program.write_text("G21 G90\nG0 X-600 Y0 Z60 A0 C0\nG1 X600 F900\nM2\n", encoding="utf-8")
+    answer = run("fit", program, "--tool-length", 100)
+    assert answer.code == 1
+    assert "VP110" in answer.out
+
+
+def test_places_in_machine_coordinates_do_not_follow(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """A retract to machine Z 0 stays where it is; the offset is still found, and judged with it."""
+    program = tmp_path / "p.nc"
+    program.write_text(TILTED.replace("G0 Z90", "G53 G0 Z0"), encoding="utf-8")
+    found = told(run("fit", program, "--tool-length", 70, "--wcs", "G54=5,5,40", "--json"))
+    assert run("check", program, "--tool-length", 70, "--wcs", found["wcs"]).code == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (TILTED.replace("G0 Z90", "G55 G0 X0 Y0 Z90"), "this program uses G54, G55"),
+        ("G21 G90 G10 L2 P1 X0 Y0 Z-500\nG0 X0 Y0 Z60 A0 C0\nG1 X9 F99\nM2\n", "it sets its own offset"),
+        ("G21 G90\nM2\n", "contains no motion"),
+    ],
+)
+def test_programs_that_cannot_be_fitted(tmp_path: Path, run: Callable[..., Any], text: str, said: str) -> None:
+    program = tmp_path / "p.nc"
+    program.write_text(text, encoding="utf-8")
+    answer = run("fit", program, "--tool-length", 70)
+    assert answer.code == 2
+    assert said in answer.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--free", "xq"), "expected some of the letters x, y, z, c"),
+        (("--free", ""), "expected some of the letters"),
+        (("--range", "x=3"), "expected LOW,HIGH"),
+        (("--range", "x=9,3"), "the lower one first"),
+        (("--free", "xy", "--range", "z=1,2"), "none of the free coordinates x, y"),
+    ],
+)
+def test_bad_options(tilted: Path, run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:
+    answer = run("fit", tilted, "--tool-length", 70, *words)
+    assert answer.code == 2
+    assert said in answer.err

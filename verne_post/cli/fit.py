@@ -1,0 +1,73 @@
+"""`verne-post fit`: the work offset with which a program fits."""
+
+from typing import Any
+
+import click
+
+from verne_post.cli.common import load, program_text, refuse, shown_name
+from verne_post.cli.options import build_options, keep_out_options, numbers_of, program_options
+
+
+@click.command("fit")
+@click.argument("input_name", metavar="INPUT")
+@click.option(
+    "--free",
+    default="xyzc",
+    show_default=True,
+    metavar="LETTERS",
+    help="What may change: x, y, z, and c, the part's turn.",
+)
+@click.option(
+    "--range",
+    "ranges",
+    multiple=True,
+    metavar="X=LOW,HIGH",
+    help="Where the zero may be, mm of the table frame or degrees for c; default: over the table, nothing below its face.",
+)
+@click.option(
+    "--minimise",
+    type=click.Choice(["time"]),
+    help="Seek the least time, with a little room at every limit, not the most room.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
+@keep_out_options
+@program_options
+def command(
+    input_name: str, free: str, ranges: tuple[str, ...], minimise: str | None, as_json: bool, **given: Any
+) -> int:
+    """Find a work offset with which the whole program is legal, with as much room to every limit as there can be.
+
+    --wcs says where the part stands now; what is not free stays so. The offset that is proposed has been judged like any program.
+    Exit status: 0 it fits, 1 no place was found, 2 unusable input.
+    """
+    from verne_post.cli.main import EXIT_CLEAN
+    from verne_post.fit import propose
+    from verne_post.model.findings import InputError, worst
+    from verne_post.output import fit as output
+    from verne_post.pipeline import exit_code_of
+
+    name = shown_name(input_name)
+    if not free or len(set(free)) != len(free) or not set(free) <= set("xyzc"):
+        raise click.UsageError(f"--free {free}: expected some of the letters x, y, z, c, each once")
+    try:
+        machine = load(given.pop("machine_name"))
+        paths = given.pop("subroutine_path")
+        source, options = program_text(input_name, build_options(name, **given), paths)
+        allowed = dict(_range(text, free) for text in ranges)
+        proposal = propose(source, machine, options, free, allowed, least_time=minimise == "time")
+    except InputError as error:
+        return refuse(name, error)
+    click.echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
+    if worst(proposal.findings) == "error":
+        return exit_code_of(InputError(*proposal.findings))
+    return EXIT_CLEAN
+
+
+def _range(text: str, free: str) -> tuple[str, tuple[float, float]]:
+    letter, _equals, rest = text.partition("=")
+    if letter not in free or len(letter) != 1:
+        raise click.UsageError(f"--range {text}: {letter!r} is none of the free coordinates {', '.join(free)}")
+    values = numbers_of(rest, f"--range {text}")
+    if len(values) != 2 or values[0] > values[1]:
+        raise click.UsageError(f"--range {text}: expected LOW,HIGH, the lower one first")
+    return letter, (values[0], values[1])

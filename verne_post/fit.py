@@ -1,0 +1,114 @@
+"""A work offset with which a program fits: sought on its points, proven by judging the whole program there."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from verne_post import gcode
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import SYSTEM_NAMES
+from verne_post.model.options import Options, WorkOffset
+from verne_post.model.toolpath import ToolPath
+from verne_post.pipeline import check, machine_setup
+from verne_post.toolpath.branch_choice import on_branches
+from verne_post.toolpath.work_offset import COORDINATES, DECIMALS, PartPoints, Place, Proposal, Search, part_points
+
+#: The part is tried elsewhere by so much (mm, rad) to see what is tied to it.
+_ELSEWHERE = (3.0, -2.0, 1.0, 0.1)
+#: A part as large as the table may still be moved by this share of the table's radius.
+_LEAST = 0.1
+#: How far above the lowest place of the program its zero may be lifted, mm, unless a range says otherwise.
+_LIFT_MM = 300.0
+
+
+def propose(
+    source: bytes, machine: Machine, options: Options, free: str = COORDINATES,
+    ranges: dict[str, tuple[float, float]] | None = None, *, least_time: bool = False,
+) -> Proposal:  # fmt: skip
+    """Find the work offset that leaves most room to every limit, or takes least time.
+
+    Parameters
+    ----------
+    source : bytes
+    machine : Machine
+    options : Options
+        Those of a conversion; ``wcs`` says where the part stands now.
+    free : str
+        Letters of what may change: x, y, z (mm, table frame) and c (the part's turn).
+    ranges : dict, optional
+        (low, high) by letter, mm and degrees.
+    least_time : bool
+        Minimise time, with a little room at every limit, in place of maximising room.
+
+    Raises
+    ------
+    InputError
+        The program cannot be read; VP018 where it uses several work systems, or nothing of it follows the part.
+    """
+    moves = gcode.interpret_program(source, machine_setup(machine, options))
+    path, _branches = on_branches(moves, machine, options)
+    if not len(path):
+        raise InputError(finding("VP021", "the program contains no motion"))
+    systems = sorted({moves.frames[index].system for index in np.unique(moves.frame[path.move])})
+    if len(systems) != 1:
+        names = ", ".join(SYSTEM_NAMES[system] for system in systems)
+        raise InputError(finding("VP018", f"fit moves one work system, and this program uses {names}"))
+    system = systems[0]
+    here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
+    elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
+    points = part_points(path, here, _path_at(source, machine, options, system, elsewhere), elsewhere)
+    if not len(points.tip):
+        raise InputError(
+            finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset (G10), or only "
+                    "names machine coordinates")
+        )  # fmt: skip
+    low, high = _ranges(points, machine, ranges or {}, here, free)
+    search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
+    after = search.best(here, least_time=least_time)
+    after = search.at(_rounded(after.place), after.counts)
+    before, judged = (check(source, machine, one) for one in (options, at_place(options, system, after.place)))
+    return Proposal(
+        system, search.at(here, after.counts), after, before.findings, judged.findings,
+        *(result.summary.cycle_time if result.summary else None for result in (before, judged)),
+    )  # fmt: skip
+
+
+def at_place(options: Options, system: int, place: Place) -> Options:
+    """Options with the part at a place."""
+    turn = round(place.c / RAD_PER_DEG, DECIMALS)
+    return replace(options, wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), turn)})
+
+
+def _place_of(offset: WorkOffset) -> Place:
+    return Place(*offset.origin_mm, RAD_PER_DEG * offset.turn_deg)
+
+
+def _rounded(place: Place) -> Place:
+    x, y, z = (round(value, DECIMALS) for value in (place.x, place.y, place.z))
+    return Place(x, y, z, RAD_PER_DEG * round(place.c / RAD_PER_DEG, DECIMALS))
+
+
+def _path_at(source: bytes, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
+    moved = replace(
+        options, wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)}
+    )
+    return on_branches(gcode.interpret_program(source, machine_setup(machine, moved)), machine, moved)[0]
+
+
+def _ranges(
+    points: PartPoints, machine: Machine, given: dict[str, tuple[float, float]], here: Place, free: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as it is said."""
+    cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip
+    part = float(np.hypot(cut[:, 0], cut[:, 1]).max())
+    aside, lowest = max(machine.table_radius - part, _LEAST * machine.table_radius), -float(points.tip[:, 2].min())
+    low = np.minimum([-aside, -aside, lowest, -np.pi], here.array())
+    high = np.maximum([aside, aside, lowest + _LIFT_MM, np.pi], here.array())
+    for letter, (first, last) in given.items():
+        index, unit = COORDINATES.index(letter), RAD_PER_DEG if letter == "c" else 1.0
+        low[index], high[index] = unit * first, unit * last
+    fixed = np.array([letter not in free for letter in COORDINATES])
+    low[fixed] = high[fixed] = here.array()[fixed]
+    return low, high

@@ -1,0 +1,123 @@
+"""What `fit` says: the work offset as an option and as a block, margins before and after, or what stands in the way."""
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.findings import Finding, worst
+from verne_post.model.machine import Machine
+from verne_post.model.moves import SYSTEM_NAMES
+from verne_post.output.findings import text_line
+from verne_post.toolpath.work_offset import DECIMALS, Place, Proposal
+
+
+def wcs_option(proposal: Proposal) -> str:
+    """``G54=x,y,z,c`` for ``--wcs``."""
+    place = proposal.after.place
+    return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in _shown(place))}"
+
+
+def block(proposal: Proposal, machine: Machine) -> str | None:
+    """The block that does the same in the program; None for a system that G10 L2 P cannot name."""
+    if not 1 <= proposal.system <= 9:
+        return None
+    place = proposal.after.place
+    x, y, z = machine.coordinates.work_origin((place.x, place.y, place.z))
+    turn = round(place.c * DEG_PER_RAD, DECIMALS)
+    # R turns X and Y of the program, C takes the turn off the table; the machine file's sense of C counts
+    sense = 1.0 if machine.columns[-1].factor > 0 else -1.0
+    words = {"X": x, "Y": y, "Z": z, "R": turn, "C": -sense * turn}
+    return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())
+
+
+def text(program: str, machine: Machine, proposal: Proposal) -> str:
+    """For a person."""
+    return "\n".join(_lines(program, machine, proposal)) + "\n"
+
+
+def _lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
+    before, after = proposal.before, proposal.after
+    fits = worst(proposal.findings) != "error"
+    if fits:
+        yield f"{program} on {machine.name} fits with this work offset:"
+        yield f"  --wcs {wcs_option(proposal)}"
+        same = block(proposal, machine)
+        if same is not None:
+            yield f"  {same}    (the same in the program, in place of --wcs)"
+    else:
+        yield f"{program} on {machine.name}: no work offset was found with which it fits."
+        yield f"The best one, --wcs {wcs_option(proposal)}, is blocked by:"
+        for item in _blocking(proposal.findings):
+            yield f"  {text_line(program, item)}"
+    where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
+    yield f"Smallest margin {_margin(after.smallest)} ({where}), before {_margin(before.smallest)}; 0 at a limit, 1 plenty."
+    if proposal.seconds is not None:
+        now = "could not run" if proposal.seconds_before is None else f"{proposal.seconds_before:.3f} s"
+        yield f"Machining time {proposal.seconds:.3f} s, before: {now}."
+    yield f"  {'margin':<44} {'before':>8} {'line':>6}   {'after':>8} {'line':>6}"
+    for index, name in enumerate(after.names):
+        fixed = "" if after.counts[index] else "   (no place changes it)"
+        yield (
+            f"  {name:<44} {_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
+            f"{_margin(after.margins[index]):>8} {after.lines[index]:>6}{fixed}"
+        )
+
+
+def _blocking(findings: tuple[Finding, ...]) -> list[Finding]:
+    """The first error of every code and axis."""
+    found: dict[tuple[str, str | None], Finding] = {}
+    for item in findings:
+        if item.severity == "error":
+            found.setdefault((item.code, item.axis), item)
+    return list(found.values())
+
+
+def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
+    """The same for programs."""
+    before, after = proposal.before, proposal.after
+    fits = worst(proposal.findings) != "error"
+    data = {
+        "schema": 1,
+        "program": program,
+        "machine": {"name": machine.name, "sha256": machine.sha256},
+        "fits": fits,
+        "system": SYSTEM_NAMES[proposal.system],
+        "wcs": wcs_option(proposal),
+        "block": block(proposal, machine),
+        "seconds": {"before": proposal.seconds_before, "after": proposal.seconds},
+        "margins": [
+            {
+                "name": name,
+                "before": _finite(before.margins[index]),
+                "after": _finite(after.margins[index]),
+                "line": int(after.lines[index]),
+                "depends_on_place": bool(after.counts[index]),
+            }
+            for index, name in enumerate(after.names)
+        ],
+        "blocked_by": [
+            {"code": item.code, "line": item.line, "axis": item.axis, "message": item.message}
+            for item in ([] if fits else _blocking(proposal.findings))
+        ],
+    }
+    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+
+
+def _shown(place: Place) -> tuple[float, float, float, float]:
+    return place.x, place.y, place.z, place.c * DEG_PER_RAD
+
+
+def _number(value: float) -> str:
+    """As short as it may be."""
+    text = f"{value:.{DECIMALS}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def _margin(value: float) -> str:
+    return f"{value:.3f}" if np.isfinite(value) else "no reach"
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

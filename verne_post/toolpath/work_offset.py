@@ -1,0 +1,298 @@
+"""Where the part should stand on the table: the work offset that leaves most room, or takes least time.
+
+The program's points are those of the part; a candidate place carries them to the table. The place is sought by samples
+that shrink around the best ones, on the points that decide, to which those are added that turn out to be worse. Distances
+to limits are those of ``room``; what no place changes does not count, or it would hide the others.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import rotate_z
+from verne_post.model.findings import Finding
+from verne_post.model.machine import Limits, Machine
+from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.room import margins_of
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: What may change, in the order of a place; and decimals of what is proposed, mm and degrees.
+COORDINATES: Final = "xyzc"
+DECIMALS: Final = 3
+#: Ends of a piece that follow the part to within this, mm and rad, are tied to it.
+TIED: Final = 1e-6
+#: Points along a piece: at most this far apart, mm and rad, and no more than so many.
+STEP_MM: Final = 10.0
+STEP_ANGLE: Final = np.radians(3.0)
+MOST_POINTS: Final = 64
+#: Samples of the whole range, places that are followed from there, samples around each a round, rounds, and how fast they shrink.
+SCATTERED: Final = 4096
+FOLLOWED: Final = 8
+AROUND: Final = 48
+ROUNDS: Final = 40
+SHRINK: Final = 0.82
+#: Points to begin with, points added at a time, and how often.
+FIRST_POINTS: Final = 200
+ADDED: Final = 40
+REFINEMENTS: Final = 12
+#: A margin that changes by less than this over all places does not depend on the place.
+WORTH: Final = 1e-6
+#: Height over the table face that counts as plenty, mm.
+PLENTY_MM: Final = 50.0
+#: What a place is worth with poses out of reach: the share of them, below any margin.
+UNREACHABLE: Final = -10.0
+#: Least room that a place of least time must leave.
+ENOUGH: Final = 0.02
+#: Poses solved together.
+BATCH: Final = 200_000
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the part's zero stands on the table, mm, and how far the part is turned, rad."""
+
+    x: float
+    y: float
+    z: float
+    c: float
+
+    def array(self) -> Array:
+        """x, y, z, c."""
+        return np.array([self.x, self.y, self.z, self.c])
+
+
+@dataclass(frozen=True, eq=False)
+class PartPoints:
+    """Points of a program on the part, in order: tip (n, 3), A and C (n, 2), tool length, source line, seconds at the feed.
+
+    ``fresh`` marks points that do not follow the one before without a stop.
+    """
+
+    tip: Array
+    angles: Array
+    tool: Array
+    line: NDArray[np.int32]
+    seconds: Array
+    fresh: Mask
+
+    def only(self, rows: NDArray[np.intp]) -> "PartPoints":
+        """Some of them."""
+        return PartPoints(
+            self.tip[rows], self.angles[rows], self.tool[rows], self.line[rows], self.seconds[rows], self.fresh[rows]
+        )
+
+
+def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
+    """Points along the pieces of a path that are tied to the part.
+
+    Parameters
+    ----------
+    path, moved : ToolPath
+        The program with the part at ``place`` and at ``other``: what is not tied to the part, as places in machine
+        coordinates, does not follow.
+    """
+    _both, rows, twins = np.intersect1d(path.move, moved.move, return_indices=True)
+    tied = np.ones(len(rows), dtype=bool)
+    for name in ("start", "end"):
+        on_part, there = _on_part(getattr(path, name)[rows], place), _on_part(getattr(moved, name)[twins], other)
+        tied &= np.abs(on_part - there).max(axis=1, initial=0.0) < TIED
+    kept = rows[tied & (path.kind[rows] != PieceKind.JOINT)]
+    swept = np.where(path.arc[kept] >= 0, np.abs(path.arcs.sweep[path.arc[kept]]) if len(path.arcs.sweep) else 0.0, 0.0)
+    turn = np.abs(path.end[kept, 3:] - path.start[kept, 3:]).sum(axis=1)
+    parts = np.clip(
+        np.ceil(np.maximum(path.length[kept] / STEP_MM, np.maximum(turn / STEP_ANGLE, 4 * swept))), 1, MOST_POINTS
+    )
+    parts = parts.astype(int)
+    piece = np.repeat(kept, parts + 1)
+    share = np.repeat(parts, parts + 1)
+    index = np.arange(len(piece)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    tip, angles = pose(path, piece, index / share)
+    on_part = _on_part(np.concatenate([tip, angles], axis=1), place)
+    seconds = np.where(index > 0, path.feed_time[piece] / share, 0.0)
+    return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[piece], path.line[piece], seconds,
+                      np.append(True, path.run[piece][1:] != path.run[piece][:-1]) if len(piece) else np.zeros(0, bool))  # fmt: skip
+
+
+def _on_part(poses: Array, place: Place) -> Array:
+    """Poses (n, 5) of the table frame as the part has them."""
+    found = poses.copy()
+    found[:, :3] = rotate_z(poses[:, :3] - [place.x, place.y, place.z], -place.c)
+    found[:, 4] += place.c
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A place, and the smallest margins (k,) there with their lines; ``counts`` marks those that depend on the place."""
+
+    place: Place
+    margins: Array
+    lines: NDArray[np.int32]
+    counts: Mask
+    names: tuple[str, ...]
+
+    @property
+    def smallest(self) -> float:
+        """The smallest margin that depends on the place, minus infinity where something is out of reach."""
+        return float(self.margins[self.counts].min())
+
+    @property
+    def nearest(self) -> int:
+        """Which margin that is."""
+        return int(np.argmin(np.where(self.counts, self.margins, np.inf)))
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """Where the part stands now, a place for it, and what judging the whole program found at both.
+
+    ``system`` is the work system that moves; seconds are None where the program cannot run.
+    """
+
+    system: int
+    before: Fit
+    after: Fit
+    findings_before: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
+    seconds_before: float | None
+    seconds: float | None
+
+
+class Search:
+    """The places of one program on one machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    points : PartPoints
+    free : ndarray of bool, shape (4,)
+        Which of x, y, z, c may change.
+    low, high : ndarray, shape (4,)
+        Range of x, y, z (mm) and c (rad).
+    """
+
+    def __init__(self, machine: Machine, points: PartPoints, free: Mask, low: Array, high: Array) -> None:
+        self.machine, self.points, self.free, self.low, self.high = machine, points, free, low, high
+        self.margins, names = margins_of(machine)
+        self.names = (*names, "height over the table face")
+
+    def at(self, place: Place, counts: Mask | None = None) -> Fit:
+        """What a place comes to, over all points."""
+        table = self._table(place.array()[None], self.points)
+        margins = table[0].min(axis=0)
+        lines = self.points.line[table[0].argmin(axis=0)]
+        return Fit(place, margins, lines, np.ones(len(margins), bool) if counts is None else counts, self.names)
+
+    def best(self, start: Place, *, least_time: bool = False) -> Fit:
+        """The place with the largest smallest margin, or of least time with enough of it."""
+        random = np.random.default_rng(0)  # the same program has the same fit
+        scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
+        scattered[:, ~self.free] = start.array()[~self.free]
+        scattered[0] = start.array()
+        rows = np.unique(np.linspace(0, len(self.points.tip) - 1, FIRST_POINTS).astype(np.intp))
+        smallest, lost = self._smallest(scattered, rows)
+        with np.errstate(invalid="ignore"):
+            reached = np.isfinite(smallest).all(axis=1)
+            counts = (
+                np.ptp(smallest[reached], axis=0) > WORTH if reached.sum() > 1 else np.ones(smallest.shape[1], bool)
+            )
+        if not counts.any():
+            counts[:] = True
+        best = scattered[np.argsort(-_worth(smallest, lost, counts), kind="stable")[:FOLLOWED]]
+        for _ in range(REFINEMENTS):
+            best = self._followed(best, rows, counts, random)
+            table = self._table(best[:1], self.points)[0]
+            # of every margin, the points that are worst now
+            worse = np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
+            if np.isin(worse, rows).all():
+                break
+            rows = np.union1d(rows, worse)
+        if least_time:
+            best = self._fastest(best, rows, counts, random)
+        x, y, z, c = best[0].tolist()
+        return self.at(Place(x, y, z, c), counts)
+
+    def _followed(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
+        """Places in order of their worth, each improved by samples around it that come nearer and nearer."""
+        width = 0.25 * (self.high - self.low) * self.free
+        worth = _worth(*self._smallest(best, rows), counts)
+        for _ in range(ROUNDS):
+            around = best[:, None] + width * random.uniform(-1, 1, (len(best), AROUND, 4))
+            around = np.clip(around, self.low, self.high)
+            around[..., ~self.free] = best[0, ~self.free]
+            value = _worth(*self._smallest(around.reshape(-1, 4), rows), counts).reshape(len(best), AROUND)
+            top = value.argmax(axis=1)
+            each = np.arange(len(best))
+            better = value[each, top] > worth
+            best[better], worth[better] = around[each, top][better], value[each, top][better]
+            width = width * SHRINK
+        return best[np.argsort(-worth, kind="stable")]
+
+    def _fastest(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
+        """The place of least time among samples that leave enough room."""
+        width = 0.5 * (self.high - self.low) * self.free
+        place, time = best[0], self._seconds(best[0])
+        every = np.arange(len(self.points.tip))
+        for _ in range(ROUNDS):
+            around = np.clip(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)
+            around[:, ~self.free] = place[~self.free]
+            legal = _worth(*self._smallest(around, rows), counts) >= ENOUGH
+            for candidate in around[legal]:
+                seconds = self._seconds(candidate)
+                if seconds < time and _worth(*self._smallest(candidate[None], every), counts)[0] >= ENOUGH:
+                    place, time = candidate, seconds
+            width = width * SHRINK
+        return place[None]
+
+    def _smallest(self, places: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Smallest value (n, k) of every margin at places (n, 4), over some points, and the share of them out of reach (n,)."""
+        some = self.points.only(rows)
+        each = max(BATCH // max(len(rows), 1), 1)
+        found, lost = [], []
+        for first in range(0, len(places), each):
+            table = self._table(places[first : first + each], some)
+            lost.append(np.isinf(table[..., 0]).mean(axis=1))
+            found.append(table.min(axis=1))
+        return np.concatenate(found), np.concatenate(lost)
+
+    def _table(self, places: Array, points: PartPoints) -> Array:
+        """Margins (n, m, k) of m points at n places; minus infinity out of reach."""
+        n, m = len(places), len(points.tip)
+        tip, angles, tool = self._carried(places, points)
+        found = self.margins(tip, angles, tool)
+        inside = np.hypot(tip[:, 0], tip[:, 1]) < self.machine.table_radius
+        height = np.where(inside, np.minimum(tip[:, 2] / PLENTY_MM, 1.0), 1.0)
+        return np.concatenate([found, height[:, None]], axis=1).reshape(n, m, -1)
+
+    def _carried(self, places: Array, points: PartPoints) -> tuple[Array, Array, Array]:
+        """Tips, angles and tool lengths (n m) on the table."""
+        n, m = len(places), len(points.tip)
+        place = np.repeat(places, m, axis=0)
+        tip = rotate_z(np.tile(points.tip, (n, 1)), place[:, 3]) + place[:, :3]
+        angles = np.tile(points.angles, (n, 1))
+        angles[:, 1] -= place[:, 3]
+        return tip, angles, np.tile(points.tool, n)
+
+    def _seconds(self, place: Array) -> float:
+        """A lower estimate of the machining time: the feed, and velocity and acceleration between the points."""
+        points = self.points
+        q = self.machine.five_axis.solve(*self._carried(place[None], points))[0]
+        limits: Limits = self.machine.limits
+        step = np.abs(np.diff(q, axis=0, prepend=q[:1]))
+        bend = np.abs(np.diff(q, 2, axis=0, prepend=q[:1], append=q[-1:]))
+        bend[points.fresh] = 0.0
+        by_speed = (step / limits.velocity).max(axis=1)
+        by_bend = np.sqrt((bend / limits.acceleration).max(axis=1))
+        seconds = np.maximum(points.seconds, np.maximum(by_speed, by_bend))
+        return float(np.where(points.fresh, 0.0, seconds).sum()) if np.isfinite(q).all() else np.inf
+
+
+def _worth(smallest: Array, lost: Array, counts: Mask) -> Array:
+    """Smallest margin (n,) of places, below any number where poses are out of reach: the more, the less."""
+    inside = np.where(np.isfinite(smallest), smallest, 0.0)[:, counts].min(axis=1)
+    return np.where(lost > 0, UNREACHABLE - lost, inside)
