@@ -32,7 +32,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.options import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
-from verne_post.output.setpoints import FORMATS
+from verne_post.output.setpoints import csv_header, csv_rows
 from verne_post.pipeline import Plan, convert, judge_program, plan_program, read_program
 from verne_post.timing import flowing, scan, toppra_backend
 from verne_post.timing.plan import ContourRun, Planning, plan_contour
@@ -140,12 +140,11 @@ def sample(name: str) -> bytes:
 
 def converted(part: Part, machine: Machine) -> tuple[str, Summary, float]:
     """The written file, its summary, and the CPU seconds from text to verified CSV."""
-    header, encode = FORMATS["csv"]
     out = io.StringIO()
-    out.write(header(machine.columns))
+    out.write(csv_header(machine.columns))
 
     def sink(block: SetpointBlock) -> None:
-        out.write(encode(block))
+        out.write(csv_rows(block))
 
     begin = time.process_time()
     result = convert(part.source, machine, part.options, sink)

@@ -13,6 +13,7 @@ import threading
 import tomllib
 import tracemalloc
 from collections.abc import Callable
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ import verne_post
 from verne_post.cli.main import COMMANDS, gravest
 from verne_post.model.codes import CODES
 from verne_post.model.options import Options, WorkOffset
-from verne_post.output.setpoints import FORMATS
+from verne_post.output.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
@@ -361,7 +362,7 @@ def test_failure_leaves_the_old_file_and_nothing_else(
         monkeypatch.setattr("verne_post.pipeline.summarise", raising(RuntimeError("bug")))
     elif how == "disk full":
         full = raising(OSError(28, "No space left on device"))
-        monkeypatch.setitem(FORMATS, "csv", (FORMATS["csv"][0], full))
+        monkeypatch.setitem(FORMATS, "csv", replace(FORMATS["csv"], write=full))
     elif how == "interrupted":
         for owner, name in ((Path, "replace"), (os, "replace"), (os, "rename")):
             monkeypatch.setattr(owner, name, raising(KeyboardInterrupt()))
@@ -605,12 +606,13 @@ def test_approach_beyond_the_travel_is_a_violation(good: Path, run: Callable[...
 PROGRAM_OPTIONS = ["--machine", "--tool-length", "--tool-table", "--wcs", "--tolerance", "--orientation-tolerance",
                    "--cycle"]  # fmt: skip
 HELP = {
-    "convert": ["-o", "--format", "--decimals", "--meta", "--from", "--accept-rounding", *PROGRAM_OPTIONS],
+    "convert": ["-o", "--format", "--decimals", "--meta", "--events", "--units", "--override", "--slow-start", "--air", "--from-line", "--to", "--keep-out", "--from", "--accept-rounding", *PROGRAM_OPTIONS],
     "check": ["--output-format", "--output-file", "--fail-level", "--exit-zero", *PROGRAM_OPTIONS],
     "verify": ["--against", "--from", *PROGRAM_OPTIONS],
     "dump": ["moves", "poses", "joints", *PROGRAM_OPTIONS],
     "machine": ["list", "show", "validate", "identify"],
     "explain": ["CODE"],
+    "fit": ["--free", "--range", "--minimise", "--json", "--keep-out", *PROGRAM_OPTIONS],
 }
 
 

@@ -164,7 +164,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     from verne_post.model.findings import InputError
     from verne_post.output.axis_check import instructions
     from verne_post.output.rounding import setpoint_format
-    from verne_post.output.setpoints import FORMATS
+    from verne_post.output.setpoints import csv_header, csv_rows
     from verne_post.pipeline import drives_of
 
     if output.exists() and any(output.iterdir()):
@@ -178,10 +178,9 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
         moves = list(axis_moves(machine, tuple(numbers_of(at, f"--at {at}")), fmt))
     except InputError as error:
         return refuse(machine_name, error)
-    header, encode = FORMATS["csv"]
     output.mkdir(exist_ok=True)
     for move in moves:
-        write_whole(output / f"{move.name}.csv", [header(machine.columns, drives), encode(move.block)])
+        write_whole(output / f"{move.name}.csv", [csv_header(machine.columns, drives), csv_rows(move.block)])
     text = instructions(machine, moves)
     write_whole(output / "README.txt", [text])
     click.echo(text, nl=False)

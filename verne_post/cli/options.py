@@ -115,6 +115,13 @@ def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)  # fmt: skip
 
 
+def decimals_of(text: str) -> int | None:
+    """The value of ``--decimals``."""
+    if text != "auto" and not (text.isdecimal() and int(text) <= 12):
+        raise click.UsageError(f"--decimals {text}: expected auto, or a whole number from 0 to 12")
+    return None if text == "auto" else int(text)
+
+
 def build_options(name: str, **given: Any) -> "Options":
     """Options from the values of the command line."""
     from verne_post.model.options import Options

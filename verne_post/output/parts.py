@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.model.summary import Part, Summary
+from verne_post.model.summary import Summary
 from verne_post.output.setpoints import read_csv
 
 
@@ -26,15 +25,6 @@ def part_path(output: Path, number: int) -> Path:
 def index_path(output: Path) -> Path:
     """``axes.csv`` -> ``axes.index.json``."""
     return output.with_name(f"{output.stem}.index.json")
-
-
-def part_rows(spool: IO[str], header: str, part: Part, summary: Summary) -> Iterator[str]:
-    """Text of one part, from a spool that stands at its first row; its time begins at 0."""
-    fmt = summary.format
-    yield header
-    for row in range(part.last_row - part.first_row + 1):
-        _time, _comma, rest = spool.readline().partition(",")  # two parts share no row: a stop lasts one cycle
-        yield f"{row * fmt.cycle:.{fmt.time_decimals}f},{rest}"
 
 
 def index(output: Path, summary: Summary) -> str:

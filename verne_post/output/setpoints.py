@@ -1,6 +1,6 @@
-"""Setpoint files: the table of formats, each with a writer; and the reader of the default one."""
+"""Setpoint files in the default format: comma separated text, written and read."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import IO, Final
 
 import numpy as np
@@ -33,14 +33,6 @@ def csv_rows(block: SetpointBlock) -> str:
     time = (block.first + np.arange(n)) * fmt.cycle
     table = np.column_stack([time, block.written, block.line])
     return (row * n) % tuple(table.ravel().tolist())
-
-
-#: Formats of setpoint files: name -> (header, rows).
-FORMATS: Final[
-    dict[str, tuple[Callable[[tuple[Column, ...], tuple[Drive, ...]], str], Callable[[SetpointBlock], str]]]
-] = {
-    "csv": (csv_header, csv_rows),
-}
 
 
 def read_csv(

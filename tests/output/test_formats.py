@@ -1,0 +1,210 @@
+"""Every format against a reader that follows its receiver's own rules and shares nothing with the writer."""
+
+import io
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+
+PROGRAM = "G21 G90 G64\nG0 X0 Y0 Z50 A0 C0\nG1 X40 Y10 A8 C30 F3000\nG1 X10 Y30\nG4 P0.1\nG0 Z80\nM2\n"
+PLACE = ("--tool-length", 60, "--wcs", "G54=5,-8,30")
+MACHINE = verne_post.load_machine()
+
+
+@pytest.fixture
+def written(tmp_path: Path, run: Callable[..., Any]) -> Callable[..., tuple[bytes, np.ndarray]]:
+    """Function: a file in a format, and the rows of the CSV of the same program."""
+    program = tmp_path / "p.nc"
+    program.write_text(PROGRAM, encoding="utf-8")
+
+    def make(file_format: str, *more: object) -> tuple[bytes, np.ndarray]:
+        for name, kind in (("rows.csv", "csv"), ("out", file_format)):
+            answer = run("convert", program, *PLACE, "--format", kind, "-o", tmp_path / name, *more)
+            assert answer.code == 0, answer.err
+        make.said = " ".join(answer.err.split())  # type: ignore[attr-defined]
+        return (tmp_path / "out").read_bytes(), np.loadtxt(tmp_path / "rows.csv", delimiter=",", skiprows=1)
+
+    return make
+
+
+def test_linuxcnc(written: Callable[..., Any]) -> None:
+    """halstreamer: floats separated by whitespace, one line a sample; a comma or a word would make it skip the line."""
+    raw, rows = written("linuxcnc")
+    lines = raw.decode("ascii").split("\n")
+    assert lines.pop() == ""
+    table = []
+    for line in lines:
+        assert set(line) <= set("0123456789.- ")
+        cells = line.split()
+        assert len(cells) == 5
+        table.append([float(cell) for cell in cells])
+    assert np.array_equal(np.array(table), rows[:, 1:6])
+
+
+def test_twincat(written: Callable[..., Any]) -> None:
+    raw, rows = written("twincat")
+    assert len(raw) == 8 * 5 * len(rows)
+    assert np.array_equal(np.frombuffer(raw, dtype="<f8").reshape(-1, 5), rows[:, 1:6])
+
+
+def test_npz(written: Callable[..., Any]) -> None:
+    raw, rows = written("npz")
+    archive = np.load(io.BytesIO(raw), allow_pickle=False)
+    assert archive["columns"].tolist() == ["t_s", "rho1_mm", "rho2_mm", "rho3_mm", "a_deg", "c_deg", "line"]
+    assert np.allclose(archive["t"], rows[:, 0], atol=1e-12)
+    assert np.array_equal(archive["values"], rows[:, 1:6])
+    assert np.array_equal(archive["line"], rows[:, 6])
+
+
+def test_parquet(written: Callable[..., Any]) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    raw, rows = written("parquet")
+    table = parquet.read_table(io.BytesIO(raw))
+    assert table.column_names == ["t_s", "rho1_mm", "rho2_mm", "rho3_mm", "a_deg", "c_deg", "line"]
+    for index, name in enumerate(table.column_names):
+        assert np.allclose(table[name].to_numpy(), rows[:, index], atol=1e-12, rtol=0)
+
+
+@pytest.mark.parametrize("file_format", ["ros2", "ros2-json"])
+def test_ros2(written: Callable[..., Any], file_format: str) -> None:
+    """A JointTrajectory: names once, then points in SI units at strictly rising times, at rest at the end."""
+    raw, rows = written(file_format)
+    if file_format == "ros2":
+        yaml = pytest.importorskip("yaml")
+        # libyaml where it is there: the pure reader takes seconds
+        message = yaml.load(raw, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    else:
+        message = json.loads(raw)
+    assert message["joint_names"] == ["rho1", "rho2", "rho3", "a", "c"]
+    points = message["points"]
+    assert len(points) == len(rows)
+    stamps = [point["time_from_start"] for point in points]
+    assert all(isinstance(stamp["sec"], int) and 0 <= stamp["nanosec"] < 10**9 for stamp in stamps)
+    t = np.array([stamp["sec"] + 1e-9 * stamp["nanosec"] for stamp in stamps])
+    assert (np.diff(t) > 0).all()
+    assert np.allclose(t, rows[:, 0], atol=1e-9)
+    positions = np.array([point["positions"] for point in points])
+    assert np.allclose(positions, rows[:, 1:6] * ([1e-3] * 3 + [np.pi / 180] * 2), rtol=1e-12, atol=1e-15)
+    velocities = np.array([point["velocities"] for point in points])
+    assert (velocities[[0, -1]] == 0).all()
+    # a slope by another formula: the secants on both sides, whose mean is off by a sixth of the jerk times dt^2
+    secant = (positions[2:] - positions[:-2]) / 0.002
+    assert np.abs(velocities[1:-1] - secant).max() < 350.0 * 1e-6 / 6 * 1.1  # 20000 deg/s3 is the largest jerk
+
+
+def run_pvt(raw: bytes, start: np.ndarray, cycle: float) -> tuple[np.ndarray, np.ndarray]:
+    """A controller: from rest at the first row, one cubic an element from the last velocity to the element's; sampled at cycles."""
+    position, velocity, t0 = start.copy(), np.zeros(5), 0.0
+    found, last = [start.copy()], np.zeros(5)
+    for line in raw.decode("ascii").splitlines():
+        cells = [float(cell) for cell in line.split(",")]
+        dt, moved, speed = cells[0], np.array(cells[1::2]), np.array(cells[2::2])
+        assert len(cells) == 11
+        assert dt > 0
+        a = (3 * moved / dt - 2 * velocity - speed) / dt
+        b = (velocity + speed - 2 * moved / dt) / dt**2
+        for k in range(1, round(dt / cycle) + 1):
+            tau = k * cycle
+            found.append(position + tau * (velocity + tau * (a + tau * b)))
+        position, velocity, t0, last = position + moved, speed, t0 + dt, speed
+    return np.array(found), last
+
+
+@pytest.mark.parametrize("cycle", [0.001, 0.004])
+def test_pvt(written: Callable[..., Any], cycle: float) -> None:
+    raw, rows = written("pvt", "--cycle", cycle)
+    found, last = run_pvt(raw, rows[0, 1:6], cycle)
+    assert (last == 0).all()
+    assert found.shape == (len(rows), 5)
+    off = np.abs(found - rows[:, 1:6]).max(axis=0)
+    assert off.max() < 1.2e-4
+    assert np.abs(found[-1] - rows[-1, 1:6]).max() < 1e-6
+    # what the summary says of the error is what the controller sees
+    said = written.said  # type: ignore[attr-defined]
+    assert "Knots every" in said
+    told = [
+        float(value) for value in re.findall(r"(?:rho\d|a|c) ([\d.e+-]+) (?:mm|deg)", said[said.index("Knots every") :])
+    ]
+    assert len(told) == 5
+    assert np.allclose(told, off, rtol=0.1, atol=2e-6)
+
+
+def test_drive_units_in_every_format(tmp_path: Path, run: Callable[..., Any]) -> None:
+    from verne_post.config import machine_files
+
+    text = machine_files()["verne"].read_text(encoding="utf-8")
+    drives = "".join(
+        f'[drives.{joint}]\nunit = "counts"\nsign = -1\nscale = 1e8\ninteger = true\n'
+        for joint in ("rho1", "rho2", "rho3", "a", "c")
+    )
+    machine, program = tmp_path / "m.toml", tmp_path / "p.nc"
+    machine.write_text(text.replace("[control]", f"{drives}\n[control]") + 'drives = "assumed"\n', encoding="utf-8")
+    program.write_text(PROGRAM, encoding="utf-8")
+
+    def make(file_format: str) -> bytes:
+        answer = run(
+            "convert",
+            program,
+            *PLACE,
+            "--machine",
+            machine,
+            "--units",
+            "drive",
+            "--format",
+            file_format,
+            "-o",
+            tmp_path / "o",
+        )
+        assert answer.code == 0, answer.err
+        return (tmp_path / "o").read_bytes()
+
+    counts = np.loadtxt(io.BytesIO(make("csv")), delimiter=",", skiprows=1)[:, 1:6]
+    assert (counts == np.round(counts)).all()
+    assert np.array_equal(np.loadtxt(io.BytesIO(make("linuxcnc"))), counts)
+    assert np.array_equal(np.frombuffer(make("twincat"), "<f8").reshape(-1, 5), counts)
+    assert np.array_equal(np.load(io.BytesIO(make("npz")))["values"], counts)
+    assert np.array_equal([point["positions"] for point in json.loads(make("ros2-json"))["points"]], counts)
+    found, _last = run_pvt(make("pvt"), counts[0], 0.001)
+    assert np.abs(found - counts).max() < 1.2e-4 * 1e8
+
+
+def test_standard_output_takes_bytes_too(tmp_path: Path, environment: dict[str, str]) -> None:
+    import subprocess
+    import sys
+
+    program = tmp_path / "p.nc"
+    program.write_text(PROGRAM, encoding="utf-8")
+    command = [sys.executable, "-m", "verne_post", str(program), *map(str, PLACE), "--format", "twincat"]
+    done = subprocess.run(command, capture_output=True, env=environment, check=True)
+    assert len(done.stdout) % 40 == 0
+    assert len(done.stdout) > 40_000
+
+
+def test_parts_are_csv(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program = tmp_path / "p.nc"
+    program.write_text(PROGRAM, encoding="utf-8")
+    answer = run("convert", program, *PLACE, "--split-at-stops", "--format", "npz", "-o", tmp_path / "o.npz")
+    assert answer.code == 2
+    assert "--split-at-stops writes csv" in answer.err
+
+
+def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    import importlib.util
+
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
+    answer = run("convert", "p.nc", *PLACE, "--format", "parquet", "-o", tmp_path / "o")
+    assert answer.code == 2
+    assert "pip install 'verne-post[parquet]'" in answer.err
+
+
+def test_the_names_of_the_command_line_are_those_of_the_table() -> None:
+    from verne_post.cli.conversion import FORMAT_NAMES
+    from verne_post.output.formats import FORMATS
+
+    assert tuple(FORMATS) == FORMAT_NAMES
