@@ -1,6 +1,6 @@
 (FIVE-AXIS BLADE: FLANK OF AN ELLIPTIC SECTION IN A SPIRAL, TOOL AXIS LEANING OUT)
 (A runs from 35 to 70 degrees, C over more than two turns without unwinding.)
-(Expected: converts; this version stops at every corner, so it takes minutes.)
+(Expected: converts, corners rounded.)
 (options: --tool-length 120 --wcs G54=0,0,10)
 G21 G90 G94 G17 G40 G80
 S18000 M3

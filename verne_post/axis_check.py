@@ -87,10 +87,11 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
                                       machine, fmt)  # fmt: skip
             block = SetpointBlock(0, values, np.zeros(len(values), dtype=np.int32), fmt, written)
             _require_gentle(machine, block, joint)
+            peak = float(np.abs(np.diff(values[:, joint])).max() / fmt.cycle)
             yield AxisMove(
                 f"{number:02d}_{column.joint}_{distance:g}{column.unit}",
                 block,
-                _seen(machine, fmt.drives, here, step, joint, distance),
+                _seen(machine, fmt.drives, here, step, joint, distance, peak),
             )
 
 
@@ -166,7 +167,9 @@ def _require_gentle(machine: Machine, block: SetpointBlock, joint: int) -> None:
 # --- what must be seen -------------------------------------------------------------------------
 
 
-def _seen(machine: Machine, drives: tuple[Drive, ...], here: Array, step: Array, joint: int, distance: float) -> str:
+def _seen(
+    machine: Machine, drives: tuple[Drive, ...], here: Array, step: Array, joint: int, distance: float, peak: float
+) -> str:
     """What happens on the way to the positive side, in words."""
     column = machine.columns[joint]
     counted = ""
@@ -176,7 +179,7 @@ def _seen(machine: Machine, drives: tuple[Drive, ...], here: Array, step: Array,
             for place in (here[joint], here[joint] + step[joint])
         )
         counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({heading(column, drives, joint)})."
-    first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back.{counted}"
+    first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
     if joint < len(machine.columns) - 2:
         return f"{first} On the first way {_of_platform(machine, here, step)}"
     return f"{first} On the first way {_of_table(machine, here, step)}"

@@ -18,7 +18,7 @@ from verne_post.gcode.state import Setup, State
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds
 from verne_post.kinematics.judge_clearance import judge_everything
-from verne_post.kinematics.keep_out import keep_out_of
+from verne_post.kinematics.keep_out import keep_out_of, tool_of_piece
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
@@ -65,6 +65,7 @@ class Program:
     findings: tuple[Finding, ...] = ()
     free_turn: FreeTurn | None = None
     stops: tuple[int, ...] = ()
+    switched: tuple[Event, ...] = ()
 
     @property
     def path(self) -> ToolPath:
@@ -196,14 +197,24 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
         taken_up = piece, int((_dwells(moves) < restart.move).sum())
         stops = tuple(stop - restart.move for stop in stops)
         moves = moves.taken_up(restart.move, restart.event, restart.switched)
-    start = None if options.approach is None else standing(machine, options.approach, "--from")
+    start = None if options.approach is None else standing(machine, _in_joint_units(machine, options), "--from")
     goal = None if options.departure is None else standing(machine, options.departure, "--to")
     if start is not None or goal is not None or restart is not None:
         contour = with_ways(contour, machine, start, goal, taken_up)
     if restart is not None:
         renumbered = np.where(contour.path.move >= 0, contour.path.move - restart.move, -1).astype(np.int32)
         contour = replace(contour, path=replace(contour.path, move=renumbered))
-    return Program(machine, options, moves, contour, tuple(findings), turn, stops)
+    switched = () if restart is None else restart.switched
+    return Program(machine, options, moves, contour, tuple(findings), turn, stops, switched)
+
+
+def _in_joint_units(machine: Machine, options: Options) -> str | tuple[float, ...]:
+    """The place of ``--from``: a name, or values in mm and degrees, also where they are given as the drives count."""
+    place, drives = options.approach, drives_of(machine, options)
+    assert place is not None
+    if isinstance(place, str) or len(place) != len(drives):
+        return place
+    return tuple(float(drive.places(np.array(number))) for drive, number in zip(drives, place, strict=True))
 
 
 def _dwells(moves: Moves) -> NDArray[np.intp]:
@@ -472,6 +483,8 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
     places, numbers = rounded(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
     used = np.unique(moves.frame[path.move[path.move >= 0]])
+    lengths = np.round(path.tool_length - program.options.lift, 6)
+    tools = dict.fromkeys(zip(tool_of_piece(path, moves).tolist(), lengths.tolist(), strict=True))
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)
     return Summary(
         source=source,
@@ -497,4 +510,6 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         parameters=moves.parameters,
         before=before,
         parts=parts,
+        switched=program.switched,
+        tools=tuple(tools),
     )

@@ -74,7 +74,7 @@ def test_what_must_be_seen_is_what_happens(folder: Path, run: Callable[..., Any]
         after, lean, _ok = machine.module.forward(moved)
         x, y, z = (after - place) * [1, -1, -1]
         said = told[f"{6 + joint:02d}_{name}_10mm"]
-        assert f"{name} goes +10 mm, back, -10 mm, and back." in said
+        assert f"{name} goes +10 mm, back, -10 mm, and back, at" in said
         assert float(re.search(r"([-+][\d.]+) mm in x", said)[1]) == pytest.approx(x, abs=6e-5)  # type: ignore[index]
         assert float(re.search(r"([-+][\d.]+) mm in y", said)[1]) == pytest.approx(y, abs=6e-5)  # type: ignore[index]
         assert f"{abs(z):.4f} mm {'up' if z > 0 else 'down'}" in said
@@ -106,10 +106,10 @@ def test_senses_of_the_machine_file_are_told(folder: Path, run: Callable[..., An
     answer = run("machine", "axis-check", "--machine", "m.toml", "--at", at, "--units", "drive", "-o", "out")
     assert answer.code == 0, answer.err
     said = " ".join(answer.out.split())
-    assert "rho1 goes +1 mm, back, -1 mm, and back. The drive counts down by 10000000 (rho1_counts)." in said
-    assert "rho2 goes +1 mm, back, -1 mm, and back. The drive counts up by 10000000 (rho2_counts)." in said
+    assert "rho1 goes +1 mm, back, -1 mm, and back, at 0.58 mm/s at most. The drive counts down by 10000000 (rho1_counts)." in said
+    assert "rho2 goes +1 mm, back, -1 mm, and back, at 0.58 mm/s at most. The drive counts up by 10000000 (rho2_counts)." in said
     assert re.search(
-        r"a goes \+1 deg, back, -1 deg, and back\. The drive counts down by 10000000 \(a_counts\)\.[^[]* mm down\.",
+        r"a goes \+1 deg, back, -1 deg, and back, at [0-9.]+ deg/s at most\. The drive counts down by 10000000 \(a_counts\)\.[^[]* mm down\.",
         said,
     )
     first = (folder / "out" / "01_rho1_1mm.csv").read_text().splitlines()

@@ -606,7 +606,23 @@ def test_approach_beyond_the_travel_is_a_violation(good: Path, run: Callable[...
 PROGRAM_OPTIONS = ["--machine", "--tool-length", "--tool-table", "--wcs", "--tolerance", "--orientation-tolerance",
                    "--cycle"]  # fmt: skip
 HELP = {
-    "convert": ["-o", "--format", "--decimals", "--meta", "--events", "--units", "--override", "--slow-start", "--air", "--from-line", "--to", "--keep-out", "--from", "--accept-rounding", *PROGRAM_OPTIONS],
+    "convert": [
+        "-o",
+        "--format",
+        "--decimals",
+        "--meta",
+        "--events",
+        "--units",
+        "--override",
+        "--slow-start",
+        "--air",
+        "--from-line",
+        "--to",
+        "--keep-out",
+        "--from",
+        "--accept-rounding",
+        *PROGRAM_OPTIONS,
+    ],
     "check": ["--output-format", "--output-file", "--fail-level", "--exit-zero", *PROGRAM_OPTIONS],
     "verify": ["--against", "--from", *PROGRAM_OPTIONS],
     "dump": ["moves", "poses", "joints", *PROGRAM_OPTIONS],
@@ -865,3 +881,56 @@ def test_result_is_the_same_through_python_and_the_command_line(good: Path, run:
     assert result.setpoints is not None
     assert table[:, 1:6].tolist() == result.setpoints.values.tolist()
     assert table[:, 6].tolist() == result.setpoints.line.tolist()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("-o", "p.nc"), ("-o", "./p.nc"), ("--meta", "p.nc", "-o", "a.csv"), ("-o", "m.toml", "--machine", "m.toml"),
+     ("-o", "a.csv", "--meta", "a.csv"), ("-o", "a.csv", "--events", "./a.csv"), ("-o", "t.tbl", "--tool-table", "t.tbl")],
+)  # fmt: skip
+def test_no_output_replaces_an_input_or_another_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], words: tuple[str, ...]
+) -> None:
+    from verne_post.config import machine_files
+
+    monkeypatch.chdir(tmp_path)
+    Path("p.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X9 F900\nM2\n")
+    Path("m.toml").write_bytes(machine_files()["verne"].read_bytes())
+    Path("t.tbl").write_text("T1 P1 Z50\n")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    answer = run("convert", "p.nc", "--tool-length", 60, *words)
+    assert answer.code == 2
+    assert "this is the file of" in answer.err
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("raw", "said"),
+    [(b"t_s,rho1_mm\n0,1\n", "is a setpoint file, not a program"), (b"\x89PNG\0\0", "is not a text file")],
+)
+def test_files_that_are_no_programs(tmp_path: Path, run: Callable[..., Any], raw: bytes, said: str) -> None:
+    path = tmp_path / "p.nc"
+    path.write_bytes(raw)
+    for command in ("convert", "check"):
+        answer = run(command, path)
+        assert answer.code == 2
+        assert (answer.err + answer.out).count("VP022") == 1
+        assert said in answer.err + answer.out
+
+
+def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any]) -> None:
+    path = tmp_path / "p.nc"
+    path.write_text("G21 G90 G49\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
+    said = " ".join(run("convert", path, "-o", tmp_path / "o.csv").err.split())
+    assert "Tool length: 0 mm (no length is in force: G49, or none was said)." in said
+    said = " ".join(run("convert", path, "--tool-length", 60, "-o", tmp_path / "o.csv").err.split())
+    assert "Tool length: 60 mm (--tool-length)." in said
+
+
+def test_an_offset_that_does_not_hold_is_told(tmp_path: Path, run: Callable[..., Any]) -> None:
+    path = tmp_path / "p.nc"
+    path.write_text("G21 G90 G10 L2 P1 X0 Y0 Z-500\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
+    said = " ".join(
+        run("convert", path, "--tool-length", 60, "--wcs", "G54=1,2,3", "-o", tmp_path / "o.csv").err.split()
+    )
+    assert "G54 at (0, 0, 50) mm on the table (the program sets it with G10: --wcs does not hold)" in said

@@ -129,6 +129,30 @@ def test_parts_and_events_are_in_drive_units_too(tmp_path: Path, run: Callable[.
     assert run("verify", tmp_path / "o.index.json", "--against", program, *place).code == 0
 
 
+def test_from_takes_what_the_drives_read(tmp_path: Path, run: Callable[..., Any]) -> None:
+    machine = file_with(DRIVES, tmp_path)
+    program, out = tmp_path / "p.nc", tmp_path / "o.csv"
+    program.write_text(PROGRAM, encoding="utf-8")
+    start = ("1000000000", "2000000000", "-11.8", "0", "0")
+    place = (*PLACE, "--machine", machine, "--units", "drive", "--from", ",".join(start))
+    answer = run("convert", program, *place, "-o", out)
+    assert answer.code == 0, answer.err
+    first = out.read_text().splitlines()[1].split(",")[1:6]
+    assert first[:2] == ["1000000000", "2000000000"]
+    assert [float(cell) for cell in first] == pytest.approx([float(cell) for cell in start], abs=1e-9)
+    assert run("verify", out, "--against", program, *place).code == 0
+
+
+def test_coarse_counts_do_not_excuse_themselves(tmp_path: Path, run: Callable[..., Any]) -> None:
+    machine = file_with(DRIVES, tmp_path, replaced=("scale = 4e6", "scale = 10000.0"))
+    program, out = tmp_path / "p.nc", tmp_path / "o.csv"
+    program.write_text(PROGRAM, encoding="utf-8")
+    place = (*PLACE, "--machine", machine, "--units", "drive")
+    assert run("convert", program, *place, "--accept-rounding", "-o", out).code == 0
+    assert run("verify", out, "--against", program, *place, "--accept-rounding").code == 0
+    assert run("verify", out, "--against", program, *place).code == 1
+
+
 def test_counts_that_are_too_coarse_are_refused(tmp_path: Path, run: Callable[..., Any]) -> None:
     machine = file_with(DRIVES, tmp_path, replaced=("scale = 4e6", "scale = 1000.0"))
     program = tmp_path / "p.nc"

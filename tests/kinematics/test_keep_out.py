@@ -340,7 +340,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_settings_and_command_line(program: Path, run: Callable[..., Any]) -> None:
-    place = ("check", program, "--tool-length", 100)
+    place = ("check", program, "--tool-length", 100, "--wcs", "G54=0,0,0")
     Path("verne-post.toml").write_text(
         "[keep_out.pin]\nmin = [-3.0, -2.0, 0.0]\nmax = [3.0, 2.0, 33.0]\ndistance_mm = 1.5\n"
         "[stock]\nmin = [-5.0, -5.0, 0.0]\nmax = [5.0, 5.0, 10.0]\nsystem = 'G54'\n"
@@ -359,8 +359,27 @@ def test_settings_and_command_line(program: Path, run: Callable[..., Any]) -> No
 
 
 @pytest.mark.parametrize(
+    ("text", "words", "said"),
+    [
+        (PAST, ("--keep-out", "v@G54=0,0,0,1,1,1"), "v is given in G54, and G54 is not"),
+        (PAST, ("--stock", "G55=0,0,0,1,1,1", "--wcs", "G54=0,0,0"), "the stock is given in G55, and G55 is not"),
+        (PAST.replace("G61.1", "G61.1 G10 L2 P1 X5"), ("--keep-out", "v@G54=0,0,0,1,1,1", "--wcs", "G54=0,0,0"),
+         "which the program moves (G10)"),
+    ],
+)  # fmt: skip
+def test_boxes_whose_place_is_a_guess(
+    program: Path, run: Callable[..., Any], text: str, words: tuple[str, ...], said: str
+) -> None:
+    program.write_text(text, encoding="utf-8")
+    answer = run("check", program, "--tool-length", 100, *words)
+    assert answer.code == 2
+    assert said in answer.err + answer.out
+
+
+@pytest.mark.parametrize(
     ("words", "said"),
     [
+        (("--keep-out", "a=0,0,0,1,1,1", "--keep-out", "a=0,0,0,1,1,2"), "a is given twice"),
         (("--keep-out", "-3,-2,0,3,2,20"), "expected NAME=X0,Y0,Z0,X1,Y1,Z1"),
         (("--keep-out", "pin=1,2,3"), "expected six numbers, two corners, got 3"),
         (("--keep-out", "pin=1,2,3,4,5,x"), "is not a list of numbers"),
@@ -378,10 +397,15 @@ def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, .
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        (
+            "[keep_out.a]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance = 2.0\n",
+            "keep_out.a.distance is not a key; did you mean distance_mm?",
+        ),
+        ("[keepout.a]\n", "keepout is not a key; did you mean keep_out?"),
         ("[keep_out.a]\nmin = [0, 0]\nmax = [1.0, 1.0, 1.0]\n", "keep_out.a.min"),
         ("[keep_out.a]\nmin = [0.0, 2.0, 0.0]\nmax = [1.0, 1.0, 1.0]\n", "y of min, 2, must be below that of max, 1"),
         ("[stock]\nmin = [0.0, 0.0, 0.0]\nmax = [1.0, 1.0, 1.0]\nsystem = 'G5'\n", "a work system such as G54"),
-        ("[stock]\nmin = [0.0, 0.0, 0.0]\n", "stock.max"),
+        ("[stock]\nmin = [0.0, 0.0, 0.0]\n", "stock.max is missing"),
     ],
 )
 def test_bad_settings(program: Path, run: Callable[..., Any], text: str, said: str) -> None:

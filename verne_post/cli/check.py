@@ -67,7 +67,9 @@ def command(
             try:
                 source, own = program_text(name, replace(options, source_name=shown), paths)
                 result = check(source, machine, own, progress)
-            except click.UsageError as error:  # the others are judged all the same
+            except InputError as error:  # the others are judged all the same
+                result = failed(error)
+            except click.UsageError as error:
                 result = failed(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None
         reports.append(Report(shown, result.findings, time, source))

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from verne_post.pipeline import Progress
 
 
+#: A zero byte in so much of a file tells that it is no text.
+_LOOKED_AT = 4096
+
+
 def program_text(name: str, options: "Options", subroutine_path: tuple[str, ...]) -> tuple[bytes, "Options"]:
     """A program, and options with the files of subroutines that it may call.
 
@@ -25,8 +29,13 @@ def program_text(name: str, options: "Options", subroutine_path: tuple[str, ...]
     from dataclasses import replace
 
     from verne_post.cli.subroutines import gather
+    from verne_post.model.findings import InputError, finding
 
     source = read_bytes(name)
+    if b"\0" in source[:_LOOKED_AT]:
+        raise InputError(finding("VP022", f"{shown_name(name)} is not a text file"))
+    if source.startswith(b"t_s,"):
+        raise InputError(finding("VP022", f"{shown_name(name)} is a setpoint file, not a program"))
     if name == "-" and not subroutine_path:
         return source, options
     folder = Path.cwd() if name == "-" else Path(name).resolve().parent

@@ -3,7 +3,8 @@
 import importlib.util
 import sys
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,7 +32,7 @@ class Files:
     meta: Path | None = None
     events: Path | None = None
     parameters: Path | None = None
-    program: Path | None = None
+    inputs: Mapping[str, Path] = field(default_factory=dict)
 
     def check(self, *, split: bool) -> None:
         """Refuse names that cannot be written, or would get in each other's way, before any work is done.
@@ -50,6 +51,7 @@ class Files:
             )
         if self.events is not None and self.events.suffix not in SUFFIXES:
             raise click.UsageError(f"--events {self.events}: expected a name that ends in {' or '.join(SUFFIXES)}")
+        self._check_apart()
         if split:
             self._check_parts()
         for what, path in self._named().items():
@@ -57,6 +59,16 @@ class Files:
 
     def _named(self) -> dict[str, Path | None]:
         return {"-o": self.output, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
+
+    def _check_apart(self) -> None:
+        """Refuse an output that is an input, or another output."""
+        seen = {path.resolve(): what for what, path in self.inputs.items()}
+        for what, path in self._named().items():
+            if path is None or not (path.is_file() or not path.exists()):
+                continue  # a device or a pipe may serve twice
+            other = seen.setdefault(path.resolve(), what)
+            if other != what:
+                raise click.UsageError(f"{what} {path}: this is the file of {other}; choose another name")
 
     def _check_parts(self) -> None:
         """Refuse names of parts that would be those of other files."""
@@ -66,7 +78,7 @@ class Files:
             raise click.UsageError("--split-at-stops writes several files; give their name with -o")
         if self.file_format != "csv":
             raise click.UsageError(f"--split-at-stops writes csv; --format {self.file_format} is for whole programs")
-        others = {**self._named(), "INPUT": self.program}
+        others = {**self._named(), **self.inputs}
         for what, path in others.items():
             if what != "-o" and path is not None and is_derived(path, self.output):
                 raise click.UsageError(

@@ -85,7 +85,13 @@ def command(
     from verne_post.pipeline import drives_of
 
     given["decimals"] = decimals_of(decimals)
-    files = Files(output, file_format, meta, events, write_parameters, Path(input_name))
+    inputs = {
+        f"--{key.removesuffix('_file').replace('_', '-')}": path
+        for key, path in given.items()
+        if isinstance(path, Path)
+    }
+    inputs |= {"INPUT": Path(input_name), "--machine": Path(given["machine_name"])}
+    files = Files(output, file_format, meta, events, write_parameters, inputs)
     files.check(split=given["split_at_stops"])
     name = shown_name(input_name)
     try:

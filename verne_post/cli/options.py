@@ -140,6 +140,8 @@ def build_options(name: str, **given: Any) -> "Options":
             f"--from-line {given['from_line']}: say where the machine stands with --from; a way to the middle of a program is made and checked"
         )
     air = given.get("air", 0.0)
+    if given.get("air_along", "tool") != "tool" and not air:
+        raise click.UsageError("--air-along table: say with --air how far to lift")
     if not 0.0 <= air <= MAX_AIR:
         raise click.UsageError(f"--air {air:g}: a program is lifted by 0 to {MAX_AIR:g} mm")
     length = given.get("tool_length")
@@ -224,11 +226,15 @@ def _boxes(given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, 
     if "keep_out" not in given:  # a command that judges no bodies
         return {}
     fixtures = {} if settings is None else {name: file.box(name) for name, file in settings.keep_out.items()}
+    named = set()
     for text in given["keep_out"]:
         place, equals, corners = text.partition("=")
         name, _at, system = place.partition("@")
         if not name or not equals:
             raise click.UsageError(f"--keep-out {text}: expected NAME=X0,Y0,Z0,X1,Y1,Z1")
+        if name in named:
+            raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
+        named.add(name)
         fixtures[name] = _box(name, system, corners, f"--keep-out {text}")
     stock = None if settings is None or settings.stock is None else settings.stock.box("the stock")
     if given.get("stock") is not None:
@@ -298,8 +304,10 @@ def _system(name: str, what: str) -> int:
 def _work_offset(text: str) -> tuple[int, "WorkOffset"]:
     from verne_post.model.options import WorkOffset
 
-    name, _equals, rest = text.partition("=")
-    system = _system(name, f"--wcs {text}")
+    name, equals, rest = text.partition("=")
+    if not equals:
+        raise click.UsageError(f"--wcs {text}: expected G54=X,Y,Z or G54=X,Y,Z,C")
+    system = _system(name.strip(), f"--wcs {text}")
     values = numbers_of(rest, f"--wcs {text}")
     if len(values) not in (3, 4):
         raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
@@ -310,4 +318,6 @@ def _work_offset(text: str) -> tuple[int, "WorkOffset"]:
 def _start(text: str | None) -> str | tuple[float, ...] | None:
     if text is None or text == "home":
         return text
+    if text == "park":
+        raise click.UsageError("--from park: expected home, or joint values; only --to knows park")
     return tuple(numbers_of(text, f"--from {text}"))

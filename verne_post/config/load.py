@@ -309,7 +309,8 @@ def _sentences(
             text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
             if item["type"] == "value_error" and isinstance(item["input"], dict):
                 text = f": {what}"
-        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else f"{file_name}: {key} {text}"
+        told = f"{file_name}{text}" if key == "the file" and text.startswith(":") else f"{file_name}: {key} {text}"
+        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else told
     return [finding("VP501", sentence) for sentence in sentences.values()]
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from verne_post.config.sentences import sentences
 from verne_post.gcode.codes import RS274
 from verne_post.model.findings import InputError, finding
 from verne_post.model.keep_out import Box
@@ -80,13 +81,7 @@ def load_settings(path: Path) -> SettingsFile:
     except OSError as error:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
     except ValidationError as error:
-        found = [
-            finding(
-                "VP503",
-                f"{path.name}: {'.'.join(map(str, item['loc']))} = {item['input']!r}: {item['msg'].removeprefix('Value error, ')}",
-            )
-            for item in error.errors()
-        ]
+        found = [finding("VP503", f"{path.name}: {text}") for text in sentences(error, SettingsFile)]
         raise InputError(*found) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None

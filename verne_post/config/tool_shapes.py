@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from verne_post.config.sentences import sentences
 from verne_post.model.findings import InputError, finding
 from verne_post.model.keep_out import TOOL_PARTS, Cylinder, ToolShape
 
@@ -50,10 +51,8 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
         file = ShapesFile.model_validate(data)
     except ValidationError as error:
-        told = (
-            f"{name}: {'.'.join(map(str, item['loc']))} = {item['input']!r}: {item['msg']}" for item in error.errors()
-        )
-        raise InputError(*(finding("VP504", text) for text in told)) from None
+        told = (finding("VP504", f"{name}: {text}") for text in sentences(error, ShapesFile))
+        raise InputError(*told) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
     shapes = {}

@@ -18,7 +18,7 @@ from verne_post.kinematics.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
 from verne_post.model.keep_out import TOOL_PARTS, Box, Cylinder, ToolShape
 from verne_post.model.machine import Bodies, Machine
-from verne_post.model.moves import Frame, Moves
+from verne_post.model.moves import SYSTEM_NAMES, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.protocols import FiveAxis, Margin, Pose
 from verne_post.model.toolpath import PieceKind, ToolPath
@@ -208,6 +208,7 @@ def keep_out_of(
     for box, stock in boxes:
         middle, turn = 0.5 * (np.array(box.low) + np.array(box.high)), 0.0
         if box.system is not None:
+            _require_given(box, moves, options, frames)
             frame = frames[box.system]
             middle, direction = (
                 machine.coordinates.to_table(np.concatenate([middle, np.zeros(6)]), frame)[0],
@@ -221,6 +222,24 @@ def keep_out_of(
     for one, shape in zip(numbers.tolist(), shapes, strict=True):
         _fits(int(one), shape, float(path.tool_length[number == one].min()) - options.lift)
     return KeepOut(standing, shapes, index, _entering(path), machine.bodies, machine.five_axis)
+
+
+def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> None:
+    """Refuse a box in a work system whose place nobody has given, or that the program moves."""
+    assert box.system is not None
+    name = SYSTEM_NAMES[box.system]
+    if box.system not in options.wcs:
+        text = f"{box.name} is given in {name}, and {name} is not: give it with --wcs or --measured-offset, or the box on the table"
+        raise InputError(finding("VP018", text))
+    given = frames[box.system]
+    for frame in moves.frames:
+        if frame.system == box.system and (frame.origin, frame.turn, frame.part_turn) != (
+            given.origin,
+            given.turn,
+            given.part_turn,
+        ):
+            text = f"{box.name} is given in {name}, which the program moves (G10); give the box on the table"
+            raise InputError(finding("VP018", text))
 
 
 def tool_of_piece(path: ToolPath, moves: Moves) -> Ints:

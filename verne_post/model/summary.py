@@ -78,6 +78,10 @@ class Summary:
         What happens before the first motion.
     parts : tuple of Part
         One where nothing is cut.
+    switched : tuple of Event
+        What a restart finds switched on by the blocks that it skips.
+    tools : tuple of (int, float)
+        Tools in use and their lengths, mm, in order; number 0 where the program names none.
     timed : tuple of TimedEvent
         All events and dwells with their rows; empty where nothing was written.
     """
@@ -105,4 +109,6 @@ class Summary:
     parameters: Mapping[int, float] = field(default_factory=dict)
     before: tuple[Event, ...] = ()
     parts: tuple[Part, ...] = ()
+    switched: tuple[Event, ...] = ()
+    tools: tuple[tuple[int, float], ...] = ()
     timed: tuple[TimedEvent, ...] = ()

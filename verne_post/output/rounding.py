@@ -68,7 +68,8 @@ def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: b
     """
     if accept_rounding:
         return seen
-    auto = setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=seen.drives)
+    fine_drives = tuple(replace(drive, integer=False) for drive in seen.drives)
+    auto = setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
     jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
     coarse = rounding_noise(machine, seen)[1] > jerk
     decimals = tuple(

@@ -69,6 +69,7 @@ def paragraph(summary: Summary) -> str:
         parts.append(text + ".")
     parts += _keep_out(summary)
     parts += _free_turn(summary)
+    parts += _tools(summary)
     parts += _offsets(summary)
     parts += _stops(summary)
     if options.decimals is not None or any(drive.integer for drive in summary.format.drives):
@@ -85,8 +86,7 @@ def _taken_up(summary: Summary) -> list[str]:
         return []
     shown = {"tool": "tool {number}", "spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53"}  # fmt: skip
-    on = [shown[event.kind].format(**event.data) for event in summary.before
-          if event.line == summary.options.from_line and event.kind in shown]  # fmt: skip
+    on = [shown[event.kind].format(**event.data) for event in summary.switched]
     said = f"; before the start there must be: {', '.join(on)}" if on else ""
     return [f"Taken up at line {summary.options.from_line}{said}."]
 
@@ -123,6 +123,19 @@ def _keep_out(summary: Summary) -> list[str]:
     return [said + "."]
 
 
+def _tools(summary: Summary) -> list[str]:
+    """Lengths of the tools: nobody may have said one."""
+    said = [(f"tool {number} " if number else "") + f"{length:g} mm" for number, length in summary.tools]
+    where = " (--tool-length)" if summary.options.tool_length is not None else ""
+    if any(length == 0 for _number, length in summary.tools):
+        where = (
+            " (--tool-length)"
+            if summary.options.tool_length == 0
+            else " (no length is in force: G49, or none was said)"
+        )
+    return [f"Tool length: {', '.join(said)}{where}."]
+
+
 def _offsets(summary: Summary) -> list[str]:
     said = []
     for frame in summary.frames:
@@ -131,7 +144,10 @@ def _offsets(summary: Summary) -> list[str]:
             frame.origin[:3], summary.machine.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True))  # fmt: skip
         turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
         place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
-        if (x, y, z) == (0.0, 0.0, 0.0) and not frame.part_turn:
+        given = summary.options.wcs.get(frame.system)
+        if given is not None and max(abs(a - b) for a, b in zip((x, y, z), given.origin_mm, strict=True)) > 1e-9:
+            place += " (the program sets it with G10: --wcs does not hold)"
+        if (x, y, z) == (0.0, 0.0, 0.0) and not frame.part_turn and given is None:
             place = f"{name} at the rotary centre on the table face (no offset was said)"
         if place not in said:
             said.append(place)
@@ -156,7 +172,12 @@ def _free_turn(summary: Summary) -> list[str]:
 
 
 def _stops(summary: Summary) -> list[str]:
-    stops = [event for event in summary.events if event.waits(optional_stop=summary.options.optional_stop)]
+    skipped = {id(event) for event in summary.switched}
+    stops = [
+        event
+        for event in summary.events
+        if id(event) not in skipped and event.waits(optional_stop=summary.options.optional_stop)
+    ]
     if not stops:
         return []
     shown = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}

@@ -295,7 +295,12 @@ class Verifier:
             hop = self._skipped(int(group[row]), int(line[row]))
             if hop is None:
                 where = f"line {expected[row]}" if not beyond[row] else "the end"
-                self._note("VP413", f"row {block.first + row} belongs to line {line[row]}, where the program has {where}",
+                hint = (
+                    "; line 0 is a way to or from the program: give the --from and --to of the conversion"
+                    if not line[row]
+                    else ""
+                )
+                self._note("VP413", f"row {block.first + row} belongs to line {line[row]}, where the program has {where}{hint}",
                            int(line[row]))  # fmt: skip
                 self.lost = True
                 return None
