@@ -106,8 +106,14 @@ def test_senses_of_the_machine_file_are_told(folder: Path, run: Callable[..., An
     answer = run("machine", "axis-check", "--machine", "m.toml", "--at", at, "--units", "drive", "-o", "out")
     assert answer.code == 0, answer.err
     said = " ".join(answer.out.split())
-    assert "rho1 goes +1 mm, back, -1 mm, and back, at 0.58 mm/s at most. The drive counts down by 10000000 (rho1_counts)." in said
-    assert "rho2 goes +1 mm, back, -1 mm, and back, at 0.58 mm/s at most. The drive counts up by 10000000 (rho2_counts)." in said
+    assert (
+        "rho1 goes +1 mm, back, -1 mm, and back, at 0.58 mm/s at most. The drive counts down by 10000000 (rho1_counts)."
+        in said
+    )
+    assert (
+        "rho2 goes +1 mm, back, -1 mm, and back, at 0.58 mm/s at most. The drive counts up by 10000000 (rho2_counts)."
+        in said
+    )
     assert re.search(
         r"a goes \+1 deg, back, -1 deg, and back, at [0-9.]+ deg/s at most\. The drive counts down by 10000000 \(a_counts\)\.[^[]* mm down\.",
         said,

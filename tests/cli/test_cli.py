@@ -628,6 +628,17 @@ HELP = {
     "dump": ["moves", "poses", "joints", *PROGRAM_OPTIONS],
     "machine": ["list", "show", "validate", "identify"],
     "explain": ["CODE"],
+    "batch": [
+        "-o",
+        "--jobs",
+        "--scheduler",
+        "--shard",
+        "--junit",
+        "--sarif",
+        "--format",
+        "--override",
+        *PROGRAM_OPTIONS,
+    ],
     "fit": ["--free", "--range", "--minimise", "--json", "--keep-out", *PROGRAM_OPTIONS],
 }
 

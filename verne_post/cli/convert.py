@@ -11,6 +11,7 @@ from verne_post.cli.options import (
     build_options,
     decimals_of,
     keep_out_options,
+    playback_options,
     program_options,
     units_option,
     way_options,
@@ -35,21 +36,6 @@ from verne_post.cli.options import (
     help="Format of the setpoint file.",
 )
 @click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column.")
-@click.option(
-    "--override",
-    type=click.FloatRange(0.05, 1.0),
-    default=1.0,
-    show_default=True,
-    metavar="SHARE",
-    help="Play the planned motion at this share of its speed; dwells keep their length.",
-)
-@click.option(
-    "--slow-start",
-    type=click.FloatRange(0.0, 3600.0),
-    default=0.0,
-    metavar="SECONDS",
-    help="Begin at a tenth of the speed and reach it within so many seconds.",
-)
 @click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
 @click.option(
     "--meta",
@@ -69,6 +55,7 @@ from verne_post.cli.options import (
     metavar="FILE",
     help="Write the parameter file that the program leaves behind.",
 )
+@playback_options
 @units_option
 @way_options
 @keep_out_options

@@ -15,7 +15,7 @@ from verne_post import __version__
 #: Command -> module of :mod:`verne_post.cli` that defines it.
 COMMANDS: Final = {
     "convert": "convert", "check": "check", "dump": "dump", "verify": "verify", "machine": "machine",
-    "explain": "explain", "fit": "fit",
+    "explain": "explain", "fit": "fit", "batch": "batch",
 }  # fmt: skip
 
 EXIT_CLEAN, EXIT_VIOLATION, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_BUG = 0, 1, 2, 3, 70

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-6, 10.0
+#: Places beyond this are mistakes, mm and degrees.
+MAX_PLACE = 1e5
 #: A program is lifted by at most so much, mm.
 MAX_AIR = 1000.0
 #: Blocks that loops and calls may repeat, unless the user says otherwise (model.options has the same, and costs numpy).
@@ -105,6 +107,34 @@ def keep_out_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(options):
         command = option(command)
     return command
+
+
+def playback_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """How fast the planned motion is played, for the commands that write setpoints."""
+    options = [
+        click.option("--override", type=float, callback=_share, default=1.0, show_default=True, metavar="SHARE",
+                     help="Play the planned motion at this share of its speed, 0.05 to 1; dwells keep their length."),
+        click.option("--slow-start", type=float, callback=_seconds, default=0.0, metavar="SECONDS",
+                     help="Begin at a tenth of the speed and reach it within so many seconds."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def _share(_ctx: click.Context, _param: click.Parameter, value: float) -> float:
+    """An override; 20 is a mistake for 0.2."""
+    if not 0.05 <= value <= 1.0:
+        hint = f"; {value:g} % is {value / 100:g}" if 5 <= value <= 100 else ""
+        raise click.BadParameter(f"{value:g}: expected a share from 0.05 to 1{hint}")
+    return value
+
+
+def _seconds(_ctx: click.Context, _param: click.Parameter, value: float) -> float:
+    """The duration of a slow start."""
+    if not 0.0 <= value <= 3600.0:
+        raise click.BadParameter(f"{value:g}: expected 0 to 3600 seconds")
+    return value
 
 
 def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -230,7 +260,7 @@ def _boxes(given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, 
     for text in given["keep_out"]:
         place, equals, corners = text.partition("=")
         name, _at, system = place.partition("@")
-        if not name or not equals:
+        if not name or not equals or (_at and not system):
             raise click.UsageError(f"--keep-out {text}: expected NAME=X0,Y0,Z0,X1,Y1,Z1")
         if name in named:
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
@@ -238,7 +268,9 @@ def _boxes(given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, 
         fixtures[name] = _box(name, system, corners, f"--keep-out {text}")
     stock = None if settings is None or settings.stock is None else settings.stock.box("the stock")
     if given.get("stock") is not None:
-        system, _equals, corners = given["stock"].rpartition("=")
+        system, equals, corners = given["stock"].rpartition("=")
+        if equals and not system:
+            raise click.UsageError(f"--stock {given['stock']}: expected X0,Y0,Z0,X1,Y1,Z1, or G54=X0,...")
         stock = _box("the stock", system, corners, f"--stock {given['stock']}")
     shapes = given.get("tool_shapes")
     return {
@@ -254,6 +286,8 @@ def _box(name: str, system: str, corners: str, what: str) -> "Box":
     values = numbers_of(corners, what)
     if len(values) != 6:
         raise click.UsageError(f"{what}: expected six numbers, two corners, got {len(values)}")
+    if max(map(abs, values)) > MAX_PLACE:
+        raise click.UsageError(f"{what}: a box lies within {MAX_PLACE:g} mm")
     low, high = values[:3], values[3:]
     if not all(a < b for a, b in zip(low, high, strict=True)):
         raise click.UsageError(f"{what}: x, y and z of the first corner are below those of the second")
@@ -311,6 +345,8 @@ def _work_offset(text: str) -> tuple[int, "WorkOffset"]:
     values = numbers_of(rest, f"--wcs {text}")
     if len(values) not in (3, 4):
         raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
+    if max(map(abs, values)) > MAX_PLACE:
+        raise click.UsageError(f"--wcs {text}: an offset lies within {MAX_PLACE:g} mm and degrees")
     turn = values[3] if len(values) == 4 else 0.0
     return system, WorkOffset((values[0], values[1], values[2]), turn)
 

@@ -11,6 +11,8 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import SYSTEM_NAMES, ZERO9
 from verne_post.model.options import Tool, WorkOffset
 
+#: Offsets beyond this are mistakes, mm and degrees.
+MAX_PLACE = 1e5
 #: Columns of the two kinds of files: those that must be there, and those that may.
 OFFSET_COLUMNS = ("system", "x_mm", "y_mm", "z_mm"), ("c_deg",)
 LENGTH_COLUMNS = ("tool", "length_mm"), ("diameter_mm",)
@@ -33,7 +35,10 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
         if system in found:
             raise _wrong(f"{where}: {row['system']} stands twice in the file")
         x, y, z = (_number(row, key, where) for key in OFFSET_COLUMNS[0][1:])
-        found[system] = WorkOffset((x, y, z), _number(row, "c_deg", where) if "c_deg" in row else 0.0)
+        turn = _number(row, "c_deg", where) if "c_deg" in row else 0.0
+        if max(abs(value) for value in (x, y, z, turn)) > MAX_PLACE:
+            raise _wrong(f"{where}: an offset lies within {MAX_PLACE:g} mm and degrees")
+        found[system] = WorkOffset((x, y, z), turn)
     return found
 
 
@@ -58,6 +63,8 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
             raise _wrong(f"{where}: length_mm {length:g}: a tool length lies between 0 and 10000 mm")
         old = found.get(int(number), Tool(int(number), int(number), ZERO9))
         diameter = _number(row, "diameter_mm", where) if "diameter_mm" in row else old.diameter
+        if not 0 <= diameter <= 1e4:
+            raise _wrong(f"{where}: diameter_mm {diameter:g}: a diameter lies between 0 and 10000 mm")
         found[old.number] = replace(old, offset=(*old.offset[:2], length, *old.offset[3:]), diameter=diameter)
     return found
 
@@ -69,7 +76,7 @@ def _rows(
     try:
         text = raw.decode("utf-8-sig")
         if text.lstrip()[:1] in ("[", "{"):
-            data = json.loads(text)
+            data = json.loads(text, object_pairs_hook=_each_once)
             if not isinstance(data, list) or not all(isinstance(row, dict) for row in data):
                 raise _wrong(f"{name}: expected a list of objects with {', '.join(needed)}")
             rows = [
@@ -78,6 +85,9 @@ def _rows(
             ]
         else:
             table = csv.DictReader(io.StringIO(text), strict=True)
+            heads = [str(head).strip() for head in table.fieldnames or []]
+            if len(set(heads)) != len(heads):
+                raise _wrong(f"{name}:1: a column stands twice in the header {','.join(heads)}")
             rows = [
                 (f"{name}:{table.line_num}", {str(k).strip(): str(v) for k, v in row.items() if v}) for row in table
             ]
@@ -94,9 +104,17 @@ def _rows(
         yield where, row
 
 
+def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """An object of JSON whose keys differ."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("a key stands twice in an entry")
+    return found
+
+
 def _number(row: dict[str, str], key: str, where: str) -> float:
     try:
-        value = float(row[key])
+        value = math.nan if "_" in row[key] else float(row[key])
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

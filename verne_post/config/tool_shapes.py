@@ -9,7 +9,7 @@ from verne_post.config.sentences import sentences
 from verne_post.model.findings import InputError, finding
 from verne_post.model.keep_out import TOOL_PARTS, Cylinder, ToolShape
 
-Size = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Size = Annotated[float, Field(gt=0, le=1e4)]
 
 
 class PartFile(BaseModel):
@@ -57,7 +57,7 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
     shapes = {}
     for key, tool in file.tool.items():
-        if not (key.isascii() and key.isdecimal()):
+        if not (key.isascii() and key.isdecimal() and key == str(int(key))):
             raise InputError(finding("VP504", f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]"))
         parts = [(part, getattr(tool, part)) for part in TOOL_PARTS if getattr(tool, part) is not None]
         for part, one in parts[:-1]:

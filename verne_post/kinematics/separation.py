@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 
 #: Points are sought until the distance they have is no more than this above the gap, mm, and no longer than so many steps.
 SURE_MM: Final = 1e-7
-STEPS: Final = 2000
+STEPS: Final = 1000
 #: Steps between two looks at who is done.
 LOOK: Final = 25
-#: Nearer than this the direction between two points is noise, and the bodies count as overlapping.
-TOUCHING_MM: Final = 1e-6
+#: Points that are nearer than this need not come nearer: the direction between them is what it will be.
+TOUCHING_MM: Final = 1e-4
 
 
 def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Array:
@@ -63,11 +63,11 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
             continue
         apart = _onto_cylinder(point, m, k, h, r) - point
         distance = np.linalg.norm(apart, axis=1)
-        clear = distance > TOUCHING_MM
+        clear = distance > 0
         gap = _gap(apart / np.where(clear, distance, 1.0)[:, None], m, k, h, r, half)
         found[rest[clear]] = np.maximum(found[rest[clear]], gap[clear])
-        open_ = clear & (distance - found[rest] > SURE_MM)
-        # bodies that overlap come nearer and nearer to themselves
+        # the points of bodies that overlap come nearer and nearer to each other
+        open_ = (distance > TOUCHING_MM) & (distance - found[rest] > SURE_MM)
         if not open_.any():
             break
         rest, point, ahead, momentum = rest[open_], point[open_], ahead[open_], momentum[open_]
@@ -105,7 +105,7 @@ def _directions(axis: Array) -> list[Array]:
         across = np.cross(axis, unit)
         size = np.linalg.norm(across, axis=1, keepdims=True)
         found.append(np.where(size > 1e-9, across / np.where(size > 1e-9, size, 1.0), unit))
-        radial = unit - axis * axis @ unit[:, None]
+        radial = unit - axis * (axis @ unit)[:, None]
         size = np.linalg.norm(radial, axis=1, keepdims=True)
         found.append(np.where(size > 1e-9, radial / np.where(size > 1e-9, size, 1.0), unit))
     return found

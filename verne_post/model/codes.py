@@ -436,6 +436,13 @@ CODES: Final[dict[str, Code]] = _table(
         "What was about to be written did not pass verification. Nothing was written.",
         "Please report it with the program and the machine file.",
     ),
+    (
+        "VP902",
+        "internal error",
+        "error",
+        "The program that converts has failed, or the process that ran it was killed.",
+        "Convert this program by itself with VERNE_POST_TRACEBACK=1, and report it.",
+    ),
 )
 
 #: What sets the threshold of a code, where something does: keys of the machine file, options.

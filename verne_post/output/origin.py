@@ -29,7 +29,7 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
     try:
         data = json.loads(text)
         _ = data["program"]["sha256"], data["machine"]["sha256"], data["options"].items()
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(finding("VP020", f"{name}: not a side-car of --meta: {error!r}")) from None
     return dict(data)
 

@@ -1,0 +1,242 @@
+"""`batch`: the same results whoever computes them, nothing made twice, no failure that spreads."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+import verne_post
+from verne_post.cli.jobs import Job, run_here, run_job
+from verne_post.model.options import Options
+
+GOOD = "G21 G90 G64\nG0 X0 Y0 Z{z} A0 C0\nG1 X{x} Y5 F3000\nG1 X5\nM2\n"
+BEYOND = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z680 F3000\nM2\n"
+PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Nine good programs, one that breaks a limit, one that cannot be read, one that is no text, and a remark."""
+    monkeypatch.chdir(tmp_path)
+    for number in range(9):
+        path = Path("in") / ("sub" if number % 3 else "") / f"p{number}.nc"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(GOOD.format(z=50 + number, x=10 + number), encoding="utf-8")
+    Path("in/far.nc").write_text(BEYOND, encoding="utf-8")
+    Path("in/bad.ngc").write_text("G21 G90\nG1 X\nM2\n", encoding="utf-8")
+    Path("in/picture.nc").write_bytes(b"\x89PNG\0\0")
+    Path("in/readme.txt").write_text("no program", encoding="utf-8")
+    return tmp_path
+
+
+def contents(out: str) -> dict[str, bytes]:
+    """Everything that was written, by name, but the records."""
+    return {
+        str(path.relative_to(out)): path.read_bytes()
+        for path in Path(out).rglob("*")
+        if path.is_file() and ".verne-post" not in path.parts
+    }
+
+
+def test_results_do_not_depend_on_who_made_them(folder: Path, run: Callable[..., Any]) -> None:
+    one = run("batch", "in", "-o", "one", "-j", 1, *PLACE)
+    assert one.code == 2  # the gravest of 0, 1, 2
+    three = run("batch", "in", "-o", "three", "-j", 3, *PLACE)
+    assert three.code == 2
+    assert one.out == three.out
+    assert contents("one") == contents("three")
+    names = {name for name in contents("one") if name.endswith(".csv")}
+    assert names == {"p0.csv", "p3.csv", "p6.csv", *(f"sub/p{n}.csv" for n in (1, 2, 4, 5, 7, 8))}
+    assert "12 programs: 9 converted, 1 refused, 2 unusable" in one.out
+    assert "VP101 line 3" in one.out
+    # each is what convert writes
+    assert run("convert", "in/sub/p4.nc", *PLACE).out.encode() == contents("one")["sub/p4.csv"]
+
+
+def test_nothing_is_made_twice(folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    before = {path: path.stat().st_mtime_ns for path in Path("out").rglob("*.csv")}
+    again = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    assert "9 as before" in again.out
+    assert {path: path.stat().st_mtime_ns for path in Path("out").rglob("*.csv")} == before
+    # one program, one lost file, one spoilt file: those three and no others
+    Path("in/p0.nc").write_text(GOOD.format(z=70, x=3), encoding="utf-8")
+    Path("out/p3.csv").unlink()
+    Path("out/sub/p4.csv").write_text("spoilt", encoding="utf-8")
+    third = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    assert "6 as before" in third.out
+    assert "3 converted" in third.out
+    assert contents("out")["sub/p4.csv"] == run("convert", "in/sub/p4.nc", *PLACE).out.encode()
+    # other options: everything
+    assert "9 converted" in run("batch", "in", "-o", "out", "-j", 1, *PLACE, "--override", 0.5).out
+
+
+def test_rows_of_a_program_that_is_refused_now_do_not_stay(folder: Path, run: Callable[..., Any]) -> None:
+    run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    Path("in/p0.nc").write_text(BEYOND, encoding="utf-8")
+    Path("in/p3.nc").write_text("G1 X\n", encoding="utf-8")
+    run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    assert not Path("out/p0.csv").exists()
+    assert not Path("out/p3.csv").exists()
+    assert Path("out/p6.csv").exists()
+
+
+def test_findings_of_the_whole_batch(folder: Path, run: Callable[..., Any]) -> None:
+    run("batch", "in", "-o", "out", "-j", 2, "--junit", "j.xml", "--sarif", "s.json", *PLACE)
+    suite = ElementTree.parse("j.xml").getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("12", "1", "2")
+    results = json.loads(Path("s.json").read_text())["runs"][0]["results"]
+    found = {(one["ruleId"], one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]) for one in results}
+    assert ("VP101", "in/far.nc") in found
+    assert ("VP001", "in/bad.ngc") in found
+    # findings that are known from last time are the same
+    first = Path("s.json").read_text(), Path("j.xml").read_text()
+    run("batch", "in", "-o", "out", "-j", 2, "--junit", "j.xml", "--sarif", "s.json", *PLACE)
+    assert (Path("s.json").read_text(), Path("j.xml").read_text()) == first
+
+
+def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:
+    listed = []
+    for share in ("1/3", "2/3", "3/3"):
+        run("batch", "in", "-o", f"out{share[0]}", "-j", 1, "--shard", share, *PLACE)
+        listed.append([one["program"] for one in json.loads(Path(f"out{share[0]}/batch.json").read_text())["programs"]])
+    assert [len(names) for names in listed] == [4, 4, 4]
+    assert len({name for names in listed for name in names}) == 12
+
+
+def test_globs_and_files(folder: Path, run: Callable[..., Any]) -> None:
+    answer = run("batch", "in/sub/*.nc", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    assert answer.code == 0
+    assert "7 programs: 7 converted" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("in/none*.nc", "-o", "out"), "no such file"),
+        (("empty", "-o", "out"), "no programs in empty"),
+        (("in", "-o", "out", "--shard", "4/3"), "expected I/N"),
+        (("in", "-o", "out", "--shard", "x"), "expected I/N"),
+        (("in", "same/p0.nc", "-o", "out"), "would both be written to out/p0.csv"),
+        (("in", "-o", "out", "--scheduler", "tcp://localhost:1", "-j", "2"), "-j is for processes of this machine"),
+    ],
+)
+def test_bad_options(folder: Path, run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:
+    Path("empty").mkdir()
+    Path("same").mkdir()
+    Path("same/p0.nc").write_text(GOOD.format(z=50, x=1))
+    answer = run("batch", *words, *PLACE)
+    assert answer.code == 2
+    assert said in answer.err
+    assert not Path("out").exists()
+
+
+class Bomb:
+    """Kills the process that unpickles it."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os._exit, (9,)
+
+
+def test_a_process_that_dies_takes_no_other_program_with_it(folder: Path) -> None:
+    machine, options = verne_post.load_machine(), Options(tool_length=60.0)
+    jobs = [
+        Job(f"in/p{n}.nc", Path(f"out/p{n}.csv"), Path(f"out/.verne-post/p{n}.json"), machine, options, "csv", ())
+        for n in (0, 3, 6)
+    ]
+    jobs[1] = replace(jobs[1], options=Bomb())  # type: ignore[arg-type]
+    outcomes = {one.program: one for one in run_here(jobs, 2)}
+    assert {name: one.status for name, one in outcomes.items()} == {"in/p0.nc": 0, "in/p3.nc": 70, "in/p6.nc": 0}
+    assert "killed" in outcomes["in/p3.nc"].findings[0].message
+
+
+def test_an_internal_error_is_an_outcome(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = verne_post.load_machine()
+    job = Job(
+        "in/p0.nc",
+        Path("out/p0.csv"),
+        Path("out/.verne-post/p0.json"),
+        machine,
+        Options(tool_length=60.0),
+        "no such",
+        (),
+    )
+    outcome = run_job(job)
+    assert outcome.status == 70
+    assert outcome.findings[0].code == "VP902"
+    assert not Path("out/p0.csv").exists()
+
+
+def test_a_batch_that_was_killed_goes_on(folder: Path, run: Callable[..., Any], environment: dict[str, str]) -> None:
+    for number in range(40):
+        Path(f"in/more{number}.nc").write_text(GOOD.format(z=60 + number, x=20 + number), encoding="utf-8")
+    command = [sys.executable, "-m", "verne_post", "batch", "in", "-o", "out", "-j", "1", *map(str, PLACE)]
+    running = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    begin = time.monotonic()
+    while len(list(Path("out").rglob("*.csv.json"))) < 5 and running.poll() is None and time.monotonic() - begin < 60:
+        time.sleep(0.02)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    made = len(list(Path("out/.verne-post").rglob("*.csv.json")))
+    assert made >= 5
+    answer = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    counted = re.search(r"(\d+) as before", answer.out.splitlines()[-1])
+    assert counted
+    as_before = int(counted[1])
+    assert 1 <= as_before <= made
+    whole = contents("out")
+    run("batch", "in", "-o", "fresh", "-j", 1, *PLACE)
+    assert {name: raw for name, raw in whole.items() if not name.startswith(".")} == contents("fresh")
+
+
+CLUSTER = """
+import sys
+from distributed import LocalCluster
+
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1") as cluster:
+        print(cluster.scheduler_address, flush=True)
+        sys.stdin.read()
+"""
+
+
+def test_a_dask_cluster_with_two_workers(folder: Path, run: Callable[..., Any], environment: dict[str, str]) -> None:
+    pytest.importorskip("distributed")
+    Path("cluster.py").write_text(CLUSTER, encoding="utf-8")
+    cluster = subprocess.Popen(
+        [sys.executable, "cluster.py"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        env=environment,
+    )  # fmt: skip
+    try:
+        assert cluster.stdout is not None
+        address = cluster.stdout.readline().strip()
+        assert address.startswith("tcp://")
+        command = [
+            sys.executable,
+            "-m",
+            "verne_post",
+            "batch",
+            "in",
+            "-o",
+            "dask",
+            "--scheduler",
+            address,
+            *map(str, PLACE),
+        ]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=120)
+    finally:
+        cluster.communicate("")
+    assert done.returncode == 2, done.stderr
+    here = run("batch", "in", "-o", "here", "-j", 1, *PLACE)
+    assert done.stdout == here.out
+    assert contents("dask") == contents("here")

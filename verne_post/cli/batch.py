@@ -1,0 +1,236 @@
+"""`verne-post batch`: many programs, each by itself."""
+
+import glob
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from verne_post.cli.common import check_writable, load, read_bytes, refuse, write_whole
+from verne_post.cli.conversion import FORMAT_NAMES, Files
+from verne_post.cli.options import (
+    build_options,
+    decimals_of,
+    keep_out_options,
+    playback_options,
+    program_options,
+    units_option,
+    way_options,
+)
+
+if TYPE_CHECKING:
+    from verne_post.cli.jobs import Job, Outcome
+    from verne_post.model.machine import Machine
+    from verne_post.model.options import Options
+
+#: Endings of programs that are looked for in folders.
+PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
+
+
+@click.command("batch")
+@click.argument("inputs", nargs=-1, required=True, metavar="DIR|FILE...")
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="OUTDIR",
+    help="Folder for the setpoint files, in the structure of the input.",
+)
+@click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Processes; default: one a core.")
+@click.option(
+    "--scheduler",
+    default="local",
+    show_default=True,
+    metavar="local|ADDRESS",
+    help="Address of a Dask scheduler whose workers see the same folders, as tcp://host:8786.",
+)
+@click.option("--shard", metavar="I/N", help="Only the I-th of N equal shares, for CI matrices.")
+@click.option(
+    "--junit", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as JUnit XML."
+)
+@click.option(
+    "--sarif", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as SARIF."
+)
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(FORMAT_NAMES),
+    default="csv",
+    show_default=True,
+    help="Format of the setpoint files.",
+)
+@click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column.")
+@click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
+@playback_options
+@units_option
+@way_options
+@keep_out_options
+@program_options
+def command(
+    inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
+    sarif: Path | None, file_format: str, decimals: str, **given: Any,
+) -> int:  # fmt: skip
+    """Convert many programs with the same options; the failure of one never stops the others.
+
+    Folders are searched for programs; patterns with * and ? are expanded. What has been made of the same program, machine, options and version
+    before is not made again, so a batch that was killed goes on. OUTDIR/batch.json lists all results.
+    """
+    from verne_post.cli.jobs import run_here, run_on_cluster
+    from verne_post.cli.main import gravest
+    from verne_post.model.findings import InputError
+    from verne_post.output.findings import Report
+    from verne_post.output.junit import as_junit
+    from verne_post.output.sarif import as_sarif
+
+    given["decimals"] = decimals_of(decimals)
+    for path, option in ((junit, "--junit"), (sarif, "--sarif")):
+        check_writable(path, option)
+    if scheduler != "local" and jobs is not None:
+        raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
+    share = _share(shard)
+    paths = given.pop("subroutine_path")
+    try:
+        machine = load(given.pop("machine_name"))
+        options = build_options("", **given)
+    except InputError as error:
+        return refuse(inputs[0], error)
+    every = _jobs(inputs, output, machine, options, file_format, paths)[share]
+    Files(None, file_format).check(split=False)
+    output.mkdir(parents=True, exist_ok=True)
+    workers = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs or os.cpu_count() or 1
+    running = run_here(every, workers) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
+    outcomes = sorted(_watched(running, len(every)), key=lambda outcome: outcome.program)
+    click.echo(table(outcomes), nl=False)
+    reports = [Report(one.program, one.findings, one.cycle_time_s, _text(one.program)) for one in outcomes]
+    if junit is not None:
+        write_whole(junit, [as_junit(reports)])
+    if sarif is not None:
+        write_whole(sarif, [as_sarif(reports)])
+    write_whole(output / "batch.json", [_listed(outcomes)])
+    return gravest([outcome.status for outcome in outcomes])
+
+
+def _share(text: str | None) -> slice:
+    """The programs of ``--shard``, counted in their order."""
+    if text is None:
+        return slice(None)
+    number, _slash, of = text.partition("/")
+    if not (number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        raise click.UsageError(f"--shard {text}: expected I/N with I from 1 to N")
+    return slice(int(number) - 1, None, int(of))
+
+
+def _jobs(
+    inputs: tuple[str, ...],
+    output: Path,
+    machine: "Machine",
+    options: "Options",
+    file_format: str,
+    paths: tuple[str, ...],
+) -> "list[Job]":
+    """A job for every program, in the order of their names."""
+    from verne_post.cli.jobs import RECORDS, Job
+    from verne_post.output.formats import FORMATS
+
+    suffix = FORMATS[file_format].suffix
+    found: dict[Path, str] = {}
+    for program, place in _programs(inputs, output):
+        target = output / place.with_suffix(suffix)
+        other = found.setdefault(target, program)
+        if other != program:
+            raise click.UsageError(
+                f"{program} and {other} would both be written to {target}; convert them into two folders"
+            )
+    if not found:
+        raise click.UsageError(f"no programs in {', '.join(inputs)}; looked for {', '.join(PROGRAMS)}")
+    jobs = [
+        Job(program, target, output / RECORDS / target.relative_to(output).with_suffix(f"{target.suffix}.json"), machine,
+            options, file_format, paths) for target, program in found.items()
+    ]  # fmt: skip
+    return sorted(jobs, key=lambda job: job.program)
+
+
+def _programs(inputs: tuple[str, ...], output: Path) -> "Sequence[tuple[str, Path]]":
+    """Every program, and its place below the output folder."""
+    found = []
+    for name in inputs:
+        matches = (
+            sorted(glob.glob(name, recursive=True)) if glob.has_magic(name) and not Path(name).exists() else [name]
+        )
+        if not matches:
+            raise click.UsageError(f"{name}: no such file")
+        for match in matches:
+            path = Path(match)
+            if path.is_dir():
+                inside = sorted(one for one in path.rglob("*") if one.suffix.lower() in PROGRAMS and one.is_file())
+                own = [one for one in inside if output.resolve() not in one.resolve().parents]
+                found += [(str(one), one.relative_to(path)) for one in own]
+            else:
+                found.append((match, Path(path.name)))
+    return found
+
+
+def _address(scheduler: str) -> str:
+    import importlib.util
+
+    if importlib.util.find_spec("distributed") is None:
+        raise click.UsageError(
+            "--scheduler needs distributed, which is not installed; install it with: pip install 'verne-post[dask]'"
+        )
+    return scheduler
+
+
+def _watched(outcomes: Any, total: int) -> "list[Outcome]":
+    """All outcomes; on a terminal a bar with the time that is left."""
+    if not sys.stderr.isatty():
+        return list(outcomes)
+    with click.progressbar(outcomes, length=total, label="programs", file=sys.stderr) as bar:
+        return list(bar)
+
+
+def _text(program: str) -> bytes:
+    try:
+        return read_bytes(program)
+    except click.UsageError:
+        return b""
+
+
+_WORDS = {0: "converted", 1: "refused", 2: "unusable", 3: "no verdict", 70: "our fault"}
+
+
+#: The order in which results are counted.
+_ORDER = (_WORDS[0], "as before", *list(_WORDS.values())[1:])
+
+
+def table(outcomes: "Sequence[Outcome]") -> str:
+    """A line a program, and how many of each."""
+    width = max([len("program"), *(len(one.program) for one in outcomes)]) if outcomes else 7
+    lines = [f"{'program':<{width}}  {'result':<10} {'time s':>10} {'rows':>10}  first finding"]
+    counts: dict[str, int] = {}
+    for one in outcomes:
+        word = "as before" if one.again and one.status == 0 else _WORDS.get(one.status, str(one.status))
+        counts[word] = counts.get(word, 0) + 1
+        time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
+        rows = "-" if one.rows is None else str(one.rows)
+        first = next((item for item in one.findings if item.severity == "error"), None)
+        said = "" if first is None else f"{first.code} line {first.line}: {first.message}"
+        lines.append(f"{one.program:<{width}}  {word:<10} {time:>10} {rows:>10}  {said}".rstrip())
+    lines.append(
+        f"{len(outcomes)} programs: " + ", ".join(f"{counts[word]} {word}" for word in _ORDER if word in counts)
+    )
+    return "\n".join(lines) + "\n"
+
+
+def _listed(outcomes: "Sequence[Outcome]") -> str:
+    """The results for programs; the same whoever made them, and whether they were made again."""
+    programs = [
+        {"program": one.program, "status": one.status, "cycle_time_s": one.cycle_time_s, "rows": one.rows,
+         "errors": sum(item.severity == "error" for item in one.findings),
+         "warnings": sum(item.severity == "warning" for item in one.findings)} for one in outcomes
+    ]  # fmt: skip
+    return json.dumps({"schema": 1, "programs": programs}, indent=2, allow_nan=False) + "\n"
