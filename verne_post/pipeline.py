@@ -171,14 +171,19 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     if restart is not None and kept[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
     begin = int(kept[0] if restart is None else kept[np.searchsorted(kept, restart.move)])
-    waits = _waiting(moves, begin, options)
-    if waits and not options.split_at_stops:
-        raise InputError(*(item for _before, item in waits))
+    waits = _waiting(moves, int(kept[0]), options)
+    if not options.split_at_stops and any(before > begin for before, _item in waits):
+        raise InputError(*(item for before, item in waits if before > begin))
     stops: tuple[int, ...] = ()
     if waits:
         gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
         gaps.pop(len(kept), None)  # behind the last motion there is nothing to cut
-        moves, stops = with_stops(moves, sorted(gaps.values()))
+        places = sorted(gaps.values())
+        moves, stops = with_stops(moves, places)
+        if restart is not None:  # a stop that is skipped is still one: the path stands there
+            skipped = sum(before <= begin for before, _line in places)
+            restart = replace(restart, move=begin + skipped)
+            stops = tuple(stop for stop in stops if stop >= restart.move)
         path, branches = on_branches(moves, machine, options)
     turn = None
     if options.free_c:
@@ -389,6 +394,10 @@ def convert(
         for row, numbers, event in zip(event_rows.row, event_rows.numbers, happenings, strict=True)
     )
     summary = replace(summarise(source, plan, fmt, verdict), timed=timed)
+    if not verdict.ok and options.accept_rounding:
+        told = "; ".join(f"{item.code}: {item.message}" for item in verdict.findings)
+        text = f"the rounding that --accept-rounding allows is so coarse that the rows cannot be verified: {told}"
+        return Result(False, 2, (*plan.findings, finding("VP018", text)), summary)
     if not verdict.ok:
         ours = tuple(
             replace(item, code="VP901", message=f"our own verification failed: {item.code}: {item.message}")

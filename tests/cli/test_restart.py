@@ -174,10 +174,63 @@ def test_what_the_skipped_lines_switched_on_is_told(machine: verne_post.Machine,
     told = [(event.kind, *event.data.values()) for event in rest.moves.events if event.before == 0]
     on = [("tool", 3), ("spindle", "clockwise", 5000.0), ("coolant", "flood")]
     assert told[:2] == on[:2]
-    assert (("coolant", "flood") in told) == (line < 25)
+    # M9 of line 24 comes before the first motion behind it: what it switches off need not be on
+    assert (("coolant", "flood") in told) == (line < 24)
     begins = rest.contour.line[np.flatnonzero(rest.contour.line > 0)[0]]
     assert begins == 21 if line == 23 else begins >= line  # the call's own moves
     assert len(rest.path.dwell_seconds) == (line <= 11)
+
+
+TWO_TOOLS = """G21 G90 G17 G54
+T1 M6
+G43 H1
+M64 P3
+S5000 M3
+G0 X0 Y0 Z50 A0 C0
+G1 X20 F1500
+G0 Z60
+T2 M6
+G43 H2
+S900 M4
+G0 X10 Y10 Z60
+G1 Z50
+M2
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "on", "before"),
+    [
+        (7, [("tool", 1), ("spindle", "clockwise"), ("signal", 3)], []),
+        (9, [("signal", 3)], [("tool", 2), ("spindle", "counterclockwise")]),
+        (10, [("tool", 2), ("signal", 3)], [("spindle", "counterclockwise")]),
+        (12, [("tool", 2), ("spindle", "counterclockwise"), ("signal", 3)], []),
+    ],
+)
+def test_what_is_on_is_what_holds_at_the_first_motion(
+    machine: verne_post.Machine, line: int, on: list[Any], before: list[Any]
+) -> None:
+    """A tool change between the line and its first motion replaces the tool, and stops the spindle."""
+    tools = {n: Tool(n, n, (0.0, 0.0, 50.0 + n, *(0.0,) * 6), 4.0) for n in (1, 2)}
+    options = Options(tools=tools, approach="home", from_line=line, split_at_stops=True)
+    rest = read_program(TWO_TOOLS.encode(), machine, options)
+
+    def short(events: Any) -> list[tuple[str, object]]:
+        return [(one.kind, next(iter(one.data.values()))) for one in events]
+
+    assert short(rest.switched) == on
+    ahead = [one for one in rest.moves.events if one.before == 0 and one not in rest.switched]
+    assert short(ahead) == before
+
+
+def test_a_stop_that_is_skipped_is_still_a_standstill(machine: verne_post.Machine) -> None:
+    """The corner at M0 is not rounded in the whole program, so the restart behind it begins in the corner itself."""
+    source = "G21 G90 G64 P0.5\nG0 X0 Y0 Z50 A0 C0\nG1 X30 F600\nM0\nY20\nX0\nM2\n"
+    for line in (4, 5):
+        options = Options(tool_length=60.0, approach="home", from_line=line)
+        path = read_program(source.encode(), machine, options).path
+        first = int(np.flatnonzero(path.move >= 0)[0])
+        assert path.end[first - 1, :2] == pytest.approx([30.0, 0.0], abs=1e-9)
 
 
 def test_nothing_is_left_behind_the_end(machine: verne_post.Machine) -> None:

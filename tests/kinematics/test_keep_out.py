@@ -10,6 +10,8 @@ import pytest
 from scipy.optimize import minimize
 
 import verne_post
+from verne_post.base import spans
+from verne_post.kinematics.judge_clearance import _by_convexity
 from verne_post.kinematics.keep_out import KeepOut, Placed, keep_out_of
 from verne_post.kinematics.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import Finding, InputError
@@ -146,7 +148,9 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     q, position, alpha, ok = machine.five_axis.solve(tip, angles, length)
     pose = Pose(position[ok], alpha[ok], q[ok, :3], tip[ok], angles[ok], length[ok], np.zeros(ok.sum(), dtype=int))
     box = Placed("post", np.array([30.0, -10.0, 160.0]), np.array([15.0, 25.0, 40.0]), math.radians(33.0), 0.0, False)
-    model = KeepOut([box], [SHAPE], np.zeros(1, int), np.zeros(1, bool), machine.bodies, machine.five_axis)
+    model = KeepOut(
+        [box], [SHAPE], np.array([np.nan]), np.zeros(1, int), np.zeros(1, bool), machine.bodies, machine.five_axis
+    )
     assert model.bodies_known == ["cutter", "shank", "holder", "spindle", "platform"]
     margins, _points = model.evaluate(pose)
     turn = np.array(
@@ -251,6 +255,48 @@ def test_a_tool_may_slide_along_a_fixture() -> None:
     found = judged(PAST.replace("Z30", "Z29.99"), keep_out=(jaws,))
     assert [item.code for item in found] == ["VP215"]
     assert found[0].value == pytest.approx(-0.01, abs=1e-6)
+
+
+def test_bounds_by_convexity_are_bounds() -> None:
+    """Random convex functions, sampled as spans are: never below the bound, and near it where they are straight."""
+    rng = np.random.default_rng(7)
+    x = np.linspace(0, 1, 4001)
+    at = spans.WITH_ENDS
+    for _ in range(300):
+        slopes, offsets = rng.normal(size=(2, 6)) * 20
+        bend, middle = rng.uniform(0, 50), rng.uniform(0, 1)
+
+        def convex(u: np.ndarray, slopes=slopes, offsets=offsets, bend=bend, middle=middle) -> np.ndarray:
+            return np.max(slopes[:, None] * u + offsets[:, None], axis=0) + bend * (u - middle) ** 2
+
+        bound = _by_convexity(convex(at)[None, :, None], np.array([np.inf]))[0, 0]
+        assert bound <= convex(x).min() + 1e-9
+        assert bound >= convex(at).min() - 40
+    assert _by_convexity(np.full((1, len(at), 1), 3.0), np.array([np.inf]))[0, 0] == pytest.approx(3.0)
+    assert _by_convexity(np.full((1, len(at), 1), 3.0), np.array([2.0]))[0, 0] == -np.inf
+
+
+def test_a_tool_without_a_length_in_force_is_still_there() -> None:
+    """Behind G49 the same tool is in the spindle: 82.5 mm of it hang below the gauge line."""
+    source = "G21 G90 G61.1\nT1 M6\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 Z10 F600\nG0 Z50\nG49\nG0 X60 Z20\nG0 Z10\nM2\n"
+    tools = {1: Tool(1, 1, (0.0, 0.0, 82.5, *(0.0,) * 6), 10.0)}
+    box = Box("block", (55.0, -5.0, 90.0), (65.0, 5.0, 150.0))
+    options = Options(tools=tools, wcs={1: WorkOffset((0.0, 0.0, 150.0))}, keep_out=(box,), split_at_stops=True)
+    found = judge_program(read_program(source.encode(), MACHINE, options))[1]
+    assert {item.code for item in found} == {"VP215"}
+    shaped = Options(
+        tools=tools,
+        wcs=options.wcs,
+        keep_out=(box,),
+        tool_shapes={1: (Cylinder("cutter", 8.0, 20.0), Cylinder("holder", 30.0))},
+    )
+    assert {item.code for item in judge_program(read_program(source.encode(), MACHINE, shaped))[1]} == {"VP215"}
+
+
+def test_the_last_part_reaches_up_to_the_gauge_line() -> None:
+    short = {1: (Cylinder("cutter", 8.0, 20.0),)}
+    box = Box("beam", (-3.0, -50.0, 60.0), (-2.0, 50.0, 120.0))
+    assert [item.code for item in judged(PAST, keep_out=(box,), tool_shapes=short)] == ["VP215"]
 
 
 STOCK = Box("the stock", (-50.0, -50.0, 0.0), (50.0, 50.0, 60.0))

@@ -46,6 +46,7 @@ def command(
     from verne_post.model.findings import InputError, finding
     from verne_post.output.findings import Report, counts
     from verne_post.output.reports import FORMATS
+    from verne_post.output.summary import remarks
 
     check_writable(output_file, "--output-file")
     paths = given.pop("subroutine_path")
@@ -72,7 +73,8 @@ def command(
             except click.UsageError as error:
                 result = failed(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None
-        reports.append(Report(shown, result.findings, time, source))
+        said = tuple(remarks(result.summary)) if result.summary else ()
+        reports.append(Report(shown, result.findings, time, source, said))
         status = result.exit_code
         if status == 0 and fail_level == "warning" and counts(result.findings)[1]:
             status = EXIT_VIOLATION

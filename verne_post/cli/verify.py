@@ -26,7 +26,8 @@ from verne_post.cli.options import build_options, program_options, units_option,
 def command(setpoints: str, against: str, machine_name: str, meta: Path | None, **given: Any) -> int:
     """Judge a setpoint file as written, believing nothing but the file.
 
-    Give the options (--from, --wcs, --tool-table, ...) with which it was made.
+    Give the options (--from, --wcs, --tool-table, ...) with which it was made; of the override, the decimals and the fixtures nothing
+    need be said.
     """
     from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
     from verne_post.model.findings import InputError

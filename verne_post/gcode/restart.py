@@ -1,6 +1,6 @@
 """Where a program can be taken up again, and what must be as it was: ``--from-line``."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,7 +59,9 @@ def restart_at(source: bytes, setup: Setup, moves: Moves, line: int) -> Restart:
             finding("VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line)
         )
     state, recorder = replayed(Stops(before=line))
-    return Restart(recorder.count, len(recorder.events), _as_it_was(state, line))
+    ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
+    switched = [*_as_it_was(state, line), *_outputs(recorder.events)]
+    return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _replaced(one, ahead)))
 
 
 def _refused(spans: np.ndarray, line: int) -> str | None:
@@ -81,6 +83,23 @@ def _nearest(spans: np.ndarray, line: int) -> int | None:
         if _refused(spans, candidate) is None:
             return int(candidate)
     return None
+
+
+def _outputs(events: list[Event]) -> list[Event]:
+    """The last of every output, and every code of the shop, among skipped events: nobody here knows what they still hold."""
+    found: dict[tuple[str, object], Event] = {}
+    for event in events:
+        if event.kind in ("signal", "remapped"):
+            found[event.kind, event.data.get("output", event.data.get("code"))] = event
+    return [replace(event, before=0) for event in found.values()]
+
+
+def _replaced(switched: Event, ahead: list[Event]) -> bool:
+    """True where blocks between the restart and its first motion say otherwise; a tool change stops the spindle."""
+    kinds = {"spindle": ("spindle", "tool"), "tool": ("tool", "tool number")}.get(switched.kind, (switched.kind,))
+    if switched.kind == "signal":
+        return any(event.kind == "signal" and event.data["output"] == switched.data["output"] for event in ahead)
+    return switched.kind != "remapped" and any(event.kind in kinds for event in ahead)
 
 
 def _as_it_was(state: State, line: int) -> tuple[Event, ...]:

@@ -45,6 +45,8 @@ class Clearance:
         self.names: tuple[Margin, ...] = tuple(margin for margin, _share, _group in listed)
         #: How much each margin changes at most while the points of its group move by 1 mm.
         self.reach: Array = np.array([share for _margin, share, _group in listed])
+        #: None of them is taken for convex.
+        self.convex_below: Array = np.full(len(listed), -np.inf)
         #: Group of points that carries each margin.
         self.group: tuple[str, ...] = tuple(group for _margin, _share, group in listed)
 

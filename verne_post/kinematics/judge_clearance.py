@@ -25,12 +25,15 @@ from verne_post.kinematics.judge import (
 )
 from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel
+from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 #: A span is halved at most this often: then its points move by a nanometre or less, and what is seen is what is.
 MAX_DEPTH: Final = 24
+#: Spans that are judged together.
+CHUNK_SPANS: Final = 4096
 #: Half the largest distance between neighbouring samples, ends included, as a share of the span.
 HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 
@@ -69,31 +72,89 @@ def judge_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Findin
 def _judge_spans(
     joints: JointPath, clearance: ClearanceModel, piece: Ints, low: Array, high: Array, depth: Ints, worst: list[Worst]
 ) -> None:
+    """Judge spans, halving those that cannot be decided; the halves of some before others, so that few wait at a time."""
+    waiting = [(piece, low, high, depth)]
+    straight = _straight(joints)
+    while waiting:
+        piece, low, high, depth = waiting.pop()
+        if len(piece) > CHUNK_SPANS:
+            waiting.append((piece[CHUNK_SPANS:], low[CHUNK_SPANS:], high[CHUNK_SPANS:], depth[CHUNK_SPANS:]))
+            piece, low, high, depth = piece[:CHUNK_SPANS], low[:CHUNK_SPANS], high[:CHUNK_SPANS], depth[:CHUNK_SPANS]
+        index = np.flatnonzero(_undecided(joints, clearance, piece, low, high, depth, worst, straight))
+        if len(index):
+            middle = 0.5 * (low[index] + high[index])
+            waiting.append((
+                np.concatenate([piece[index], piece[index]]), np.concatenate([low[index], middle]),
+                np.concatenate([middle, high[index]]), np.concatenate([depth[index], depth[index]]) + 1,
+            ))  # fmt: skip
+
+
+def _undecided(
+    joints: JointPath, clearance: ClearanceModel, piece: Ints, low: Array, high: Array, depth: Ints, worst: list[Worst],
+    straight: NDArray[np.bool_],
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Which spans (n,) have to be halved; notes what is broken."""
     limits = np.array([margin.error_below for margin in clearance.names])
-    while len(piece):
-        u = low[:, None] + spans.WITH_ENDS * (high - low)[:, None]
-        each = u.shape[1]
-        owner = np.repeat(piece, each)
-        solved = joints.solve(owner, u.ravel())
-        margins, points = clearance.evaluate(joints.bodies(owner, solved))
-        margins = margins.reshape(len(piece), each, -1)
-        moved = {group: _travel(part.reshape(len(piece), each, -1)) for group, part in points.items()}
-        seen = margins.min(axis=1) - limits
-        certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
-        solvable = np.isfinite(margins).all(axis=(1, 2))  # the others are findings of their own
-        halve = np.zeros(len(piece), dtype=bool)
-        for k, found in enumerate(worst):
-            open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
-            broken = open_[seen[open_, k] < -clearance.slack]
-            found.note(piece[broken], seen[broken, k], seen[broken, k] + limits[k])
-            allowed = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
-            more = (seen[open_, k] - certain[open_, k] > clearance.slack) & (depth[open_] < allowed)
-            halve[open_[more]] = True
-        index = np.flatnonzero(halve)
-        middle = 0.5 * (low[index] + high[index])
-        piece = np.concatenate([piece[index], piece[index]])
-        low, high = np.concatenate([low[index], middle]), np.concatenate([middle, high[index]])
-        depth = np.concatenate([depth[index], depth[index]]) + 1
+    u = low[:, None] + spans.WITH_ENDS * (high - low)[:, None]
+    each = u.shape[1]
+    owner = np.repeat(piece, each)
+    solved = joints.solve(owner, u.ravel())
+    margins, points = clearance.evaluate(joints.bodies(owner, solved))
+    margins = margins.reshape(len(piece), each, -1)
+    moved = {group: _travel(part.reshape(len(piece), each, -1)) for group, part in points.items()}
+    seen = margins.min(axis=1) - limits
+    certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
+    rigid = np.flatnonzero(straight[piece])
+    if len(rigid) and np.isfinite(clearance.convex_below).any():
+        certain[rigid] = np.maximum(certain[rigid], _by_convexity(margins[rigid], clearance.convex_below) - limits)
+    solvable = np.isfinite(margins).all(axis=(1, 2))  # the others are findings of their own
+    halve = np.zeros(len(piece), dtype=bool)
+    for k, found in enumerate(worst):
+        open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
+        broken = open_[seen[open_, k] < -clearance.slack]
+        found.note(piece[broken], seen[broken, k], seen[broken, k] + limits[k])
+        allowed = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
+        more = (seen[open_, k] - certain[open_, k] > clearance.slack) & (depth[open_] < allowed)
+        halve[open_[more]] = True
+    return halve
+
+
+def _straight(joints: JointPath) -> NDArray[np.bool_]:
+    """Segments (n,) along which the tool keeps its direction on the table and moves straight: a body's distance is convex."""
+    contour, path = joints.contour, joints.contour.path
+    even = (
+        (path.kind == PieceKind.LINE)
+        & (path.circle < 0)
+        & (np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1) == 0)
+    )
+    return np.asarray(even[contour.piece] & ~contour.bumped & (contour.curve < 0))
+
+
+def _by_convexity(margins: Array, below: Array) -> Array:
+    """Lower bounds (n, k) of convex functions, from values (n, samples, k) at the samples of a span with its ends.
+
+    Between two samples a convex function lies above both lines through the samples before and behind. Minus infinity
+    where a value is not ``below`` (k,) and so no exact one.
+    """
+    order = np.argsort(spans.WITH_ENDS)
+    x, f = spans.WITH_ENDS[order], margins[:, order]
+    found = np.full((len(f), f.shape[2]), np.inf)
+    slope = np.diff(f, axis=1) / np.diff(x)[:, None]
+    last = len(x) - 2
+    for i in range(last + 1):
+        here, there, width = f[:, i], f[:, i + 1], x[i + 1] - x[i]
+        if i == 0:
+            lowest = there - slope[:, 1] * width
+        elif i == last:
+            lowest = here + slope[:, i - 1] * width
+        else:
+            before, behind = slope[:, i - 1], slope[:, i + 1]
+            rises = behind > before  # else the stretch is straight, up to rounding
+            # where the line that goes on from the left meets the one that comes from the right
+            meet = (there - behind * width - here) / np.where(rises, before - behind, -1.0)
+            lowest = np.where(rises, here + before * np.clip(meet, 0.0, width), here)
+        found = np.minimum(found, np.minimum(lowest, np.minimum(here, there)))
+    return np.where((f < below).all(axis=1), found, -np.inf)
 
 
 def _travel(points: Array) -> Array:

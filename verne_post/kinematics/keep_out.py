@@ -79,6 +79,9 @@ class KeepOut:
     boxes : sequence of Placed
     shapes : sequence of ToolShape
         Of the program's tools; an empty one is a thin line from tip to gauge line.
+    lengths : ndarray, shape (len(shapes),)
+        Gauge line to tip of the tools themselves, mm, whatever length the program has in force; NaN where nobody knows it
+        better than the program.
     tool, entering : ndarray, shape (n_pieces,)
         Index into ``shapes``; whether a cutter in the stock is a mistake on the piece.
     bodies : Bodies or None
@@ -87,10 +90,10 @@ class KeepOut:
     """
 
     def __init__(
-        self, boxes: Sequence[Placed], shapes: Sequence[ToolShape], tool: Ints, entering: Mask, bodies: Bodies | None,
+        self, boxes: Sequence[Placed], shapes: Sequence[ToolShape], lengths: Array, tool: Ints, entering: Mask, bodies: Bodies | None,
         five_axis: FiveAxis,
     ) -> None:  # fmt: skip
-        self.boxes, self.tool, self.entering = tuple(boxes), tool, entering
+        self.boxes, self.lengths, self.tool, self.entering = tuple(boxes), lengths, tool, entering
         self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
         #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
         self.parts = np.array([_of_shape(shape) for shape in shapes]).reshape(len(shapes), len(TOOL_PARTS), 3)
@@ -110,15 +113,24 @@ class KeepOut:
         )  # fmt: skip
         #: A tool's rim moves with its axis: two points carry it.
         self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _box in listed])
+        #: The platform leans while the tool moves straight, so its distance is not convex.
+        self.convex_below: Array = np.array(
+            [-np.inf if body == "platform" else box.distance + NEAR_MM for body, box in listed]
+        )
         self.group: tuple[str, ...] = tuple("tool" if body in TOOL_PARTS else body for body, _box in listed)
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
         axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
         nose = pose.tip + pose.tool_length[:, None] * axis
-        points = {"tool": np.stack([pose.tip, nose, self.thickest * axis], axis=1)}
+        own = self.lengths[self.tool[pose.piece]]
+        length = np.where(np.isnan(own), pose.tool_length, own)
+        tip = nose - length[:, None] * axis
+        points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
         cylinders = {
-            part: self._part(index, pose, axis) for index, part in enumerate(TOOL_PARTS) if part in self.bodies_known
+            part: self._part(index, pose, tip, length, axis)
+            for index, part in enumerate(TOOL_PARTS)
+            if part in self.bodies_known
         }
         if self.bodies is not None and self.bodies.spindle_radius is not None:
             top = nose + (self.five_axis.nose_offset + self.bodies.spindle_top) * axis
@@ -136,11 +148,11 @@ class KeepOut:
         columns = [self._distance(body, box, cylinders[body], pose) for body, box in self.pairs]
         return np.stack(columns, axis=1), points
 
-    def _part(self, index: int, pose: Pose, axis: Array) -> tuple[Array, Array, Array]:
+    def _part(self, index: int, pose: Pose, tip: Array, length: Array, axis: Array) -> tuple[Array, Array, Array]:
         """Both ends and radius of a part of the tool; NaN where the tool in use has no such part."""
         low, high, radius = self.parts[self.tool[pose.piece], index].T
-        high = np.where(np.isnan(high), pose.tool_length, high)
-        return pose.tip + low[:, None] * axis, pose.tip + high[:, None] * axis, radius
+        high = np.where(np.isnan(high), length, high)
+        return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
 
     def _distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
         """Signed distances (n,); exact where they are near what the box asks for."""
@@ -172,7 +184,8 @@ def _of_shape(shape: ToolShape) -> Array:
         found[0] = 0.0, np.nan, 0.0
     at = 0.0
     for one in shape:
-        end = np.nan if one.length is None else at + one.length
+        # the last part goes up to the gauge line, whatever its length: something is there
+        end = np.nan if one.length is None or one is shape[-1] else at + one.length
         found[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
         at = end
     return found
@@ -219,9 +232,11 @@ def keep_out_of(
     number = tool_of_piece(path, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
-    for one, shape in zip(numbers.tolist(), shapes, strict=True):
-        _fits(int(one), shape, float(path.tool_length[number == one].min()) - options.lift)
-    return KeepOut(standing, shapes, index, _entering(path), machine.bodies, machine.five_axis)
+    lengths = np.array([_length_of(int(one), options) for one in numbers])
+    for one, shape, own in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
+        in_force = float(path.tool_length[number == one].max()) - options.lift
+        _fits(int(one), shape, in_force if np.isnan(own) else own)
+    return KeepOut(standing, shapes, lengths, index, _entering(path), machine.bodies, machine.five_axis)
 
 
 def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> None:
@@ -259,6 +274,14 @@ def _shape_of(number: int, options: Options) -> ToolShape:
         return options.tool_shapes[number]
     tool = (options.tools or {}).get(number)
     return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
+
+
+def _length_of(number: int, options: Options) -> float:
+    """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program knows."""
+    if options.tool_length is not None:
+        return options.tool_length
+    tool = (options.tools or {}).get(number)
+    return np.nan if tool is None else tool.offset[2]
 
 
 def _fits(number: int, shape: ToolShape, length: float) -> None:

@@ -238,7 +238,7 @@ class Moves:
 
     def taken_up(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
         """The moves from number ``first`` on, and the events from ``first_event`` on behind those of ``switched``."""
-        kept = (replace(event, before=event.before - first) for event in self.events[first_event:])
+        kept = (replace(event, before=max(event.before - first, 0)) for event in self.events[first_event:])
         if first == 0:
             return replace(self, events=(*switched, *kept))
         rows = {name: getattr(self, name)[first:] for name in MOVE_COLUMNS}

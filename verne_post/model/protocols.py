@@ -224,6 +224,10 @@ class ClearanceModel(Protocol):
         """Group of points that carries each margin."""
 
     @property
+    def convex_below(self) -> Array:
+        """Values (m,) below which a margin is exact, and convex while the tool moves straight and keeps its direction."""
+
+    @property
     def slack(self) -> float:
         """A margin may be below its threshold by this, mm: how finely is judged."""
 

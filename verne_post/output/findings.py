@@ -18,6 +18,7 @@ class Report:
     findings: tuple[Finding, ...]
     cycle_time_s: float | None = None
     source: bytes = b""
+    remarks: tuple[str, ...] = ()
 
 
 def text_line(program: str, item: Finding) -> str:
@@ -65,6 +66,7 @@ def text(reports: Sequence[Report]) -> str:
         verdict = "can run" if not errors else "refused"
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
         lines.append(f"{report.program}: {verdict}: {errors} errors, {warnings} warnings{time}")
+        lines += [f"  {remark}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
 
 

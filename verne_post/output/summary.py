@@ -18,6 +18,11 @@ from verne_post.output.rounding import rounding_noise
 from verne_post.output.setpoints import headings
 
 
+def remarks(summary: Summary) -> list[str]:
+    """What a person must compare with the machine in front of him: tools, offsets, bodies."""
+    return [*_tools(summary), *_offsets(summary), *_keep_out(summary)]
+
+
 def paragraph(summary: Summary) -> str:
     """One paragraph of plain sentences, wrapped at 100 columns."""
     machine, options = summary.machine, summary.options
@@ -67,10 +72,8 @@ def paragraph(summary: Summary) -> str:
             why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
             text += f"; {sum(verdict.slow.values()):.3f} s are below it, nearest to its limit then: {why}"
         parts.append(text + ".")
-    parts += _keep_out(summary)
     parts += _free_turn(summary)
-    parts += _tools(summary)
-    parts += _offsets(summary)
+    parts += remarks(summary)
     parts += _stops(summary)
     if options.decimals is not None or any(drive.integer for drive in summary.format.drives):
         parts.append(_rounding(summary))
@@ -85,8 +88,9 @@ def _taken_up(summary: Summary) -> list[str]:
     if summary.options.from_line is None:
         return []
     shown = {"tool": "tool {number}", "spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
-             "override": "overrides switched off by M48 to M53"}  # fmt: skip
-    on = [shown[event.kind].format(**event.data) for event in summary.switched]
+             "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
+             "remapped": "{code} of line {line}"}  # fmt: skip
+    on = [shown[event.kind].format(line=event.line, **event.data) for event in summary.switched]
     said = f"; before the start there must be: {', '.join(on)}" if on else ""
     return [f"Taken up at line {summary.options.from_line}{said}."]
 

@@ -501,7 +501,7 @@ def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
         if (stops.line is not None and line > stops.line) or (stops.before is not None and line >= stops.before):
             return result
         if stops.trace is not None:
-            stops.trace.note(line, line + 1, open_=may_restart(state))
+            stops.trace.note(line, line + 1, open_=may_restart(state) and translator.cycle is None)
         try:
             if isinstance(item, BlockError):
                 raise item
