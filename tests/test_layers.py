@@ -19,7 +19,7 @@ LAYERS = [
     {"gcode", "toolpath", "kinematics", "timing", "verify"},
     {"config", "output"},
     {"pipeline"},
-    {"axis_check", "fit"},
+    {"axis_check", "fit", "study"},
     {"cli"},
     {"__init__", "__main__"},
 ]

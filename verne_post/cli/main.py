@@ -16,6 +16,7 @@ from verne_post import __version__
 COMMANDS: Final = {
     "convert": "convert", "check": "check", "dump": "dump", "verify": "verify", "machine": "machine",
     "explain": "explain", "fit": "fit", "batch": "batch",
+    "report": "report",
 }  # fmt: skip
 
 EXIT_CLEAN, EXIT_VIOLATION, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_BUG = 0, 1, 2, 3, 70

@@ -291,6 +291,14 @@ class IsoAlpha(Protocol):
         """Points (n, 2) of P at which the platform may lean by alpha or -alpha, by the parameter turn (n,)."""
 
 
+@runtime_checkable
+class Sketched(Protocol):
+    """A module that can be drawn: where its rods are, near enough for a picture."""
+
+    def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """Rods of solved poses (n,) from slider to platform: (n, k, 2, 3), base frame, mm."""
+
+
 class FiveAxis(Protocol):
     """The whole machine: parallel module and tilting rotary table. Table frame, workpiece sense."""
 

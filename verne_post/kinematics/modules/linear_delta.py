@@ -60,6 +60,15 @@ class LinearDeltaModule:
         rods[..., 2] = position[..., 2, None] - rho
         return rods
 
+    def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """Rods (n, 3, 2, 3) for a picture: the middle of each parallelogram, from slider to platform."""
+        del alpha
+        rods = self._rods(position, rho)
+        angle = RAD_PER_DEG * np.array(self.leg_angles_deg)
+        aside = self.platform_radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(3)], axis=-1)
+        platform = position[..., None, :] + aside
+        return np.stack([platform - rods, platform], axis=-2)
+
     def _below_plane(self, position: Array, rho: Array) -> Array:
         """Triple product of the rods, shape (...), mm3: positive where P is below the plane of the sphere centres.
 

@@ -311,6 +311,10 @@ class VerneModule:
         """Points (n, 2) of the ellipse (8) on which the platform leans by +-alpha (Fig. 5)."""
         return verne_modes.iso_alpha_ellipse(self, alpha, turn)
 
+    def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """Rods (n, 4, 2, 3) for a picture; see :func:`.verne_rods.sketch`."""
+        return verne_rods.sketch(self, position, alpha, rho)
+
     # --- identification ------------------------------------------------------------------
 
     def loop_equations(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:

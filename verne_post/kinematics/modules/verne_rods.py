@@ -18,6 +18,8 @@ Mask = NDArray[np.bool_]
 
 #: Slider of each rod equation, and the side of the platform (sign of y of its attachment at alpha = 0).
 SLIDER: Final = np.array([0, 0, 1, 2])
+#: Where along x the rods are drawn at the platform, mm from P.
+SKETCH_X: Final = 100.0
 SIDE: Final = np.array([1.0, -1.0, -1.0, 1.0])
 
 
@@ -56,6 +58,24 @@ def vectors(offset: Array, radius: Array, base: Array, position: Array, alpha: A
         ],
         axis=-1,
     )
+
+
+def sketch(module: "VerneModule", position: Array, alpha: Array, rho: Array) -> Array:
+    """Rods (n, 4, 2, 3) from slider to platform for a picture, base frame, mm.
+
+    The kinematics know how far slider and platform joints are apart along x, not where: they are drawn ``SKETCH_X`` from P.
+    """
+    offset, radius, _base, _rod = _lengths(module)
+    lean = np.asarray(alpha)[..., None]
+    platform = np.stack(
+        [
+            position[..., :1] + SKETCH_X * np.sign(-offset),
+            position[..., 1:2] + SIDE * radius * np.cos(lean),
+            position[..., 2:] + SIDE * radius * np.sin(lean),
+        ],
+        axis=-1,
+    )
+    return np.stack([platform - rod_vectors(module, position, alpha, rho), platform], axis=-2)
 
 
 def rod_residuals(module: "VerneModule", position: Array, alpha: Array, rho: Array) -> Array:

@@ -1,0 +1,70 @@
+"""`verne-post report`: one page that shows a program from all sides."""
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import click
+
+from verne_post.cli.common import check_writable, load, program_text, progress_bar, refuse, shown_name, write_whole
+from verne_post.cli.options import build_options, keep_out_options, playback_options, program_options, way_options
+
+
+@click.command("report")
+@click.argument("input_name", metavar="INPUT")
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), metavar="OUT.html", help="The page.")
+@click.option(
+    "--static",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="OUT.png|OUT.svg",
+    help="A picture of the path and the axes, for CI.",
+)
+@playback_options
+@way_options
+@keep_out_options
+@program_options
+def command(input_name: str, output: Path | None, static: Path | None, **given: Any) -> int:
+    """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism at the cursor.
+
+    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`.
+    """
+    from verne_post.model.findings import InputError
+    from verne_post.output import report_picture
+    from verne_post.output.report import page
+    from verne_post.pipeline import exit_code_of
+
+    if output is None and static is None:
+        raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
+    if static is not None and static.suffix not in report_picture.SUFFIXES:
+        raise click.UsageError(
+            f"--static {static}: expected a name that ends in {' or '.join(report_picture.SUFFIXES)}"
+        )
+    for path, option, package, extra in (
+        (output, "-o", "plotly", "report"),
+        (static, "--static", "matplotlib", "plot"),
+    ):
+        check_writable(path, option)
+        if path is not None and importlib.util.find_spec(package) is None:
+            raise click.UsageError(
+                f"{option} needs {package}, which is not installed; install it with: pip install 'verne-post[{extra}]'"
+            )
+    if {path.resolve() for path in (output, static) if path is not None} & {Path(input_name).resolve()}:
+        raise click.UsageError("the page would replace the program; choose another name")
+    name = shown_name(input_name)
+    try:
+        machine = load(given.pop("machine_name"))
+        paths = given.pop("subroutine_path")
+        source, options = program_text(input_name, build_options(name, **given), paths)
+    except InputError as error:
+        return refuse(name, error)
+
+    from verne_post.study import study
+
+    with progress_bar() as progress:
+        found = study(source, machine, options, progress)
+    if output is not None:
+        write_whole(output, [page(name, source, machine, found)])
+    if static is not None:
+        write_whole(static, [report_picture.picture_of(name, machine, found, static.suffix)])
+    errors = [item for item in found.findings if item.severity == "error"]
+    return exit_code_of(InputError(*errors)) if errors else 0
