@@ -80,7 +80,7 @@ def study(source: bytes, machine: Machine, options: Options, progress: Progress 
     if result.ok:
         values, line, x, extremes = frames.finished()
         q = values / [column.factor for column in machine.columns]
-        lengths = _tool_lengths(source, machine, options, line)
+        lengths = read_program(source, machine, options).path.tool_length_at(line)
         return _studied(machine, result.findings, result.summary, x, line.astype(np.int64), q, extremes, lengths)
     try:
         program = read_program(source, machine, options)
@@ -96,14 +96,6 @@ def study(source: bytes, machine: Machine, options: Options, progress: Progress 
     lengths = program.contour.tool_length[segment]
     lines = program.contour.line[segment].astype(np.int64)
     return _studied(machine, result.findings, None, x, lines, solved.q, {}, lengths, (solved.tip, solved.angles))
-
-
-def _tool_lengths(source: bytes, machine: Machine, options: Options, line: NDArray[np.int32]) -> Array:
-    """Tool length at each frame, from the program that it came from."""
-    path = read_program(source, machine, options).path
-    lines, first = np.unique(path.line, return_index=True)
-    at = np.clip(np.searchsorted(lines, line), 0, len(lines) - 1)
-    return np.asarray(path.tool_length[first[at]])
 
 
 def _studied(

@@ -639,6 +639,7 @@ HELP = {
         "--override",
         *PROGRAM_OPTIONS,
     ],
+    "report": ["-o", "--static", "--override", "--keep-out", *PROGRAM_OPTIONS],
     "fit": ["--free", "--range", "--minimise", "--json", "--keep-out", *PROGRAM_OPTIONS],
 }
 

@@ -6,14 +6,14 @@ from typing import Any
 import click
 
 from verne_post.cli.common import check_writable, load, program_text, progress_bar, refuse, shown_name, write_whole
-from verne_post.cli.options import build_options, keep_out_options, program_options, way_options
+from verne_post.cli.options import build_options, keep_out_options, policy_of, program_options, settings_of, way_options
 
 
 @click.command("check")
 @click.argument("inputs", nargs=-1, required=True, metavar="INPUT...")
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "sarif", "junit", "github"]),
+    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github"]),
     default="text",
     help="How findings are written.",
 )
@@ -26,8 +26,28 @@ from verne_post.cli.options import build_options, keep_out_options, program_opti
 @click.option(
     "--fail-level",
     type=click.Choice(["error", "warning"]),
-    default="error",
-    help="Gravity from which findings make exit status 1.",
+    envvar="VERNE_POST_FAIL_LEVEL",
+    help="Gravity from which findings make exit status 1; default: error.",
+)
+@click.option(
+    "--select", envvar="VERNE_POST_SELECT", metavar="VP1,VP202,...", help="Only these codes count, by their beginnings."
+)
+@click.option("--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="These codes do not count.")
+@click.option(
+    "--severity", multiple=True, metavar="VP202=error", help="Weigh a code as error, warning or note; repeatable."
+)
+@click.option(
+    "--baseline",
+    type=click.Path(dir_okay=False, path_type=Path),
+    envvar="VERNE_POST_BASELINE",
+    metavar="FILE",
+    help="Findings that are known and do not count.",
+)
+@click.option(
+    "--write-baseline",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write all findings of now as a baseline.",
 )
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @way_options
@@ -37,22 +57,31 @@ def command(
     inputs: tuple[str, ...],
     output_format: str,
     output_file: Path | None,
-    fail_level: str,
+    fail_level: str | None,
     exit_zero: bool,
+    write_baseline: Path | None,
     **given: Any,
 ) -> int:
-    """Judge programs against every limit, without writing setpoints."""
+    """Judge programs against every limit, without writing setpoints.
+
+    What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option goes before an
+    environment variable, and that before the file.
+    """
     from verne_post.cli.main import EXIT_VIOLATION, gravest
     from verne_post.model.findings import InputError, finding
     from verne_post.output.findings import Report, counts
+    from verne_post.output.policy import applied, baseline_text
     from verne_post.output.reports import FORMATS
     from verne_post.output.summary import remarks
 
     check_writable(output_file, "--output-file")
+    check_writable(write_baseline, "--write-baseline")
+    asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     paths = given.pop("subroutine_path")
     try:
         machine = load(given.pop("machine_name"))
         options = build_options("", **given)
+        policy, level = policy_of(settings_of(given.get("settings")), fail_level, **asked)
     except InputError as error:
         return refuse(inputs[0], error)
 
@@ -60,6 +89,7 @@ def command(
 
     from verne_post.pipeline import check, failed
 
+    everything: list[Report] = []
     reports, statuses = [], []
     for name in inputs:
         shown = shown_name(name)
@@ -74,11 +104,15 @@ def command(
                 result = failed(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None
         said = tuple(remarks(result.summary)) if result.summary else ()
-        reports.append(Report(shown, result.findings, time, source, said))
+        everything.append(Report(shown, result.findings, time, source, said))
+        reports.append(applied(everything[-1], policy))
         status = result.exit_code
-        if status == 0 and fail_level == "warning" and counts(result.findings)[1]:
-            status = EXIT_VIOLATION
+        if status in (0, EXIT_VIOLATION):
+            errors, warnings = counts(reports[-1].findings)
+            status = EXIT_VIOLATION if errors or (level == "warning" and warnings) else 0
         statuses.append(0 if exit_zero and status == EXIT_VIOLATION else status)
+    if write_baseline is not None:
+        write_whole(write_baseline, [baseline_text(everything)])
     written = FORMATS[output_format](reports, machine)
     if output_file is None:
         click.echo(written, nl=False)

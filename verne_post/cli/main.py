@@ -3,6 +3,7 @@
 Heavy modules are imported by the commands that need them, so that --help and --version stay quick.
 """
 
+import difflib
 import importlib
 import os
 import sys
@@ -51,10 +52,23 @@ class DefaultGroup(click.Group):
             raise PipeClosed from error
         return result
 
+    def _no_program(self, args: list[str]) -> None:
+        """Refuse a first word that is neither a file nor a command, but nearly a command; and a command behind its options."""
+        first = args[0]
+        behind = next((word for word in args[1:] if word in COMMANDS), None)
+        if first.startswith("-") and first != "-" and behind is not None:
+            raise click.UsageError(
+                f"{behind} comes first: verne-post {behind} {' '.join(word for word in args if word != behind)}"
+            )
+        near = difflib.get_close_matches(first, COMMANDS, n=1)
+        if near and not os.path.exists(first):
+            raise click.UsageError(f"{first}: no such file, and no command; did you mean {near[0]}?")
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the default command in front of arguments that name none."""
         own = {name for parameter in self.get_params(ctx) for name in parameter.opts}
         if args and args[0] not in COMMANDS and args[0] not in own:
+            self._no_program(args)
             args = ["convert", *args]
         return super().parse_args(ctx, args)
 
@@ -67,6 +81,8 @@ def cli() -> None:
     \b
     verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out
     verne-post check input.nc            judge a program against every limit
+    verne-post explain input.nc:12       one line worked through
+    verne-post report input.nc -o r.html one page to look at
     verne-post verify axes.csv --against input.nc
     """
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from verne_post.config.settings import SettingsFile
     from verne_post.model.keep_out import Box
     from verne_post.model.options import Options, Tool, WorkOffset
+    from verne_post.output.policy import Policy
 
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-6, 10.0
@@ -177,7 +178,7 @@ def build_options(name: str, **given: Any) -> "Options":
     length = given.get("tool_length")
     if length is not None and not 0.0 <= length <= 1e4:
         raise click.UsageError(f"--tool-length {length:g}: a tool length lies between 0 and 10000 mm")
-    settings = _settings(given.get("settings"))
+    settings = settings_of(given.get("settings"))
     return Options(
         dialect=given.get("dialect", "auto"),
         parameters=_parameters(given.get("parameter_file")),
@@ -303,7 +304,7 @@ def _parameters(path: Path | None) -> dict[int, float]:
     return read_parameter_file(read_bytes(str(path)).decode("utf-8", errors="replace"), str(path))
 
 
-def _settings(path: Path | None) -> "SettingsFile | None":
+def settings_of(path: Path | None) -> "SettingsFile | None":
     """The settings file in force."""
     from verne_post.config.settings import find_settings, load_settings
 
@@ -357,3 +358,37 @@ def _start(text: str | None) -> str | tuple[float, ...] | None:
     if text == "park":
         raise click.UsageError("--from park: expected home, or joint values; only --to knows park")
     return tuple(numbers_of(text, f"--from {text}"))
+
+
+def policy_of(
+    settings: "SettingsFile | None", fail_level: str | None, select: str | None, ignore: str | None, severity: tuple[str, ...],
+    baseline: Path | None,
+) -> "tuple[Policy, str]":  # fmt: skip
+    """Which findings count, and from which gravity: options and environment before the settings file."""
+    from verne_post.output.policy import Policy, mistakes, read_baseline
+
+    file = settings.check if settings is not None else None
+    codes = {
+        name: tuple(code.strip() for code in text.split(",") if code.strip())
+        if text is not None
+        else tuple(getattr(file, name, ()))
+        for name, text in (("select", select), ("ignore", ignore))
+    }
+    weights = dict(file.severity) if file is not None else {}
+    for text in severity:
+        code, _equals, gravity = text.partition("=")
+        if gravity not in ("error", "warning", "note"):
+            raise click.UsageError(f"--severity {text}: expected CODE=error, CODE=warning or CODE=note")
+        weights[code] = gravity  # type: ignore[assignment]
+    wrong = mistakes(codes["select"], codes["ignore"], weights)
+    if wrong:
+        raise click.UsageError("; ".join(wrong))
+    known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None
+    fingerprints = (
+        frozenset()
+        if known is None
+        else read_baseline(read_bytes(str(known)).decode("utf-8", errors="replace"), str(known))
+    )
+    return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
+        file.fail_level if file else None
+    ) or "error"

@@ -2,12 +2,20 @@
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from verne_post.cli.common import load, print_findings, program_text, read_bytes, refuse, shown_name
 from verne_post.cli.options import build_options, program_options, units_option, way_options
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from verne_post.model.drives import Drive
+    from verne_post.pipeline import Program
+    from verne_post.verify.following import Following
 
 
 @click.command("verify")
@@ -19,11 +27,39 @@ from verne_post.cli.options import build_options, program_options, units_option,
     metavar="FILE",
     help="The side-car of the conversion: says whether program, machine, offsets, tools and options are still the same.",
 )
+@click.option(
+    "--measured",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="LOG",
+    help="Measured axes of a run of this file (halsampler text or CSV, one row a cycle): where the tool really was.",
+)
+@click.option(
+    "--columns",
+    default="",
+    metavar="rho1=NAME,...",
+    help="Columns of the log, by name or, without a header, by number.",
+)
+@click.option(
+    "--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log is behind; auto: as fits best."
+)
+@click.option(
+    "--following", type=float, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
+)
 @click.option("--accept-rounding", is_flag=True, help="Judge files whose decimals alone break a limit.")
 @units_option
 @way_options
 @program_options
-def command(setpoints: str, against: str, machine_name: str, meta: Path | None, **given: Any) -> int:
+def command(
+    setpoints: str,
+    against: str,
+    machine_name: str,
+    meta: Path | None,
+    measured: Path | None,
+    columns: str,
+    delay: str,
+    following: float | None,
+    **given: Any,
+) -> int:
     """Judge a setpoint file as written, believing nothing but the file.
 
     Give the options (--from, --wcs, --tool-table, ...) with which it was made; of the override, the decimals and the fixtures nothing
@@ -34,11 +70,17 @@ def command(setpoints: str, against: str, machine_name: str, meta: Path | None, 
     from verne_post.output.origin import changed_since, read_side_car
     from verne_post.output.parts import read_parts
     from verne_post.output.setpoints import read_csv
-    from verne_post.output.summary import verdict_line
+    from verne_post.output.summary import following_text, verdict_line
     from verne_post.pipeline import drives_of, read_program, verify_setpoints
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
+    if measured is None and (columns or delay != "auto" or following is not None):
+        raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
+    if measured is not None and (setpoints == "-" or setpoints.endswith(".index.json")):
+        raise click.UsageError("--measured is compared with one setpoint file; name it")
+    if not (delay == "auto" or delay.isdecimal()):
+        raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
     name = shown_name(setpoints)
     try:
         paths = given.pop("subroutine_path")
@@ -60,10 +102,51 @@ def command(setpoints: str, against: str, machine_name: str, meta: Path | None, 
                 verdict = verify_setpoints(
                     program, read_csv(stream, name, program.machine.columns, program.cycle, drives)
                 )
+        log = None if measured is None else _followed(setpoints, measured, columns, delay, program, drives)
     except InputError as error:
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:
         raise click.UsageError(f"{name}: {error}") from None
     print_findings(shown_name(against), (*changed, *verdict.findings))
     click.echo(verdict_line(name, verdict, program.machine), err=True)
-    return EXIT_CLEAN if verdict.ok and not changed else EXIT_VIOLATION
+    good = verdict.ok and not changed
+    if log is not None:
+        found, source_lines = log
+        click.echo(
+            following_text(str(measured), found, source_lines, program.cycle, program.machine), nl=False, err=True
+        )
+        if following is not None and not found.path_worst <= following:
+            click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
+            good = False
+    return EXIT_CLEAN if good else EXIT_VIOLATION
+
+
+def _followed(
+    setpoints: str, measured: Path, columns: str, delay: str, program: "Program", drives: "tuple[Drive, ...]"
+) -> "tuple[Following, NDArray[np.int32]]":
+    """Compare a log with the file that it is a run of; also returns the source lines of the file's rows."""
+    import numpy as np
+
+    from verne_post.model.setpoints import SetpointFormat
+    from verne_post.output.logs import read_log
+    from verne_post.output.rounding import places_of
+    from verne_post.output.setpoints import headings, read_csv
+    from verne_post.verify.following import delay_of, following
+
+    machine = program.machine
+    named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
+    if len(named) != len([part for part in columns.split(",") if part]):
+        raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
+    text = read_bytes(str(measured)).decode("utf-8", errors="replace")
+    numbers = read_log(text, str(measured), machine.columns, headings(machine.columns, drives)[1:-1], named)
+    with click.open_file(setpoints, encoding="utf-8") as stream:
+        blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))
+    commanded, lines = np.concatenate([one.values for one in blocks]), np.concatenate([one.line for one in blocks])
+    factor = np.array([column.factor for column in machine.columns])
+    was = places_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
+    wanted = commanded / factor
+    behind = delay_of(wanted, was) if delay == "auto" else int(delay)
+    if len(was) - behind < 2:
+        raise click.UsageError(f"{measured}: {len(was)} rows are too few for a delay of {behind}")
+    lengths = program.path.tool_length_at(lines)
+    return following(wanted, was, lengths, machine.five_axis.nominal, behind), lines

@@ -15,6 +15,7 @@ from verne_post.model.moves import SYSTEM_NAMES
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
+PROJECT_FILE: Final = "pyproject.toml"
 _CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
 
 
@@ -52,6 +53,18 @@ class BoxFile(BaseModel):
         return Box(name, low, high, systems.get(self.system), self.distance_mm)  # type: ignore[arg-type]
 
 
+class CheckFile(BaseModel):
+    """[check]: which findings count."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    select: list[str] = Field(default_factory=list)
+    ignore: list[str] = Field(default_factory=list)
+    severity: dict[str, Literal["error", "warning", "note"]] = Field(default_factory=dict)
+    fail_level: Literal["error", "warning"] | None = None
+    baseline: str | None = None
+
+
 class SettingsFile(BaseModel):
     """Content of the file."""
 
@@ -60,11 +73,18 @@ class SettingsFile(BaseModel):
     remap: dict[str, Literal["tcp on", "tcp off", "ignore", "event"]] = Field(default_factory=dict)
     keep_out: dict[str, BoxFile] = Field(default_factory=dict)
     stock: BoxFile | None = None
+    check: CheckFile = Field(default_factory=CheckFile)
 
 
 def find_settings(folder: Path) -> Path | None:
-    """The nearest settings file in a folder or above it."""
-    return next((place / FILE_NAME for place in (folder, *folder.parents) if (place / FILE_NAME).is_file()), None)
+    """The nearest settings file in a folder or above it: verne-post.toml, or a pyproject.toml with [tool.verne-post]."""
+    for place in (folder, *folder.parents):
+        if (place / FILE_NAME).is_file():
+            return place / FILE_NAME
+        project = place / PROJECT_FILE
+        if project.is_file() and b"[tool.verne-post" in project.read_bytes():
+            return project
+    return None
 
 
 def load_settings(path: Path) -> SettingsFile:
@@ -77,6 +97,8 @@ def load_settings(path: Path) -> SettingsFile:
     """
     try:
         data = tomllib.loads(path.read_bytes().decode("utf-8"))
+        if path.name == PROJECT_FILE:
+            data = data.get("tool", {}).get("verne-post", {})
         settings = SettingsFile.model_validate(data)
     except OSError as error:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None

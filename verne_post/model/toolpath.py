@@ -144,6 +144,12 @@ class ToolPath:
         """First piece of each run, and the number of pieces after the last (n_runs + 1,)."""
         return run_begins(self.run)
 
+    def tool_length_at(self, line: NDArray[np.integer]) -> Array:
+        """Tool length (n,) of rows by their source lines (n,): that of the first piece of the line, or of the line before it."""
+        lines, first = np.unique(self.line, return_index=True)
+        at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
+        return np.asarray(self.tool_length[first[at]])
+
     def dwells_among(self, run: Ints) -> Ints:
         """``dwell_run`` (d,) where the same pieces have new run numbers (n,): dwells stand before the same pieces."""
         return np.append(run, run[-1] + 1)[self.run_begins[self.dwell_run]].astype(np.int32)

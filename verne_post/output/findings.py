@@ -36,24 +36,28 @@ def text_line(program: str, item: Finding) -> str:
 _SHOWN: Final = 100
 
 
-def quoted(item: Finding, source: bytes) -> list[str]:
-    """The line of an error in the text, a caret under the column, and what the code means; nothing for other findings."""
-    if item.line is None or not item.code.startswith("VP0"):
+def quoted(item: Finding, source: bytes, program: str) -> list[str]:
+    """The line of an error, a caret under the column, what the code means and what helps; nothing for other findings."""
+    at = item.line if item.code.startswith("VP0") else item.worst_line or item.line
+    if not at or (item.severity != "error" and not item.code.startswith("VP0")):
         return []
     lines = source.split(b"\n")
-    if item.line > len(lines):
+    if at > len(lines):
         return []
-    line = lines[item.line - 1].decode("utf-8", errors="replace").rstrip("\r").replace("\t", " ")
+    line = lines[at - 1].decode("utf-8", errors="replace").rstrip("\r").replace("\t", " ")
     line = "".join(character if character.isprintable() else "?" for character in line)
     column = item.column or 1
     begin = max(0, column - 1 - _SHOWN // 2) if len(line) > _SHOWN else 0
-    number = str(item.line)
+    number = str(at)
     blank = " " * len(number)
     found = [f"  {number} | {'...' if begin else ''}{line[begin : begin + _SHOWN]}"]
     if item.column is not None:
         found.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     code = CODES[item.code]
-    return [*found, f"  {blank} = {code.title}: {code.remedy}"]
+    found.append(f"  {blank} = {code.title}: {code.remedy}")
+    if item.code[2] in "123":
+        found.append(f"  {blank} = `verne-post explain {program}:{at}` says how much is needed")
+    return found
 
 
 def text(reports: Sequence[Report]) -> str:
@@ -61,7 +65,7 @@ def text(reports: Sequence[Report]) -> str:
     lines = []
     for report in reports:
         for item in report.findings:
-            lines += [text_line(report.program, item), *quoted(item, report.source)]
+            lines += [text_line(report.program, item), *quoted(item, report.source, report.program)]
         errors, warnings = counts(report.findings)
         verdict = "can run" if not errors else "refused"
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
@@ -76,6 +80,19 @@ def counts(findings: Sequence[Finding]) -> tuple[int, int]:
     return severities.count("error"), severities.count("warning")
 
 
+_KEYS: Final = (
+    "code", "severity", "line", "last_line", "worst_line", "column", "axis", "value", "limit", "unit", "message", "count",
+)  # fmt: skip
+
+
+def as_jsonl(reports: Sequence[Report]) -> str:
+    """One finding a line, with its program."""
+    return "".join(
+        json.dumps({"program": report.program, **{key: getattr(item, key) for key in _KEYS}}, allow_nan=False) + "\n"
+        for report in reports for item in report.findings
+    )  # fmt: skip
+
+
 def as_json(reports: Sequence[Report], machine: Machine) -> str:
     """The documented schema 1 (docs/findings.md)."""
     programs = []
@@ -87,11 +104,7 @@ def as_json(reports: Sequence[Report], machine: Machine) -> str:
                 "machine": {"name": machine.name, "sha256": machine.sha256},
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "findings": [
-                    {
-                        key: getattr(item, key)
-                        for key in ("code", "severity", "line", "last_line", "worst_line", "column", "axis", "value",
-                                    "limit", "unit", "message", "count")
-                    }
+                    {key: getattr(item, key) for key in _KEYS}
                     for item in report.findings
                 ],
             }

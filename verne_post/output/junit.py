@@ -31,7 +31,7 @@ def _case(report: Report) -> ElementTree.Element:
     )
     lines = []
     for item in report.findings:
-        lines += [text_line(report.program, item), *quoted(item, report.source)]
+        lines += [text_line(report.program, item), *quoted(item, report.source, report.program)]
     text = _clean("\n".join(lines))
     if worst(report.findings) == "error":
         first = next(item for item in report.findings if item.severity == "error")

@@ -1,16 +1,14 @@
 """Findings as SARIF 2.1.0, which code hosts show beside the G-code line."""
 
-import hashlib
 import json
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import PurePath
 from typing import Any, Final
-from urllib.parse import quote
 
 from verne_post.model.codes import CODES, PARAMETERS, response
 from verne_post.model.findings import Finding
 from verne_post.output.findings import Report
+from verne_post.output.policy import fingerprint_of, uri
 
 #: Code hosts read no more results of a run.
 MAX_RESULTS: Final = 5_000
@@ -72,22 +70,6 @@ def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str])
         "level": item.severity,
         "message": {"text": item.message},
         "locations": [{"physicalLocation": location}],
-        "partialFingerprints": {_FINGERPRINT: _fingerprint(report, item, seen)},
+        "partialFingerprints": {_FINGERPRINT: fingerprint_of(report, item, seen)},
         "properties": {name: getattr(item, name) for name in named if getattr(item, name) is not None},
     }
-
-
-def _fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
-    """The same for the same mistake when lines before it are added or removed: made of the text of its line."""
-    lines = report.source.split(b"\n")
-    text = b"".join(lines[item.line - 1].split()) if item.line and item.line <= len(lines) else b""
-    parts = (uri(report.program), item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
-    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
-    seen[key] += 1
-    return f"{key}:{seen[key]}"
-
-
-def uri(program: str) -> str:
-    """A path as a relative or file reference of a URI."""
-    path = PurePath(program)
-    return path.as_uri() if path.is_absolute() else quote(path.as_posix())

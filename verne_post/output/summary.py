@@ -5,6 +5,7 @@ import json
 import textwrap
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verne_post.base.tolerances import ROUNDING_JERK_SHARE
 from verne_post.base.units import DEG_PER_RAD
@@ -16,6 +17,7 @@ from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
 from verne_post.output.setpoints import headings
+from verne_post.verify.following import Following
 
 
 def remarks(summary: Summary) -> list[str]:
@@ -328,3 +330,23 @@ def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
         f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {', '.join(ratios)}, feed {verdict.feed_ratio:.4f}; "
         f"tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg from the programmed path."
     )
+
+
+def following_text(name: str, found: Following, lines: NDArray[np.int32], cycle: float, machine: Machine) -> str:
+    """What a log says, in plain sentences."""
+    size = [abs(column.factor) for column in machine.columns]
+    joints = ", ".join(
+        f"{column.joint} {worst * factor:.6f} {column.unit} (rms {rms * factor:.6f})"
+        for column, worst, rms, factor in zip(machine.columns, found.joint_worst, found.joint_rms, size, strict=True)
+    )
+
+    def at(row: int) -> str:
+        return f"line {lines[row]}, {row * cycle:.3f} s"
+
+    text = (
+        f"{name}: {found.rows} rows, {found.delay} rows ({found.delay * cycle:g} s) behind the setpoints. Following error of the joints at "
+        f"most: {joints}. The tip was at most {found.tip_worst:.6f} mm from where it was told to be at that time ({at(found.tip_row)}), and "
+        f"{found.path_worst:.6f} mm from the commanded path ({at(found.path_row)}); the axis at most "
+        f"{DEG_PER_RAD * found.axis_worst:.6f} deg ({at(found.axis_row)})."
+    )
+    return textwrap.fill(text, width=100, break_on_hyphens=False) + "\n"

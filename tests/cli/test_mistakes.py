@@ -1,0 +1,66 @@
+"""The mistakes that are most likely in the first five minutes: each is told so that one knows what to do."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+GOOD = "G21 G90\nT1 M6\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 X9 F900\nG0 Z80\nM2\n"
+PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        # 1: a wrong name
+        (("pp.nc", *PLACE), "pp.nc: No such file or directory"),
+        # 2: no tool length for a program that asks for one
+        (("p.nc",), "give --tool-table FILE or --tool-length MM"),
+        # 3: the offset in another spelling
+        (("p.nc", "--tool-length", 60, "--wcs", "0,0,20"), "expected G54=X,Y,Z or G54=X,Y,Z,C"),
+        (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
+        # 4: a machine that is not there
+        (("p.nc", *PLACE, "--machine", "vern"), "machines by name: linear_delta, serial, verne"),
+        # 5: a misspelt option, a misspelt command
+        (("p.nc", "--tool-lenght", 60), "'--tool-length'"),
+        (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
+        (("--tool-length", "60", "check", "p.nc"), "check comes first: verne-post check --tool-length 60 p.nc"),
+        # 6: output that cannot be, or would destroy something
+        (("p.nc", *PLACE, "-o", "no/axes.csv"), "the folder does not exist"),
+        (("p.nc", *PLACE, "-o", "p.nc"), "this is the file of INPUT; choose another name"),
+        # 7: a setpoint file, or a picture, for a program
+        (("axes.csv",), "is a setpoint file, not a program"),
+        (("check", "picture.png"), "is not a text file"),
+        # 8: a restart from nowhere
+        (("p.nc", *PLACE, "--from-line", 5, "-o", "a.csv"), "say where the machine stands with --from"),
+        # 9: a stop on the way
+        (("stops.nc", *PLACE), "use --split-at-stops"),
+        # 10: the part too low, too far: the limit and its excess, and where to go on
+        (("check", "low.nc", "--tool-length", 60), "below the table face"),
+        (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5` says how much is needed"),
+    ],
+)
+def test_likely_mistakes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], words: tuple[object, ...], said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("p.nc").write_text(GOOD)
+    Path("stops.nc").write_text(GOOD.replace("G0 Z80", "M0\nG0 Z80"))
+    Path("low.nc").write_text(GOOD.replace("G1 X9", "G1 Z-5"))
+    Path("far.nc").write_text(GOOD.replace("G1 X9", "G1 Z690"))
+    Path("axes.csv").write_text("t_s,rho1_mm\n")
+    Path("picture.png").write_bytes(b"\x89PNG\0\0")
+    before = sorted(path.name for path in tmp_path.iterdir())
+    answer = run(*words)
+    assert answer.code in (1, 2)
+    assert said in " ".join((answer.err + answer.out).split())
+    if words[0] != "check":
+        assert answer.out == ""
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_without_arguments_the_help_is_shown(run: Callable[..., Any]) -> None:
+    answer = run()
+    assert "Usage: verne-post" in answer.out + answer.err
+    assert "verne-post check input.nc" in answer.out + answer.err

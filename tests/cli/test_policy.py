@@ -1,0 +1,134 @@
+"""Which findings count: codes, severities, baselines; from options, the environment and files, in that order."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from verne_post.config import machine_files
+
+#: VP101 in line 3, and VP202 warnings: near the level rod.
+BEYOND = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z680 F3000\nM2\n"
+
+
+@pytest.fixture
+def job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, ...]:
+    monkeypatch.chdir(tmp_path)
+    for name in ("SELECT", "IGNORE", "FAIL_LEVEL", "BASELINE"):
+        monkeypatch.delenv(f"VERNE_POST_{name}", raising=False)
+    Path("p.nc").write_text(BEYOND)
+    return ("check", "p.nc", "--tool-length", 60, "--wcs", "G54=0,0,20")
+
+
+@pytest.fixture
+def warned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, ...]:
+    """A program with nothing but warnings: on a machine whose rods are warned of early."""
+    monkeypatch.chdir(tmp_path)
+    text = (
+        machine_files()["verne"].read_text().replace("serial_singularity_mm = 100.0", "serial_singularity_mm = 400.0")
+    )
+    Path("m.toml").write_text(text)
+    Path("w.nc").write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X20 F3000\nM2\n")
+    return ("check", "w.nc", "--tool-length", 60, "--machine", "m.toml")
+
+
+def test_ignored_codes_do_not_count_and_are_counted(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    assert run(*job).code == 1
+    answer = run(*job, "--ignore", "VP101")
+    assert answer.code == 0
+    assert "VP101" not in answer.out
+    assert (
+        "Not counted: 3 findings ignored; convert refuses them all the same." in answer.out
+        or "findings ignored" in answer.out
+    )
+    assert run(*job, "--ignore", "VP1").code == 0
+    assert run(*job, "--select", "VP2,VP3").code == 0
+    assert run(*job, "--select", "VP1").code == 1
+    # whatever check ignores, convert refuses
+    assert run("convert", *job[1:]).code == 1
+
+
+def test_severities(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    plain = run(*warned)
+    assert plain.code == 0
+    assert "VP202 warning" in plain.out
+    assert run(*warned, "--fail-level", "warning").code == 1
+    raised = run(*warned, "--severity", "VP202=error")
+    assert raised.code == 1
+    assert "VP202 error" in raised.out
+    assert run(*warned, "--severity", "VP2=note", "--fail-level", "warning").code == 0
+    # the longer beginning decides
+    assert run(*warned, "--severity", "VP2=note", "--severity", "VP202=error").code == 1
+
+
+def test_option_environment_file(
+    warned: tuple[Any, ...], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("pyproject.toml").write_text('[tool.other]\nx = 1\n[tool.verne-post.check]\nfail_level = "warning"\n')
+    assert run(*warned).code == 1
+    Path("verne-post.toml").write_text('[check]\nfail_level = "error"\n')  # the nearer of two in one folder
+    assert run(*warned).code == 0
+    monkeypatch.setenv("VERNE_POST_FAIL_LEVEL", "warning")
+    assert run(*warned).code == 1
+    assert run(*warned, "--fail-level", "error").code == 0
+    monkeypatch.setenv("VERNE_POST_IGNORE", "VP202")
+    assert run(*warned).code == 0
+    Path("verne-post.toml").write_text('[check]\nseverity = {VP202 = "error"}\n')
+    monkeypatch.delenv("VERNE_POST_IGNORE")
+    assert run(*warned).code == 1
+
+
+def test_a_baseline_lets_old_findings_be_and_new_ones_count(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    assert run(*job, "--write-baseline", "known.json").code == 1
+    assert "p.nc:3: VP101" in Path("known.json").read_text()
+    answer = run(*job, "--baseline", "known.json")
+    assert answer.code == 0
+    assert "in the baseline" in answer.out
+    # lines that come before change nothing; another mistake counts
+    Path("p.nc").write_text("(a remark)\n" + BEYOND)
+    assert run(*job, "--baseline", "known.json").code == 0
+    Path("p.nc").write_text(BEYOND.replace("M2", "X30\nM2"))
+    assert run(*job, "--baseline", "known.json").code == 1
+    Path("verne-post.toml").write_text('[check]\nbaseline = "known.json"\n')
+    Path("p.nc").write_text(BEYOND)
+    assert run(*job).code == 0
+    Path("known.json").write_text("[]")
+    answer = run(*job)
+    assert answer.code == 2
+    assert "not a baseline that check has written" in answer.err
+
+
+def test_what_cannot_be_read_cannot_be_ignored(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    Path("p.nc").write_text("G21 G90\nG1 X\nM2\n")
+    assert run(*job, "--select", "VP3").code == 2
+    for words in (("--ignore", "VP0"), ("--ignore", "VP"), ("--severity", "VP001=note")):
+        answer = run(*job, *words)
+        assert answer.code == 2
+        assert "cannot be read or judged are errors" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(("--ignore", "VP7"), "'VP7' is no code"), (("--select", "X1"), "'X1' is no code"),
+     (("--severity", "VP202"), "expected CODE=error"), (("--severity", "VP202=bad"), "expected CODE=error")],
+)  # fmt: skip
+def test_bad_policies(job: tuple[Any, ...], run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:
+    answer = run(*job, *words)
+    assert answer.code == 2
+    assert said in answer.err
+
+
+def test_an_error_shows_its_line_and_what_helps(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    out = run(*job).out
+    assert "  3 | G1 Z680 F3000" in out
+    assert "= slider travel: Move the part" in out
+    assert "`verne-post explain p.nc:3` says how much is needed" in out
+
+
+def test_one_finding_a_line(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    rows = [json.loads(line) for line in run(*job, "--output-format", "jsonl").out.splitlines()]
+    whole = json.loads(run(*job, "--output-format", "json").out)["programs"][0]["findings"]
+    assert [{key: value for key, value in row.items() if key != "program"} for row in rows] == whole
+    assert {row["program"] for row in rows} == {"p.nc"}

@@ -1,0 +1,121 @@
+"""Which findings count: codes that are selected, ignored or weighed otherwise, and findings that are known already."""
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
+from typing import Final
+from urllib.parse import quote
+
+from verne_post.model.codes import CODES, Severity
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.output.findings import Report
+
+#: Codes of these hundreds say that there is no verdict, or that we are wrong: nobody can ignore or lower them.
+UNDENIABLE: Final = ("VP0", "VP5", "VP9")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What `check` reports and fails on; codes or their beginnings, as "VP2".
+
+    Attributes
+    ----------
+    select, ignore : tuple of str
+        Only these (empty: all); not these.
+    severity : mapping
+        Code -> severity in place of its own.
+    baseline : frozenset of str
+        Fingerprints of findings that are known and do not count.
+    """
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    severity: Mapping[str, Severity] = field(default_factory=dict)
+    baseline: frozenset[str] = frozenset()
+
+
+def mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:
+    """What is wrong with codes of a policy, as sentences."""
+    found = []
+    for what, codes in (("select", select), ("ignore", ignore), ("severity", tuple(severity))):
+        for code in codes:
+            if not any(known.startswith(code) for known in CODES) or not code.startswith("VP"):
+                found.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
+            elif what != "select" and any(one.startswith(code) or code.startswith(one) for one in UNDENIABLE):
+                found.append(f"{what}: {code}: programs that cannot be read or judged are errors whatever one wishes")
+    return found
+
+
+def applied(report: Report, policy: Policy) -> Report:
+    """The findings that count, with the severity that they have here; how many were left out is a remark."""
+    counts: Counter[str] = Counter()
+    kept, ignored, known = [], 0, 0
+    for item in report.findings:
+        fingerprint = fingerprint_of(report, item, counts)
+        undeniable = item.code.startswith(UNDENIABLE)
+        selected = not policy.select or item.code.startswith(policy.select)
+        if not undeniable and (not selected or item.code.startswith(policy.ignore or ("none",))):
+            ignored += 1
+        elif not undeniable and fingerprint in policy.baseline:
+            known += 1
+        else:
+            kept.append(replace(item, severity=_severity(item, policy)))
+    said = [f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count]
+    remarks = (f"Not counted: {', '.join(said)}; convert refuses them all the same.",) if said else ()
+    return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks))
+
+
+def _severity(item: Finding, policy: Policy) -> Severity:
+    matching = [code for code in policy.severity if item.code.startswith(code)]
+    return (
+        policy.severity[max(matching, key=len)] if matching and not item.code.startswith(UNDENIABLE) else item.severity
+    )
+
+
+def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
+    """The same for the same mistake when lines before it are added or removed: made of the text of its line.
+
+    ``seen`` counts those of one report or run, so that the same mistake twice has two fingerprints.
+    """
+    lines = report.source.split(b"\n")
+    text = b"".join(lines[item.line - 1].split()) if item.line and item.line <= len(lines) else b""
+    parts = (uri(report.program), item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
+    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+    seen[key] += 1
+    return f"{key}:{seen[key]}"
+
+
+def uri(program: str) -> str:
+    """A path as a relative or file reference of a URI."""
+    path = PurePath(program)
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
+
+
+def baseline_text(reports: list[Report]) -> str:
+    """All findings of programs that can be judged as a baseline."""
+    known = {}
+    for report in reports:
+        counts: Counter[str] = Counter()
+        for item in report.findings:
+            fingerprint = fingerprint_of(report, item, counts)
+            if not item.code.startswith(UNDENIABLE):
+                known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
+    return json.dumps({"schema": 1, "known": dict(sorted(known.items()))}, indent=2) + "\n"
+
+
+def read_baseline(text: str, name: str) -> frozenset[str]:
+    """Fingerprints of a baseline.
+
+    Raises
+    ------
+    InputError
+        VP503: not such a file.
+    """
+    try:
+        data = json.loads(text)
+        return frozenset(map(str, data["known"]))
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(finding("VP503", f"{name}: not a baseline that check has written: {error!r}")) from None
