@@ -85,6 +85,20 @@ def test_a_lag_of_all_axes_leaves_the_tool_on_the_path(rows: np.ndarray, run: Ca
     assert told["path"] < 2e-3  # chords between rows at 50 mm/s
 
 
+def test_a_log_that_ends_early_or_lags_to_its_end(rows: np.ndarray, run: Callable[..., Any]) -> None:
+    """Drives with a time constant of 10 ms: some ten rows behind, so the last rows have nothing to be compared with."""
+    slow = rows[:, 1:6].copy()
+    for k in range(1, len(slow)):
+        slow[k] = slow[k - 1] + (slow[k] - slow[k - 1]) * (1 - np.exp(-0.1))
+    np.savetxt("log", slow[:-100], fmt="%.9f")
+    code, said = verified(run)
+    assert code == 0
+    delay = re.search(r"(\d+) rows \(0\.\d+ s\) behind", said)
+    assert delay
+    assert 8 <= int(delay[1]) <= 12
+    assert numbers(said)["path"] < numbers(said)["tip"]
+
+
 def test_columns_of_other_names(rows: np.ndarray, run: Callable[..., Any]) -> None:
     np.savetxt("log", rows[:, [5, 1, 2, 3, 4]], fmt="%.9f", delimiter=";", header="C;x1;x2;x3;A", comments="")
     code, said = verified(run, "--columns", "rho1=x1,rho2=x2,rho3=x3,a=A,c=C")

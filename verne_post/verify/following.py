@@ -77,7 +77,7 @@ def following(commanded: Array, measured: Array, tool_length: Array, forward: Fo
     delay : int
     """
     n = min(len(commanded), len(measured) - delay)
-    wanted, was = commanded[:n], measured[delay : delay + n]
+    wanted, was, tool_length = commanded[:n], measured[delay : delay + n], tool_length[:n]
     off = was - wanted
     tips = np.concatenate([forward(wanted[k : k + CHUNK], tool_length[k : k + CHUNK])[0] for k in range(0, n, CHUNK)])
     tip_worst, tip_row, axis_worst, axis_row, path_worst, path_row = 0.0, 0, 0.0, 0, 0.0, 0
