@@ -2,22 +2,28 @@
 
 import io
 import os
+import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
 import verne_post
+from verne_post.cli.options import build_options
+from verne_post.pipeline import Program, read_program
 
 # the same examples in every run: a suite that judges a change must not depend on chance
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
 
 ROOT = Path(__file__).resolve().parents[1]
+SAMPLES = ROOT / "gcode_samples"
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,42 @@ class Answer:
 def machine() -> verne_post.Machine:
     """The default machine."""
     return verne_post.load_machine()
+
+
+@pytest.fixture(scope="session")
+def sample_words() -> Callable[[str], list[str]]:
+    """``sample_words("inch.nc")``: the options that the header of a sample names, as words of the command line."""
+
+    def words(name: str) -> list[str]:
+        found = re.search(r"\(options: ([^)]*)\)", (SAMPLES / name).read_text(encoding="utf-8"))
+        assert found, f"{name} does not say with which options it runs"
+        return [
+            str(SAMPLES.parent / word) if word.startswith("gcode_samples/") else word for word in shlex.split(found[1])
+        ]
+
+    return words
+
+
+@pytest.fixture(scope="session")
+def laid_out(machine: verne_post.Machine, sample_words: Callable[[str], list[str]]) -> Callable[..., Program]:
+    """``laid_out("inch.nc", smoothing="off")``: the path and contour of a sample with the options of its header, and more."""
+
+    def program(name: str, **more: Any) -> Program:
+        words = sample_words(name)
+        given: dict[str, Any] = {"wcs": []}
+        for option, value in zip(words[::2], words[1::2], strict=True):
+            match option:
+                case "--wcs":
+                    given["wcs"].append(value)
+                case "--tool-length":
+                    given["tool_length"] = float(value)
+                case "--tool-table":
+                    given["tool_table"] = Path(value)
+                case _:
+                    raise AssertionError(f"{name}: {option} is new here")
+        return read_program((SAMPLES / name).read_bytes(), machine, build_options(name, **given, **more))
+
+    return program
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ linear delta's is Newton on its rod equations. Limits are read from the machine 
 import io
 import json
 import re
-import shlex
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,12 +43,6 @@ M2
 PLACE = ["--tool-length", "90", "--wcs", "G54=12,-8,45"]
 
 
-def sample_options(sample: Path) -> list[str]:
-    found = re.search(r"\(options: ([^)]*)\)", sample.read_text(encoding="utf-8"))
-    assert found
-    return shlex.split(found[1].replace("gcode_samples/", f"{ROOT}/gcode_samples/"))
-
-
 def position(name: str, q: np.ndarray, module: dict[str, Any]) -> np.ndarray:
     """P in the base frame (n, 3) of written actuators (n, 3)."""
     if name == "serial":
@@ -80,10 +73,12 @@ def table_tip(point: np.ndarray, a: np.ndarray, c: np.ndarray, reach: float, tab
 
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("sample", SAMPLES)
-def test_samples_convert_and_verify(name: str, sample: str, run: Callable[..., Any], tmp_path: Path) -> None:
+def test_samples_convert_and_verify(
+    name: str, sample: str, run: Callable[..., Any], sample_words: Callable[[str], list[str]], tmp_path: Path
+) -> None:
     """The written numbers keep every limit, and put the tip where the program has it at the end of every piece."""
     source, axes = ROOT / "gcode_samples" / f"{sample}.nc", tmp_path / "axes.csv"
-    options = ["--machine", name, *sample_options(source)]
+    options = ["--machine", name, *sample_words(source.name)]
     answer = run("convert", source, *options, "-o", axes)
     assert answer.code == 0, answer.err
     assert "module, spindle, table, limits, control, home, accuracy" in " ".join(answer.err.split())

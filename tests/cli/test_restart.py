@@ -2,7 +2,6 @@
 
 import random
 import re
-import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 import verne_post
-from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options, Tool
 from verne_post.pipeline import Program, read_program
@@ -27,35 +25,11 @@ SAMPLES = [
 FEWER = {"fanuc_tilted.nc": 5, "slider_bound.nc": 9}
 
 
-def arguments(name: str) -> list[str]:
-    """Options of a sample, from its header."""
-    text = (FOLDER / name).read_text(encoding="utf-8")
-    found = re.search(r"\(options: ([^)]*)\)", text)
-    assert found
-    return [word.replace("gcode_samples/", f"{FOLDER}/") for word in shlex.split(found[1])]
-
-
-def options_of(name: str, **more: Any) -> Options:
-    words = arguments(name)
-    given: dict[str, Any] = {"wcs": []}
-    for option, value in zip(words[::2], words[1::2], strict=True):
-        if option == "--wcs":
-            given["wcs"].append(value)
-        elif option == "--tool-length":
-            given["tool_length"] = float(value)
-        else:
-            path = Path(value)
-            given["tool_table"] = path if path.is_absolute() else FOLDER / path.name
-    return build_options(name, **given, **more)
-
-
-def laid_out(name: str, **more: Any) -> Program:
-    return read_program((FOLDER / name).read_bytes(), verne_post.load_machine(), options_of(name, **more))
-
-
 @pytest.mark.parametrize("name", SAMPLES)
 @pytest.mark.parametrize("smoothing", ["spline", "off"])
-def test_the_rest_of_the_path_is_that_of_the_whole_program(name: str, smoothing: str) -> None:
+def test_the_rest_of_the_path_is_that_of_the_whole_program(
+    laid_out: Callable[..., Program], name: str, smoothing: str
+) -> None:
     whole = laid_out(name, smoothing=smoothing)
     lines = sorted(set(whole.path.line.tolist()))
     compared = 0
@@ -85,9 +59,11 @@ def test_the_rest_of_the_path_is_that_of_the_whole_program(name: str, smoothing:
 
 
 @pytest.mark.parametrize("line", [12, 18, 26, 37])
-def test_rows_of_a_restart_lie_on_rows_of_the_whole_program(tmp_path: Path, run: Callable[..., Any], line: int) -> None:
+def test_rows_of_a_restart_lie_on_rows_of_the_whole_program(
+    tmp_path: Path, run: Callable[..., Any], sample_words: Callable[[str], list[str]], line: int
+) -> None:
     """Read back from the files: every row of the restart is on the polyline of the whole program's rows."""
-    sample, place = FOLDER / "pocket_3axis.nc", arguments("pocket_3axis.nc")
+    sample, place = FOLDER / "pocket_3axis.nc", sample_words("pocket_3axis.nc")
     whole, rest = tmp_path / "whole.csv", tmp_path / "rest.csv"
     assert run("convert", sample, *place, "-o", whole).code == 0
     again = (*place, "--from", "home", "--from-line", line, "--to", "home")
@@ -270,8 +246,10 @@ def test_a_stop_before_the_line_is_passed_and_one_behind_it_splits(
     assert run("convert", *place, "--from-line", 7, "-o", "c.csv").code == 0
 
 
-def test_a_restart_needs_to_know_where_the_machine_stands(run: Callable[..., Any]) -> None:
-    answer = run("convert", FOLDER / "pocket_3axis.nc", *arguments("pocket_3axis.nc"), "--from-line", 20)
+def test_a_restart_needs_to_know_where_the_machine_stands(
+    run: Callable[..., Any], sample_words: Callable[[str], list[str]]
+) -> None:
+    answer = run("convert", FOLDER / "pocket_3axis.nc", *sample_words("pocket_3axis.nc"), "--from-line", 20)
     assert answer.code == 2
     assert "--from" in answer.err
     assert answer.out == ""

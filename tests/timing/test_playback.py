@@ -1,8 +1,6 @@
 """Override and slow start: the planned path, slower; every limit kept, every run a whole number of cycles."""
 
 import math
-import re
-import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,20 +9,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 import verne_post
 from verne_post.model.findings import InputError
+from verne_post.pipeline import Program
 from verne_post.timing.playback import SLOWEST, Playback, playback
 
 MACHINE = verne_post.load_machine()
 FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
-NAMES = ["blade_5axis.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc"]
-
-
-def arguments(name: str) -> list[str]:
-    found = re.search(r"\(options: ([^)]*)\)", (FOLDER / name).read_text(encoding="utf-8"))
-    assert found
-    return [f"{FOLDER}/{word.split('/')[-1]}" if word.endswith(".tbl") else word for word in shlex.split(found[1])]
+NAMES = [
+    "blade_5axis.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc", "wing.cls",
+]  # fmt: skip
 
 
 @given(st.floats(0.05, 1.0), st.sampled_from([0.0, 4.5, 20.0, 300.0]))
@@ -77,8 +73,14 @@ def test_the_ramp_leaves_room_for_what_it_adds() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_sample_at_three_tenths_of_its_speed(tmp_path: Path, run: Callable[..., Any], name: str) -> None:
-    program, place = FOLDER / name, arguments(name)
+def test_every_sample_at_three_tenths_of_its_speed(
+    tmp_path: Path,
+    run: Callable[..., Any],
+    sample_words: Callable[[str], list[str]],
+    laid_out: Callable[..., Program],
+    name: str,
+) -> None:
+    program, place = FOLDER / name, sample_words(name)
     tips, times = [], []
     for override in (1.0, 0.3):
         out = tmp_path / f"{override}.csv"
@@ -95,10 +97,50 @@ def test_every_sample_at_three_tenths_of_its_speed(tmp_path: Path, run: Callable
         times.append(len(q) - 1)
         tips.append(q)
     # of the whole program: mended rows at full speed, and rest at the ends of runs, make the only difference
-    assert times[1] * 0.3 == pytest.approx(times[0], rel=0.006)
+    still = round(laid_out(name).path.dwell_seconds.sum() / dt)
+    assert (times[1] - still) * 0.3 == pytest.approx(times[0] - still, rel=0.006)
     assert np.abs(tips[1][[0, -1]] - tips[0][[0, -1]]).max() < 1e-9
     verdict = run("verify", tmp_path / "0.3.csv", "--against", program, *place)
     assert verdict.code == 0, verdict.err
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_slower_rows_lie_on_the_joints_of_the_plain_path(
+    tmp_path: Path,
+    run: Callable[..., Any],
+    sample_words: Callable[[str], list[str]],
+    laid_out: Callable[..., Program],
+    name: str,
+) -> None:
+    """Every row of the file at three tenths is on the joint path of the program without an override, to 1e-9 mm and degrees."""
+    out = tmp_path / "slow.csv"
+    assert run("convert", FOLDER / name, *sample_words(name), "--override", 0.3, "-o", out, "--decimals", 12).code == 0
+    plain = laid_out(name)
+    joints, n = plain.joints(), len(plain.contour)
+    table = np.loadtxt(out, delimiter=",", skiprows=1)
+    q, line = table[:, 1:6] / [column.factor for column in MACHINE.columns], table[:, -1]
+    every, share = np.arange(n), np.linspace(0.0, 1.0, 41)
+    travel = (
+        np.abs(np.diff(joints.q(np.repeat(every, 41), np.tile(share, n)).reshape(n, 41, -1), axis=1))
+        .sum(axis=1)
+        .max(axis=1)
+    )
+    samples = np.ceil(travel / 0.05).astype(int) + 3
+    of = np.repeat(every, samples)
+    at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
+    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line[of]])  # by line: passes may run along each other
+    found = cKDTree(on).query(np.column_stack([q, 1e3 * line]), k=40)[1]
+    gap = np.full(len(q), np.inf)
+    for near in found.T:
+        rest = np.flatnonzero(gap >= 1e-9)
+        segment, w = of[near[rest]], at[near[rest]]
+        for _ in range(8):  # Gauss-Newton for the nearest place of the segment
+            here, step = joints.q(segment, w), np.where(w < 0.5, 1e-6, -1e-6)
+            slope = (joints.q(segment, w + step) - here) / step[:, None]
+            off = ((q[rest] - here) * slope).sum(1)
+            w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
+        gap[rest] = np.minimum(gap[rest], np.abs(q[rest] - joints.q(segment, w)).max(axis=1))
+    assert gap.max() < 1e-9
 
 
 @pytest.mark.parametrize(

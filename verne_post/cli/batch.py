@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.common import check_writable, load, read_bytes, refuse, write_whole
-from verne_post.cli.conversion import FORMAT_NAMES, Files
+from verne_post.cli.conversion import Files
 from verne_post.cli.options import (
     build_options,
     decimals_of,
+    format_options,
     keep_out_options,
     playback_options,
     program_options,
@@ -56,16 +57,7 @@ PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
 @click.option(
     "--sarif", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as SARIF."
 )
-@click.option(
-    "--format",
-    "file_format",
-    type=click.Choice(FORMAT_NAMES),
-    default="csv",
-    show_default=True,
-    help="Format of the setpoint files.",
-)
-@click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column.")
-@click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
+@format_options
 @playback_options
 @units_option
 @way_options

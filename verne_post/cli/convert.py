@@ -6,10 +6,11 @@ from typing import Any
 import click
 
 from verne_post.cli.common import load, print_findings, program_text, progress_bar, refuse, shown_name
-from verne_post.cli.conversion import FORMAT_NAMES, Files, converted
+from verne_post.cli.conversion import Files, converted
 from verne_post.cli.options import (
     build_options,
     decimals_of,
+    format_options,
     keep_out_options,
     playback_options,
     program_options,
@@ -27,16 +28,7 @@ from verne_post.cli.options import (
     metavar="OUT",
     help="File to write, in place of standard output.",
 )
-@click.option(
-    "--format",
-    "file_format",
-    type=click.Choice(FORMAT_NAMES),
-    default="csv",
-    show_default=True,
-    help="Format of the setpoint file.",
-)
-@click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column.")
-@click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
+@format_options
 @click.option(
     "--meta",
     type=click.Path(dir_okay=False, path_type=Path),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.common import read_bytes
+from verne_post.cli.conversion import FORMAT_NAMES
 
 if TYPE_CHECKING:
     from verne_post.config.settings import SettingsFile
@@ -22,6 +23,13 @@ MAX_PLACE = 1e5
 MAX_AIR = 1000.0
 #: Blocks that loops and calls may repeat, unless the user says otherwise (model.options has the same, and costs numpy).
 MAX_REPEATS = 100_000
+
+
+def _with(command: Callable[..., Any], options: list[Callable[..., Any]]) -> Callable[..., Any]:
+    """A command that has the options, in their order."""
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -73,9 +81,7 @@ def program_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--split-at-stops", is_flag=True,
                      help="Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index."),
     ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return _with(command, options)
 
 
 def way_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -91,9 +97,7 @@ def way_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--air-along", type=click.Choice(["tool", "table"]), default="tool", show_default=True,
                      help="Lift it along the tool axis, or along the table's normal."),
     ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return _with(command, options)
 
 
 def keep_out_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -105,9 +109,18 @@ def keep_out_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--tool-shapes", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
                      help="Cutter, shank and holder of the tools (TOML); without it a cylinder of the tool table's diameter."),
     ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return _with(command, options)
+
+
+def format_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """How setpoints are written, for the commands that write them."""
+    options = [
+        click.option("--format", "file_format", type=click.Choice(FORMAT_NAMES), default="csv", show_default=True,
+                     help="Format of the setpoint file."),
+        click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column."),
+        click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit."),
+    ]  # fmt: skip
+    return _with(command, options)
 
 
 def playback_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -118,9 +131,7 @@ def playback_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--slow-start", type=float, callback=_seconds, default=0.0, metavar="SECONDS",
                      help="Begin at a tenth of the speed and reach it within so many seconds."),
     ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return _with(command, options)
 
 
 def _share(_ctx: click.Context, _param: click.Parameter, value: float) -> float:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
+from verne_post.output.cells import first_wrong
 
 _NUMBER = re.compile(r"[-+]?(\d|\.\d)")
 
@@ -35,21 +36,25 @@ def read_log(
     InputError
         VP020: a column that is not there, a cell that is no number, samples that were lost.
     """
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines:
         raise _wrong(f"{name}: the log is empty")
-    separator = ";" if ";" in lines[0] else "," if "," in lines[0] else None
-    header = [cell.strip() for cell in lines[0].split(separator)]
+    top = lines[0][1]
+    separator = ";" if ";" in top else "," if "," in top else None
+    header = [cell.strip() for cell in top.split(separator)]
     if all(_NUMBER.match(cell) for cell in header):
         header = []
     rows = lines[1:] if header else lines
-    wanted = _places(name, columns, headings, named, header, len(rows[0].split(separator)) if rows else 0)
+    if not rows:
+        raise _wrong(f"{name}: no rows")
+    width = len(rows[0][1].split(separator))
+    wanted = _places(name, columns, headings, named, header, width)
     try:
-        table = np.array([[float(cell) for cell in row.split(separator)] for row in rows])
+        table = np.array([[float(cell) for cell in row.split(separator)] for _number, row in rows])
     except ValueError:
         table = np.empty((0, 0))
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
-        raise _first_wrong(name, rows, separator, bool(header))
+        raise first_wrong(name, rows, separator, width) or _wrong(f"{name}: cannot be read")
     if not header and table.shape[1] == len(columns) + 1 and not named:
         lost = np.flatnonzero(np.diff(table[:, 0]) != 1)
         if len(lost):
@@ -91,22 +96,6 @@ def _places(
     if width not in (len(joints), len(joints) + 1):
         raise _wrong(f"{name}: {width} columns without a header; expected {len(joints)}, or say which with --columns")
     return list(range(width - len(joints), width))
-
-
-def _first_wrong(name: str, rows: list[str], separator: str | None, header: bool) -> InputError:
-    width = len(rows[0].split(separator)) if rows else 0
-    for number, row in enumerate(rows, start=2 if header else 1):
-        cells = row.split(separator)
-        for cell in cells:
-            try:
-                good = bool(np.isfinite(float(cell)))
-            except ValueError:
-                good = False
-            if not good:
-                return _wrong(f"{name}:{number}: {cell.strip()!r} is not a number")
-        if len(cells) != width:
-            return _wrong(f"{name}:{number}: {len(cells)} cells, expected {width}")
-    return _wrong(f"{name}: no rows")
 
 
 def _wrong(text: str) -> InputError:

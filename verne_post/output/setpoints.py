@@ -10,6 +10,7 @@ from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.output.cells import first_wrong
 from verne_post.output.rounding import MAX_DECIMALS, heading, places_of, time_decimals
 
 _READ_ROWS: Final = 8192
@@ -88,19 +89,9 @@ def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.
             return table
     except ValueError:
         pass
-    for row, text in enumerate(lines):  # name the first bad row
-        cells = text.strip().split(",")
-        where = f"{name}:{first + row + 2}"
-        if len(cells) != width:
-            raise InputError(finding("VP020", f"{where}: {len(cells)} cells, expected {width}"))
-        for cell in cells:
-            try:
-                good = bool(np.isfinite(float(cell)))
-            except ValueError:
-                good = False
-            if not good:
-                raise InputError(finding("VP020", f"{where}: {cell!r} is not a finite number"))
-    raise InputError(finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"))
+    numbered = enumerate(lines, start=first + 2)
+    wrong = first_wrong(name, numbered, ",", width)
+    raise wrong or InputError(finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"))
 
 
 def _format_of(lines: list[str], cycle: float, drives: tuple[Drive, ...]) -> SetpointFormat:

@@ -1,0 +1,40 @@
+"""Text tables that numpy could not read: which cell is wrong."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from verne_post.model.findings import InputError, finding
+
+
+def first_wrong(name: str, rows: Iterable[tuple[int, str]], separator: str | None, width: int) -> InputError | None:
+    """The error that names the first bad row.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    rows : iterable of (int, str)
+        1-based number in the file, and text.
+    separator : str or None
+        Between cells; None for blanks.
+    width : int
+        Cells that every row should have.
+
+    Returns
+    -------
+    InputError or None
+        VP020; None when every cell is a finite number.
+    """
+    for number, text in rows:
+        cells = text.strip().split(separator)
+        if len(cells) != width:
+            return InputError(finding("VP020", f"{name}:{number}: {len(cells)} cells, expected {width}"))
+        for cell in cells:
+            try:
+                good = bool(np.isfinite(float(cell)))
+            except ValueError:
+                good = False
+            if not good:
+                return InputError(finding("VP020", f"{name}:{number}: {cell.strip()!r} is not a finite number"))
+    return None
