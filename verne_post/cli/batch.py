@@ -210,7 +210,8 @@ def table(outcomes: "Sequence[Outcome]") -> str:
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         rows = "-" if one.rows is None else str(one.rows)
         first = next((item for item in one.findings if item.severity == "error"), None)
-        said = "" if first is None else f"{first.code} line {first.line}: {first.message}"
+        where = "" if first is None or first.line is None else f" line {first.line}"
+        said = "" if first is None else f"{first.code}{where}: {first.message}"
         lines.append(f"{one.program:<{width}}  {word:<10} {time:>10} {rows:>10}  {said}".rstrip())
     lines.append(
         f"{len(outcomes)} programs: " + ", ".join(f"{counts[word]} {word}" for word in _ORDER if word in counts)

@@ -1,5 +1,6 @@
 """Files of subroutines that a program calls, from its own folder and below: read before the program is."""
 
+import os
 import re
 from pathlib import Path
 from typing import Final
@@ -8,6 +9,7 @@ import click
 
 #: Endings under which a file is looked for.
 ENDINGS: Final = (".ngc", ".nc")
+_CALLS: Final = re.compile(rb"CALL|M98", re.IGNORECASE)
 _NAMED: Final = re.compile(rb"O\s*<([^<>\n]+)>\s*CALL", re.IGNORECASE)
 _NUMBERED: Final = re.compile(
     rb"(?:O\s*([0-9]+)\s*CALL)|(?:M98[^\n]*?P\s*([0-9]+))|(?:P\s*([0-9]+)[^\n]*?M98)", re.IGNORECASE
@@ -32,8 +34,12 @@ def gather(source: bytes, folder: Path, paths: tuple[str, ...]) -> dict[str, byt
     click.UsageError
         For a path that leaves the folder, or does not exist.
     """
-    known = _files(folder, paths)
+    root = folder.resolve()
+    places = _places(folder, root, paths)
     found: dict[str, bytes] = {}
+    if not _CALLS.search(source):
+        return found
+    known = _files(root, places)
     waiting = [source]
     while waiting:
         text = waiting.pop()
@@ -46,7 +52,7 @@ def gather(source: bytes, folder: Path, paths: tuple[str, ...]) -> dict[str, byt
 
 def _called(text: bytes, known: dict[str, Path]) -> list[str]:
     """Names without ending of the files that a text may call."""
-    if not re.search(rb"CALL|M98", text, re.IGNORECASE):
+    if not _CALLS.search(text):
         return []
     if _COMPUTED.search(text):
         return list(known)
@@ -61,19 +67,31 @@ def _called(text: bytes, known: dict[str, Path]) -> list[str]:
     return names
 
 
-def _files(folder: Path, paths: tuple[str, ...]) -> dict[str, Path]:
-    """Files by name without ending, in lower case; the first folder that has one counts."""
-    root = folder.resolve()
-    found: dict[str, Path] = {}
+def _places(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:
+    """The folders to look in, in their order."""
+    places = []
     for path in (".", *paths):
         place = (root / path).resolve()
         if not place.is_relative_to(root):
             raise click.UsageError(f"--subroutine-path {path}: lies outside the folder of the program, {folder}")
         if not place.is_dir():
             raise click.UsageError(f"--subroutine-path {path}: there is no such folder in {folder}")
+        places.append(place)
+    return places
+
+
+def _files(root: Path, places: list[Path]) -> dict[str, Path]:
+    """Files by name without ending, in lower case; the first folder that has one counts."""
+    found: dict[str, Path] = {}
+    for place in places:
+        with os.scandir(place) as entries:
+            # only a link can lead out of a folder that lies inside
+            files = sorted(
+                Path(entry.path) for entry in entries if entry.is_file()
+                and (not entry.is_symlink() or Path(entry.path).resolve().is_relative_to(root))
+            )  # fmt: skip
         for ending in ENDINGS:
-            for file in sorted(place.glob("*")):
-                inside = file.is_file() and file.resolve().is_relative_to(root)
-                if inside and file.suffix.lower() == ending:
+            for file in files:
+                if file.suffix.lower() == ending:
                     found.setdefault(file.stem.lower(), file)
     return found
