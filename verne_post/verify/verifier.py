@@ -432,20 +432,22 @@ class Verifier:
         swung = self._swung(measured.angles)
         chord = self._chord_time(piece, moved, swung)
         between: list[tuple[int, int, float]] = []
+        touched: list[tuple[int, int]] = []
         for at in np.flatnonzero(~same).tolist():
             budget[at], way[at], slack[at] = self._change(
                 block, at, item, float(before_u[at]), float(u[at]), float(slack[at])
             )
             passed = self._pieces_between(int(before_item[at]), int(item[at]))
             if self.rounded[passed].any():
-                # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
-                chord[at] = min(
-                    float(self._chord_time(np.array([one]), moved[at : at + 1], swung[at : at + 1])[0])
-                    for one in passed
-                )
+                touched += [(at, one) for one in passed]
                 way[at] = 0.0
                 if not self.stop_before[item[at]]:
                     between += self._between(at, passed, float(before_u[at]), float(u[at]))
+        if touched:
+            # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
+            row, one = np.array(touched).T
+            chord[row] = np.inf
+            np.minimum.at(chord, row, self._chord_time(one, moved[row], swung[row]))
         self._judge_between(block, between, before, moved)
         self.moved = moved[-1]
         budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
