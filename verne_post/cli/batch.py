@@ -12,16 +12,7 @@ import click
 
 from verne_post.cli.common import check_writable, load, read_bytes, refuse, write_whole
 from verne_post.cli.conversion import Files
-from verne_post.cli.options import (
-    build_options,
-    decimals_of,
-    format_options,
-    keep_out_options,
-    playback_options,
-    program_options,
-    units_option,
-    way_options,
-)
+from verne_post.cli.options import build_options, conversion_options
 
 if TYPE_CHECKING:
     from verne_post.cli.jobs import Job, Outcome
@@ -57,15 +48,10 @@ PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
 @click.option(
     "--sarif", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as SARIF."
 )
-@format_options
-@playback_options
-@units_option
-@way_options
-@keep_out_options
-@program_options
+@conversion_options
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
-    sarif: Path | None, file_format: str, decimals: str, **given: Any,
+    sarif: Path | None, file_format: str, **given: Any,
 ) -> int:  # fmt: skip
     """Convert many programs with the same options; the failure of one never stops the others.
 
@@ -79,7 +65,6 @@ def command(
     from verne_post.output.junit import as_junit
     from verne_post.output.sarif import as_sarif
 
-    given["decimals"] = decimals_of(decimals)
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
         check_writable(path, option)
     if scheduler != "local" and jobs is not None:
@@ -94,17 +79,22 @@ def command(
     every = _jobs(inputs, output, machine, options, file_format, paths)[share]
     Files(None, file_format).check(split=False)
     output.mkdir(parents=True, exist_ok=True)
-    workers = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs or os.cpu_count() or 1
-    running = run_here(every, workers) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
+    running = run_here(every, jobs or _cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
     outcomes = sorted(_watched(running, len(every)), key=lambda outcome: outcome.program)
     click.echo(table(outcomes), nl=False)
-    reports = [Report(one.program, one.findings, one.cycle_time_s, _text(one.program)) for one in outcomes]
-    if junit is not None:
-        write_whole(junit, [as_junit(reports)])
-    if sarif is not None:
-        write_whole(sarif, [as_sarif(reports)])
+    if junit is not None or sarif is not None:  # only they read every program once more
+        reports = [Report(one.program, one.findings, one.cycle_time_s, _text(one.program)) for one in outcomes]
+        if junit is not None:
+            write_whole(junit, [as_junit(reports)])
+        if sarif is not None:
+            write_whole(sarif, [as_sarif(reports)])
     write_whole(output / "batch.json", [_listed(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _share(text: str | None) -> slice:
@@ -193,8 +183,6 @@ def _text(program: str) -> bytes:
 
 
 _WORDS = {0: "converted", 1: "refused", 2: "unusable", 3: "no verdict", 70: "our fault"}
-
-
 #: The order in which results are counted.
 _ORDER = (_WORDS[0], "as before", *list(_WORDS.values())[1:])
 

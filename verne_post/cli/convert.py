@@ -7,16 +7,7 @@ import click
 
 from verne_post.cli.common import load, print_findings, program_text, progress_bar, refuse, shown_name
 from verne_post.cli.conversion import Files, converted
-from verne_post.cli.options import (
-    build_options,
-    decimals_of,
-    format_options,
-    keep_out_options,
-    playback_options,
-    program_options,
-    units_option,
-    way_options,
-)
+from verne_post.cli.options import build_options, conversion_options
 
 
 @click.command("convert")
@@ -28,7 +19,6 @@ from verne_post.cli.options import (
     metavar="OUT",
     help="File to write, in place of standard output.",
 )
-@format_options
 @click.option(
     "--meta",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -47,13 +37,9 @@ from verne_post.cli.options import (
     metavar="FILE",
     help="Write the parameter file that the program leaves behind.",
 )
-@playback_options
-@units_option
-@way_options
-@keep_out_options
-@program_options
+@conversion_options
 def command(
-    input_name: str, output: Path | None, file_format: str, decimals: str, meta: Path | None,
+    input_name: str, output: Path | None, file_format: str, meta: Path | None,
     events: Path | None, write_parameters: Path | None, **given: Any,
 ) -> int:  # fmt: skip
     """Convert G-code to verified setpoints.
@@ -63,7 +49,6 @@ def command(
     from verne_post.model.findings import InputError
     from verne_post.pipeline import drives_of
 
-    given["decimals"] = decimals_of(decimals)
     inputs = {
         f"--{key.removesuffix('_file').replace('_', '-')}": path
         for key, path in given.items()

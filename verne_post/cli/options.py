@@ -117,7 +117,7 @@ def format_options(command: Callable[..., Any]) -> Callable[..., Any]:
     options = [
         click.option("--format", "file_format", type=click.Choice(FORMAT_NAMES), default="csv", show_default=True,
                      help="Format of the setpoint file."),
-        click.option("--decimals", default="auto", metavar="auto|N", help="Decimals of every column."),
+        click.option("--decimals", callback=_decimals, default="auto", metavar="auto|N", help="Decimals of every column."),
         click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit."),
     ]  # fmt: skip
     return _with(command, options)
@@ -132,6 +132,13 @@ def playback_options(command: Callable[..., Any]) -> Callable[..., Any]:
                      help="Begin at a tenth of the speed and reach it within so many seconds."),
     ]  # fmt: skip
     return _with(command, options)
+
+
+def _decimals(_ctx: click.Context, _param: click.Parameter, text: str) -> int | None:
+    """Decimals, None for auto."""
+    if text != "auto" and not (text.isdecimal() and int(text) <= 12):
+        raise click.UsageError(f"--decimals {text}: expected auto, or a whole number from 0 to 12")
+    return None if text == "auto" else int(text)
 
 
 def _share(_ctx: click.Context, _param: click.Parameter, value: float) -> float:
@@ -149,19 +156,19 @@ def _seconds(_ctx: click.Context, _param: click.Parameter, value: float) -> floa
     return value
 
 
+def conversion_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Everything that decides what rows are written, for the commands that convert."""
+    return _with(
+        command, [format_options, playback_options, units_option, way_options, keep_out_options, program_options]
+    )
+
+
 def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """``--units``, for the commands that write or read setpoints."""
     return click.option(
         "--units", type=click.Choice(["joint", "drive"]), default="joint", show_default=True,
         help="Numbers of the rows: mm and degrees, or what the drives count ([drives] of the machine file).",
     )(command)  # fmt: skip
-
-
-def decimals_of(text: str) -> int | None:
-    """The value of ``--decimals``."""
-    if text != "auto" and not (text.isdecimal() and int(text) <= 12):
-        raise click.UsageError(f"--decimals {text}: expected auto, or a whole number from 0 to 12")
-    return None if text == "auto" else int(text)
 
 
 def build_options(name: str, **given: Any) -> "Options":
