@@ -6,7 +6,7 @@ from verne_post.base.tolerances import START_POSE_MM
 from verne_post.gcode.dialects import Dialect, chosen
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.run import Pass, Stops, all_known
-from verne_post.gcode.state import Setup, State
+from verne_post.gcode.state import Recorder, Setup, State
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
 
@@ -72,12 +72,16 @@ def state_after(source: bytes, setup: Setup, moves: Moves, line: int) -> State:
     line : int
         1-based; where it is executed several times, the first time counts.
     """
+    return replayed(source, setup, moves, Stops(line=line))[0]
+
+
+def replayed(source: bytes, setup: Setup, moves: Moves, stops: Stops) -> tuple[State, Recorder]:
+    """Run a program that has been read once more from where it starts, up to ``stops``: the state there, and what was recorded."""
     dialect = chosen(setup.dialect, source)
     state = dialect.start(setup)
     state.known = [True] * 9
     state.position = [float(value) for value in moves.start]
-    dialect.run(source, setup, state, Stops(line=line))
-    return state
+    return state, dialect.run(source, setup, state, stops).recorder
 
 
 # --- where the program starts -----------------------------------------------------------------

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from verne_post.gcode.dialects import chosen
+from verne_post.gcode.read import replayed
 from verne_post.gcode.run import Stops, Trace
-from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.gcode.state import Setup, State
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Event, Moves
 
@@ -39,17 +39,8 @@ def restart_at(source: bytes, setup: Setup, moves: Moves, line: int) -> Restart:
         VP029: the line is not executed exactly once by the program itself, or cutter compensation or a canned cycle
         holds there; names the nearest line that will do.
     """
-    dialect = chosen(setup.dialect, source)
-
-    def replayed(stops: Stops) -> tuple[State, Recorder]:
-        state = dialect.start(setup)
-        state.known = [True] * 9
-        state.position = [float(value) for value in moves.start]
-        done = dialect.run(source, setup, state, stops)
-        return state, done.recorder
-
     trace = Trace()
-    replayed(Stops(trace=trace))
+    replayed(source, setup, moves, Stops(trace=trace))
     spans = np.array(trace.spans, dtype=np.int64).reshape(-1, 3)
     why = _refused(spans, line)
     if why is not None:
@@ -58,7 +49,7 @@ def restart_at(source: bytes, setup: Setup, moves: Moves, line: int) -> Restart:
         raise InputError(
             finding("VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line)
         )
-    state, recorder = replayed(Stops(before=line))
+    state, recorder = replayed(source, setup, moves, Stops(before=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
     switched = [*_as_it_was(state, line), *_outputs(recorder.events)]
     return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _replaced(one, ahead)))
