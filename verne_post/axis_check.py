@@ -33,6 +33,8 @@ SPEED: Final = 0.02
 STANDING_S: Final = 1.0
 #: Components of a motion below this are not worth telling, mm.
 SEEN_MM: Final = 5e-5
+#: And turns below this, degrees: both round to nothing in the four decimals that are told.
+SEEN_DEG: Final = 5e-5
 #: Points of the table that one can look at: this far from the rotary centre, mm.
 MARK_MM: Final = 100.0
 
@@ -192,7 +194,7 @@ def _of_platform(machine: Machine, here: Array, step: Array) -> str:
     nose = (position + machine.five_axis.nose_offset * down) * [1.0, -1.0, -1.0]
     said = f"the spindle nose moves {_way(nose[1] - nose[0])}."
     turned = DEG_PER_RAD * float(alpha[1] - alpha[0])
-    return said + (f" The platform leans by {turned:+.4f} deg about x." if abs(turned) > 5e-5 else "")
+    return said + (f" The platform leans by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
 
 
 def _of_table(machine: Machine, here: Array, step: Array) -> str:

@@ -72,6 +72,34 @@ def test_the_ramp_leaves_room_for_what_it_adds() -> None:
         assert (r**3 * j + 3 * r * r1 * a + np.abs(r2) * v)[some].max() <= j * (1 + 1e-3)
 
 
+def off_the_path(plain: Program, table: np.ndarray) -> float:
+    """How far the joint values of a file's rows, mm and rad, are at most from the joint path of a program."""
+    joints, n = plain.joints(), len(plain.contour)
+    q, line = table[:, 1:6] / [column.factor for column in MACHINE.columns], table[:, -1]
+    every, share = np.arange(n), np.linspace(0.0, 1.0, 41)
+    travel = (
+        np.abs(np.diff(joints.q(np.repeat(every, 41), np.tile(share, n)).reshape(n, 41, -1), axis=1))
+        .sum(axis=1)
+        .max(axis=1)
+    )
+    samples = np.ceil(travel / 0.05).astype(int) + 3
+    of = np.repeat(every, samples)
+    at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
+    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line[of]])  # by line: passes may run along each other
+    found = cKDTree(on).query(np.column_stack([q, 1e3 * line]), k=40)[1]
+    gap = np.full(len(q), np.inf)
+    for near in found.T:
+        rest = np.flatnonzero(gap >= 1e-9)
+        segment, w = of[near[rest]], at[near[rest]]
+        for _ in range(8):  # Gauss-Newton for the nearest place of the segment
+            here, step = joints.q(segment, w), np.where(w < 0.5, 1e-6, -1e-6)
+            slope = (joints.q(segment, w + step) - here) / step[:, None]
+            off = ((q[rest] - here) * slope).sum(1)
+            w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
+        gap[rest] = np.minimum(gap[rest], np.abs(q[rest] - joints.q(segment, w)).max(axis=1))
+    return float(gap.max())
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_sample_at_three_tenths_of_its_speed(
     tmp_path: Path,
@@ -97,50 +125,13 @@ def test_every_sample_at_three_tenths_of_its_speed(
         times.append(len(q) - 1)
         tips.append(q)
     # of the whole program: mended rows at full speed, and rest at the ends of runs, make the only difference
-    still = round(laid_out(name).path.dwell_seconds.sum() / dt)
+    plain = laid_out(name)
+    still = round(plain.path.dwell_seconds.sum() / dt)
     assert (times[1] - still) * 0.3 == pytest.approx(times[0] - still, rel=0.006)
     assert np.abs(tips[1][[0, -1]] - tips[0][[0, -1]]).max() < 1e-9
     verdict = run("verify", tmp_path / "0.3.csv", "--against", program, *place)
     assert verdict.code == 0, verdict.err
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_slower_rows_lie_on_the_joints_of_the_plain_path(
-    tmp_path: Path,
-    run: Callable[..., Any],
-    sample_words: Callable[[str], list[str]],
-    laid_out: Callable[..., Program],
-    name: str,
-) -> None:
-    """Every row of the file at three tenths is on the joint path of the program without an override, to 1e-9 mm and degrees."""
-    out = tmp_path / "slow.csv"
-    assert run("convert", FOLDER / name, *sample_words(name), "--override", 0.3, "-o", out, "--decimals", 12).code == 0
-    plain = laid_out(name)
-    joints, n = plain.joints(), len(plain.contour)
-    table = np.loadtxt(out, delimiter=",", skiprows=1)
-    q, line = table[:, 1:6] / [column.factor for column in MACHINE.columns], table[:, -1]
-    every, share = np.arange(n), np.linspace(0.0, 1.0, 41)
-    travel = (
-        np.abs(np.diff(joints.q(np.repeat(every, 41), np.tile(share, n)).reshape(n, 41, -1), axis=1))
-        .sum(axis=1)
-        .max(axis=1)
-    )
-    samples = np.ceil(travel / 0.05).astype(int) + 3
-    of = np.repeat(every, samples)
-    at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
-    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line[of]])  # by line: passes may run along each other
-    found = cKDTree(on).query(np.column_stack([q, 1e3 * line]), k=40)[1]
-    gap = np.full(len(q), np.inf)
-    for near in found.T:
-        rest = np.flatnonzero(gap >= 1e-9)
-        segment, w = of[near[rest]], at[near[rest]]
-        for _ in range(8):  # Gauss-Newton for the nearest place of the segment
-            here, step = joints.q(segment, w), np.where(w < 0.5, 1e-6, -1e-6)
-            slope = (joints.q(segment, w + step) - here) / step[:, None]
-            off = ((q[rest] - here) * slope).sum(1)
-            w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
-        gap[rest] = np.minimum(gap[rest], np.abs(q[rest] - joints.q(segment, w)).max(axis=1))
-    assert gap.max() < 1e-9
+    assert off_the_path(plain, rows) < 1e-9  # of the slower file, which was read last
 
 
 @pytest.mark.parametrize(

@@ -66,8 +66,7 @@ CRAWL: Final = 0.01
 RESERVE: Final = 1.0
 #: A law that moves less than this share of its length has not begun to move.
 AT_REST: Final = 1e-13
-
-
+#: At the speed that was planned.
 AS_PLANNED: Final = Playback()
 #: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from
 #: rest, and at most so many.
