@@ -11,6 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from verne_post.cli import arithmetic
+
+os.environ.update(arithmetic.settings())  # before numpy is imported: rows of this process are those of a command's own
+
 import pytest
 from hypothesis import settings
 

@@ -287,6 +287,29 @@ def test_same_input_gives_the_same_bytes(good: Path, run: Callable[..., Any], tm
     assert answers[0][0].decode() == run(good, *PLACE).out
 
 
+def test_the_bytes_do_not_depend_on_the_kernels_of_the_processor(environment: dict[str, str]) -> None:
+    """numpy and its BLAS are asked for several kinds of kernels; without a choice of ours rows differ in number."""
+    command = [sys.executable, "-P", "-m", "verne_post", "gcode_samples/pocket_3axis.nc", "--tool-length", "80"]
+    command += ["--wcs", "G54=-10,15,60"]
+    files = []
+    for kernels in ("Haswell", "SkylakeX", "Nehalem"):
+        found = {
+            **environment,
+            "OPENBLAS_CORETYPE": kernels,
+            "NPY_DISABLE_CPU_FEATURES": "",
+            "OPENBLAS_NUM_THREADS": "3",
+        }
+        files.append(subprocess.run(command, cwd=ROOT, capture_output=True, env=found, check=True).stdout)
+    assert len(files[0].splitlines()) > 20_000
+    assert files[1] == files[0]
+    assert files[2] == files[0]
+
+
+def test_numpy_is_loaded_after_its_kernels_are_chosen(environment: dict[str, str]) -> None:
+    code = "import sys, verne_post.cli.main; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-P", "-c", code], env=environment, check=False).returncode == 0
+
+
 @pytest.mark.parametrize("arguments", [("good.nc",), ("beyond.nc",), ("--help",), ("check", "good.nc")], ids=" ".join)
 def test_no_control_sequences_off_a_terminal(
     arguments: tuple[str, ...], good: Path, beyond: Path, spawn: Callable[..., Any], environment: dict[str, str]

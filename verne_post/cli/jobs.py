@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -160,8 +159,6 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
         for job in jobs:
             yield run_job(job)
         return
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # one thread a process, or they would wait for each other
     alone: list[Job] = []
     with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=get_context("spawn")) as pool:
         futures: dict[Future[Outcome], Job] = {pool.submit(run_job, job): job for job in jobs}

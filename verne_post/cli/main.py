@@ -12,6 +12,7 @@ from typing import Any, Final
 import click
 
 from verne_post import __version__
+from verne_post.cli.arithmetic import same_everywhere
 
 #: Command -> module of :mod:`verne_post.cli` that defines it.
 COMMANDS: Final = {
@@ -89,6 +90,7 @@ def cli() -> None:
 
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
+    same_everywhere()
     sys.exit(main(sys.argv[1:]))
 
 

@@ -121,7 +121,9 @@ class VerneModule:
             x_leg1 = x[part] + self.leg1_x_offset
             a, good = self._newton(x_leg1, y0[part], yc[part], ys[part])
             if not good.all():
-                bad = np.flatnonzero(~good)
+                a[~good] = np.nan
+                given = np.isfinite(x_leg1) & np.isfinite(y0[part]) & np.isfinite(yc[part]) & np.isfinite(ys[part])
+                bad = np.flatnonzero(~good & given)
                 a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
             c, s = np.cos(a), np.sin(a)
             y = y0[part] + yc[part] * c + ys[part] * s
