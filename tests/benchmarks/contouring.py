@@ -28,6 +28,7 @@ from page import write_section
 
 import verne_post
 from verne_post import Options
+from verne_post.cli.arithmetic import settings
 from verne_post.model.machine import Machine
 from verne_post.model.options import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
@@ -39,9 +40,6 @@ from verne_post.timing.plan import ContourRun, Planning, plan_contour
 from verne_post.timing.run_path import grid_along
 
 Array = NDArray[np.float64]
-
-#: CPU time is to be that of one thread; libraries read this when they are loaded.
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The third-order reference is planned for programs of at most so much motion, s.
@@ -395,6 +393,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if not ONE_THREAD.items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **ONE_THREAD})
+    # as the command does; libraries read this when they are loaded
+    if not settings().items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
     main()

@@ -6,7 +6,7 @@ stays on the path whatever happens here. Rows that are still beyond a limit are 
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
 from verne_post.timing.interior_point import X_MIN, Problem, solve
-from verne_post.timing.mending import legal_rows
+from verne_post.timing.mending import FAR, at_rest, excess, legal_rows, mended
 from verne_post.timing.playback import Playback
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
 from verne_post.timing.spline_law import Law, Times, positions
@@ -72,6 +72,16 @@ AS_PLANNED: Final = Playback()
 #: rest, and at most so many.
 CREEPING: Final = 0.1
 CREEPING_ROWS: Final = 200
+#: The last pass is repeated while more than one row in so many is far beyond a limit, since mending takes time at each,
+#: and while the rows cannot be mended.
+FEW: Final = 500
+#: Jerk sets the time of a law that takes so many times as long as without jerk limits: it switches often, and between
+#: knots it cannot.
+SWITCHING: Final = 1.2
+
+
+#: Rows of every joint.
+ALL_ROWS: Final = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -109,20 +119,38 @@ class Pass:
 
 @dataclass(frozen=True)
 class Effort:
-    """How finely a law is planned."""
+    """How finely a law is planned.
+
+    Attributes
+    ----------
+    passes : tuple of Pass
+        Coarse to fine.
+    last, switching : Pass
+        The pass behind them, and the one in its place where jerk sets the time.
+    repeats : int
+        The last pass is repeated at most so often.
+    shares : tuple of float
+        Of velocity, acceleration and jerk.
+    """
 
     passes: tuple[Pass, ...]
+    last: Pass
+    switching: Pass
+    repeats: int
     shares: tuple[float, float, float]
 
 
 NORMAL: Final = Effort(
     passes=(
-        Pass(4, 4, (2, 3), 8.0, 30.0, 3e-1, 16, 500, 75, 0.03),
-        Pass(2, 2, (2, 3), 4.0, 10.0, 3e-1, 16, 1000, 150, 0.1),
-        Pass(2, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 1000, 150, 0.3),
+        Pass(8, 3, (0, 0), 8.0, 30.0, 3e-1, 25, 800, 50, 0.05),
+        Pass(2, 2, (1, 2), 4.0, 10.0, 3e-1, 16, 2000, 150, 0.1),
     ),
+    last=Pass(2, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 2000, 150, 0.3),
+    switching=Pass(1, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 4000, 300, 0.3),
+    repeats=3,
     shares=PLANNED,
 )
+_FINEST_PASS: Final = Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600, 0.3)
 #: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
 QUALITY: Final = Effort(
     passes=(
@@ -130,8 +158,10 @@ QUALITY: Final = Effort(
         Pass(2, 2, (0, 0), 4.0, 10.0, 1e-1, 25, 1500, 300, 0.1),
         Pass(2, 4, (0, 0), 2.0, 3.0, 3e-3, 40, 1500, 300, 0.1),
         Pass(2, 4, (0, 0), 2.0, 1.0, 1e-3, 40, 1500, 300, 0.1),
-        Pass(1, 2, (0, 0), 2.0, 1.0, 5e-4, 40, 3000, 600, 0.3),
     ),
+    last=_FINEST_PASS,
+    switching=_FINEST_PASS,
+    repeats=3,
     shares=(1.0, 1.0, 1.0),
 )
 
@@ -185,11 +215,26 @@ def flowing_law(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    law, times, unit, bound = timed(run, limits, cycle, effort, solver)
+    law, unit, bound = first_law(run, limits, max(UNIT_S, cycle), solver)
+    for step in effort.passes:
+        law = law_of(law, retimed(run, law, limits, cycle, unit, step, effort.shares), unit)
+    last = effort.switching if law.duration > SWITCHING * bound else effort.last
+    times = retimed(run, law, limits, cycle, unit, last, effort.shares)
 
-    def rows(slower: float) -> Array:
+    def rows(slower: float, played: Playback = played) -> Array:
         return _without_creeping(run, _rows(law, times, run.length, cycle, slower, played, begin), limits, cycle)
 
+    for left in reversed(range(effort.repeats + 1)):
+        s = rows(1.0, AS_PLANNED)
+        worst = excess(run, at_rest(s), limits, cycle)
+        if not left or FEW * np.count_nonzero(worst > FAR) <= len(worst):
+            found = mended(run, s, limits, cycle, unit, worst)
+            if found is not None and played == AS_PLANNED:
+                return FlowingLaw(found, bound)
+            if found is not None or not left:
+                break
+        law = law_of(law, times, unit)
+        times = retimed(run, law, limits, cycle, unit, replace(last, rows=ALL_ROWS), effort.shares)
     return FlowingLaw(legal_rows(run, rows, limits, cycle, unit), bound)
 
 
@@ -203,16 +248,11 @@ def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
     return bound
 
 
-def timed(run: Run, limits: Limits, cycle: float, effort: Effort, solver: Solver) -> tuple[Law, Times, float, float]:
-    """The law before its last re-timing, that re-timing, the time scale (s), and the second-order bound (s)."""
-    law, unit, bound = first_law(run, limits, max(UNIT_S, cycle), solver)
-    for index, step in enumerate(effort.passes):
-        times = retimed(run, law, limits, cycle, unit, step, effort.shares)
-        if index + 1 < len(effort.passes):
-            at = np.arange(0.0, times.total + unit, unit)
-            np.minimum(at, times.total, out=at)
-            law = Law.through_samples(positions(law, times, at), unit)
-    return law, times, unit, bound
+def law_of(law: Law, times: Times, unit: float) -> Law:
+    """A law that has been re-timed, as a law of its own."""
+    at = np.arange(0.0, times.total + unit, unit)
+    np.minimum(at, times.total, out=at)
+    return Law.through_samples(positions(law, times, at), unit)
 
 
 def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[Law, float, float]:

@@ -100,7 +100,7 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
             return found
         # braking before a place takes jerk of its own, the less the longer it lasts
         reach = max(round(2**attempt * EASE_REACH * unit / cycle), 8)
-        s = eased(s, np.cbrt(_over_rows(excess(run, _at_rest(s), limits, cycle))), reach)
+        s = eased(s, np.cbrt(_over_rows(excess(run, at_rest(s), limits, cycle))), reach)
     for slower in STRETCHES:
         found = mended(run, rows(slower), limits, cycle, unit)
         if found is not None:
@@ -108,7 +108,7 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
     slower, before = STRETCHES[-1], np.inf
     for _ in range(SLOWDOWNS):
         s = rows(slower)
-        worst = excess(run, _at_rest(s), limits, cycle)
+        worst = excess(run, at_rest(s), limits, cycle)
         top = float(worst.max())
         if top <= 1.0:
             return s
@@ -116,7 +116,7 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
             break
         before = top
         slower *= float(np.clip(np.cbrt(top), SLOWER_BY[0], SLOWER_BY[1]))
-    at = _at_rest(s)[int(np.argmax(worst))]
+    at = at_rest(s)[int(np.argmax(worst))]
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the run: the joints jump there")
 
 
@@ -186,10 +186,16 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
     return worst
 
 
-def mended(run: Run, s: Array, limits: Limits, cycle: float, unit: float) -> Array | None:
-    """Rows inside every limit, made from rows s (n,) that nearly are; None where that takes too many rounds."""
-    z = _at_rest(s)
-    worst = excess(run, z, limits, cycle)
+def mended(
+    run: Run, s: Array, limits: Limits, cycle: float, unit: float, worst: Array | None = None
+) -> Array | None:  # fmt: skip
+    """Rows inside every limit, made from rows s (n,) that nearly are; None where that takes too many rounds.
+
+    ``worst`` is the :func:`excess` of the rows, where it is known.
+    """
+    z = at_rest(s)
+    if worst is None:
+        worst = excess(run, z, limits, cycle)
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
         bad = np.flatnonzero(worst > 1.0)
@@ -249,7 +255,8 @@ def _replaced(whole: Array, low: list[int], high: list[int], parts: list[Array])
     return np.concatenate([*pieces, whole[done:]])
 
 
-def _at_rest(s: Array) -> Array:
+def at_rest(s: Array) -> Array:
+    """Rows s (n,) with those of rest at both ends that the differences count as well."""
     return np.concatenate([np.full(REST, s[0]), s, np.full(REST, s[-1])])
 
 

@@ -26,7 +26,10 @@ from verne_post.timing.run_path import Grid
 Array = NDArray[np.float64]
 
 #: Grid points per window: enough steps to forget the start, few enough Python steps.
-WINDOW: Final = 512
+WINDOW: Final = 96
+#: Where windows are still uncertain after so many rounds, which every other step would repeat, longer ones take over.
+ROUNDS: Final = 3
+LONGER: Final = 4
 #: A line of (x, K) whose slope is beyond this bounds K or x alone.
 STEEP: Final = 1e9
 #: Stands for the squared speed where nothing bounds it.
@@ -166,7 +169,7 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     low, high = np.zeros(windows + 1), np.append(start, caps[-1])
     low[0] = start
     rows = np.arange(windows)
-    while len(rows):
+    for _ in range(ROUNDS):
         certain = low[rows] == high[rows]
         every = len(rows) == windows
         some = (caps, offset, gain) if every else (caps[:, rows], offset[:, :, rows], gain[:, :, rows])
@@ -175,7 +178,9 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
         low[rows + 1], high[rows + 1] = both[-1]
         # a window is final once its start was certain; the first of the others becomes so in every round
         rows = rows[~certain]
-    return np.asarray(values.T.ravel()[:n])
+        if not len(rows):
+            return np.asarray(values.T.ravel()[:n])
+    return _scan_windows(cap, lines, LONGER * window, start)
 
 
 def _run(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
