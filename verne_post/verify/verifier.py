@@ -71,6 +71,12 @@ _BULGE: Final = 0.6
 _ARC_OVER_CHORD: Final = 1.6
 
 
+def _spread(count: Ints) -> tuple[Ints, Ints]:
+    """For counts (n,): each index so many times, and the number of each within its own."""
+    index = np.repeat(np.arange(len(count)), count)
+    return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+
+
 def _across(axis: Array) -> Array:
     """Two unit vectors (n, 2, 3) across each axis (n, 3), which need not be one."""
     normal = axis / np.linalg.norm(axis, axis=1, keepdims=True)
@@ -151,6 +157,11 @@ class Verifier:
         self.dwell_cycles = np.concatenate([np.zeros(n, np.int64), cycles])[order]
         run = np.where(self.piece >= 0, self.run[self.piece] if n else 0, -1)
         self.stop_before = np.append(True, (run[1:] != run[:-1]) | (run[1:] < 0))
+        #: Of each item, and of all before it: seconds at the programmed feed, way (mm); stops before it.
+        self.item_time = np.where(self.piece >= 0, path.feed_time[self.piece], 0.0) if n else np.zeros(len(self.piece))
+        self.item_way = np.where(self.piece >= 0, self.chord_length[self.piece], 0.0) if n else self.item_time
+        self.time_before, self.way_before = (np.append(0.0, np.cumsum(one)) for one in (self.item_time, self.item_way))
+        self.stops_before = np.append(0, np.cumsum(self.stop_before))
         self.group_first = np.flatnonzero(np.diff(self.item_line, prepend=-1))
         self.group_line = self.item_line[self.group_first]
         self.group_size = np.diff(np.append(self.group_first, len(self.piece)))
@@ -431,24 +442,18 @@ class Verifier:
         self.pose = now[-1]
         swung = self._swung(measured.angles)
         chord = self._chord_time(piece, moved, swung)
-        between: list[tuple[int, int, float]] = []
-        touched: list[tuple[int, int]] = []
-        for at in np.flatnonzero(~same).tolist():
-            budget[at], way[at], slack[at] = self._change(
-                block, at, item, float(before_u[at]), float(u[at]), float(slack[at])
-            )
-            passed = self._pieces_between(int(before_item[at]), int(item[at]))
-            if self.rounded[passed].any():
-                touched += [(at, one) for one in passed]
-                way[at] = 0.0
-                if not self.stop_before[item[at]]:
-                    between += self._between(at, passed, float(before_u[at]), float(u[at]))
-        if touched:
+        changed = np.flatnonzero(~same)
+        if len(changed):
+            old, new = before_item[changed], item[changed]
+            self._judge_changes(block, item, changed, old, new, u[changed])
+            budget[changed], way[changed], more = self._spent(old, new, before_u[changed], u[changed])
+            slack[changed] += more
+            step, one, part = self._passed(changed, old, new, before_u[changed], u[changed])
             # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
-            row, one = np.array(touched).T
-            chord[row] = np.inf
-            np.minimum.at(chord, row, self._chord_time(one, moved[row], swung[row]))
-        self._judge_between(block, between, before, moved)
+            way[step], chord[step] = 0.0, np.inf
+            np.minimum.at(chord, step, self._chord_time(one, moved[step], swung[step]))
+            goes_on = ~self.stop_before[item[step]]
+            self._judge_between(block, *self._places(step[goes_on], one[goes_on], part[goes_on]), before, moved)
         self.moved = moved[-1]
         budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
@@ -511,33 +516,47 @@ class Verifier:
         by_turn = np.linalg.norm(moved[:, 3:], axis=1) / RADIAN_MM * self.turn_pace[piece]
         return np.asarray(by_tip + by_turn + swung * self.swing_pace[piece])
 
-    def _pieces_between(self, before: int, after: int) -> list[int]:
-        """Pieces that a step from one item to a later one touches."""
-        items = range(max(before, 0), after + 1)
-        return [int(self.piece[one]) for one in items if self.piece[one] >= 0]
+    def _passed(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Ints, Ints, Array]:
+        """What steps from one item to a later one (n,) touch, where a corner of it may be rounded.
 
-    def _between(self, row: int, passed: list[int], old_u: float, new_u: float) -> list[tuple[int, int, float]]:
-        """Places (row, piece, u) that the step to a row passes; of straight pieces the ends tell everything."""
-        found = []
-        for piece in passed:
-            low = min(max(old_u, 0.0), 1.0) if piece == passed[0] else 0.0
-            high = min(max(new_u, 0.0), 1.0) if piece == passed[-1] else 1.0
-            straight = self.path.arc[piece] < 0 and self.path.circle[piece] < 0
-            if not (straight and piece == passed[-1]):
-                found += [(row, piece, low + part * (high - low)) for part in (_BETWEEN[-1:] if straight else _BETWEEN)]
-        return found
+        Returns
+        -------
+        row, piece : ndarray, shape (m,)
+            In order.
+        part : ndarray, shape (m, 2)
+            Between which u the step passes the piece, from 0 to 1.
+        """
+        begin = np.maximum(old, 0)
+        step, within = _spread(new - begin + 1)
+        piece = self.piece[begin[step] + within]
+        step, piece = step[piece >= 0], piece[piece >= 0]
+        rounded = np.zeros(len(row), dtype=bool)
+        rounded[step[self.rounded[piece]]] = True
+        step, piece = step[rounded[step]], piece[rounded[step]]
+        first, last = np.diff(step, prepend=-1) != 0, np.diff(step, append=-1) != 0
+        low = np.where(first, np.clip(old_u[step], 0.0, 1.0), 0.0)
+        high = np.where(last, np.clip(new_u[step], 0.0, 1.0), 1.0)
+        return row[step], piece, np.stack([low, high], axis=1)
+
+    def _places(self, row: Ints, piece: Ints, part: Array) -> tuple[Ints, Ints, Array]:
+        """Rows, pieces and u of places that steps pass, from what they touch; of straight pieces the ends tell everything."""
+        straight = (self.path.arc[piece] < 0) & (self.path.circle[piece] < 0)
+        last = np.diff(row, append=-1) != 0
+        touch, within = _spread(np.where(straight, ~last, len(_BETWEEN)))
+        share = np.where(straight[touch], _BETWEEN[-1], np.array(_BETWEEN)[within])
+        low, high = part[touch].T
+        return row[touch], piece[touch], low + share * (high - low)
 
     def _judge_between(
-        self, block: SetpointBlock, places: list[tuple[int, int, float]], before: Array, moved: Array
+        self, block: SetpointBlock, row: Ints, piece: Ints, u: Array, before: Array, moved: Array
     ) -> None:
-        """What the program has between two rows must lie near the straight step between them.
+        """What the program has between two rows, at u of pieces (m,), must lie near the straight step between them.
 
         A pose of the step within both bounds has a sum of squared shares of at most 2, and so has the nearest one.
         """
-        if not places:
+        if not len(row):
             return
-        row, piece = (np.array([place[k] for place in places], dtype=np.int64) for k in (0, 1))
-        tip, angles = programmed_pose(self.path, piece, np.array([place[2] for place in places]))
+        tip, angles = programmed_pose(self.path, piece, u)
         size = np.stack([np.linalg.norm(moved[:, :3], axis=1), np.linalg.norm(moved[:, 3:], axis=1)])
         last = np.stack([np.linalg.norm(self.moved[:3]), np.linalg.norm(self.moved[3:])])
         size = np.maximum(size, np.concatenate([last[:, None], size[:, :-1]], axis=1))[:, row]
@@ -580,45 +599,51 @@ class Verifier:
             text = f"row {block.first + row}: {way[row]:.4f} mm of the path of line {block.line[row]} are left out"
             self._note("VP412", text, int(block.line[row]))
 
-    def _change(
-        self, block: SetpointBlock, row: int, item: Ints, old_u: float, new_u: float, slack: float
-    ) -> tuple[float, float, float]:
-        """The step from one item to a later one: nothing is left out, and stops are stopped at."""
-        old, new = (self.item if row == 0 else int(item[row - 1])), int(item[row])
-        path = self.path
-        line = int(block.line[row])
-        stops = [i for i in range(old + 1, new + 1) if self.stop_before[i]]
-        if stops and stops != [new]:
-            skipped = self.item_line[old + 1 : new]
-            lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
-            self._note("VP412", f"row {block.first + row}: the motion of line {lines} is left out", line)
-            return 0.0, 0.0, 0.0
-        if old >= 0 and self.piece[old] < 0 and self._rows_before(item, row) < self.dwell_cycles[old]:
-            self._note("VP412", f"row {block.first + row}: the dwell of line {self.item_line[old]} is too short", line)
-        if stops:
-            piece = int(self.piece[new])
-            # a restart may begin beside the corner that the whole program would round
-            aside = self.corner_u[piece] * self.told_by[piece] if piece == self.entry else 0.0
-            if piece >= 0 and abs(new_u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise + aside:
+    def _judge_changes(self, block: SetpointBlock, item: Ints, row: Ints, old: Ints, new: Ints, u: Array) -> None:
+        """Steps from one item to a later one (n,): nothing is left out, and stops are stopped at."""
+        stops_there = self.stop_before[new]
+        skips = self._stops(old, new) > stops_there
+        after_dwell = (old >= 0) & (self.piece[old] < 0)
+        piece = self.piece[new]
+        # a restart may begin beside the corner that the whole program would round
+        aside = np.where(piece == self.entry, self.corner_u[piece] * self.told_by[piece], 0.0)
+        off = np.abs(u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise + aside
+        off &= stops_there & (piece >= 0)
+        for at in np.flatnonzero(skips | after_dwell | off).tolist():
+            where, line = f"row {block.first + row[at]}", int(block.line[row[at]])
+            if skips[at]:
+                skipped = self.item_line[old[at] + 1 : new[at]]
+                lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
+                self._note("VP412", f"{where}: the motion of line {lines} is left out", line)
+                continue
+            if after_dwell[at] and self._rows_before(item, int(row[at])) < self.dwell_cycles[old[at]]:
+                self._note("VP412", f"{where}: the dwell of line {self.item_line[old[at]]} is too short", line)
+            if off[at]:
                 what = f"the end of the piece before line {line} is not reached"
-                if old < 0:
+                if old[at] < 0:
                     what = "the file does not begin at the start pose"
-                self._note("VP412", f"row {block.first + row}: {what}", line)
-        spent = way = 0.0
-        parts = [
-            (old, max(1.0 - old_u, 0.0)),
-            *((between, 1.0) for between in range(old + 1, new)),
-            (new, max(new_u, 0.0)),
-        ]
-        for item_index, share in parts:
-            if item_index >= 0 and self.piece[item_index] >= 0:
-                piece = int(self.piece[item_index])
-                spent += share * float(path.feed_time[piece])
-                way += share * float(self.chord_length[piece])
-        if old >= 0 and self.piece[old] >= 0:
-            last = int(self.piece[old])
-            slack += float(2 * self.tip_noise / self.told_by[last] * path.feed_time[last])
-        return spent, way, slack
+                self._note("VP412", f"{where}: {what}", line)
+
+    def _stops(self, old: Ints, new: Ints) -> Ints:
+        """How many stops stand between items, that before the new one included."""
+        return self.stops_before[new + 1] - self.stops_before[old + 1]
+
+    def _spent(self, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Array, Array, Array]:
+        """Seconds at the programmed feed, way (mm), and seconds of noise more, of steps from one item to a later one (n,).
+
+        Nothing where a stop has been left out.
+        """
+        from_item, begun = np.maximum(old, 0), old >= 0
+        left = np.where(begun, np.maximum(1.0 - old_u, 0.0), 0.0)
+        came = np.maximum(new_u, 0.0)
+        spent, way = (
+            left * one[from_item] + (before[new] - before[old + 1]) + came * one[new]
+            for one, before in ((self.item_time, self.time_before), (self.item_way, self.way_before))
+        )
+        last = self.piece[from_item]
+        noise = np.where(begun & (last >= 0), 2 * self.tip_noise / self.told_by[last] * self.item_time[from_item], 0.0)
+        whole = self._stops(old, new) <= self.stop_before[new]
+        return spent * whole, way * whole, noise
 
     def _rows_before(self, item: Ints, row: int) -> int:
         """How many rows the item before ``row`` has had; those of earlier blocks count."""
