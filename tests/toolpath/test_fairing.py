@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_smoothing_spline
 
 import verne_post
 from verne_post.model.options import Options
 from verne_post.pipeline import read_program
+from verne_post.toolpath import fairing
 
 MACHINE = verne_post.load_machine("verne")
 OPTIONS = Options(tool_length=50.0)
@@ -43,3 +45,17 @@ def test_a_faired_curve_runs_on_into_the_blend_of_an_arc():
     result = verne_post.convert(source, MACHINE, OPTIONS)
     assert result.ok, result.findings
     assert result.summary.n_stops == 0
+
+
+def test_points_move_to_the_smoothing_spline_that_scipy_finds():
+    rng = np.random.default_rng(5)
+    s = np.cumsum(rng.uniform(0.05, 0.5, 60))
+    values = rng.normal(size=(60, 5))
+    held = rng.random(60) < 0.1
+    held[[0, -1]] = True
+    change = fairing._smoothing(values, s, held, 0.01)
+    spline = make_smoothing_spline(s, values, np.where(held, 1e9, 1.0), 0.01)
+    assert (change[held] == 0).all()
+    # theirs holds by a weight of 1e9, so values of size 1 move by its reciprocal times what bends them
+    np.testing.assert_allclose(values + change, spline(s), atol=1e-6)
+    assert np.abs(change).max() > 0.5
