@@ -49,10 +49,9 @@ def test_windows_join_to_the_full_solution(window: int) -> None:
     assert np.array_equal(scan.solve(grid, top, window=window), full)
 
 
-def test_cap_is_kept_and_a_resting_run_of_joints_is_only_bound_by_it() -> None:
+def test_a_run_of_resting_joints_is_only_bound_by_its_feed() -> None:
     grid = grid_along(Curve(10.0, lambda s: [np.ones_like(s), np.zeros_like(s)], feed=20.0))
-    x = scan.solve(grid, limits(2), np.full(len(grid.s), 25.0))
-    assert (x[1:-1] == 25.0).all()
+    assert (scan.solve(grid, limits(2))[1:-1] == 400.0).all()
 
 
 def test_tiny_segments_do_not_look_curved() -> None:

@@ -41,7 +41,7 @@ CRAWLING: Final = 5.0
 SLOWEST: Final = 1e-12
 #: The first law is made over so many segments at a time, with a look-ahead over so many more. A look-ahead that is
 #: shorter than the way to stop costs the first law some speed, which the passes give back.
-SECTION: Final = 8192
+SECTION: Final = 16384
 LOOK_AHEAD: Final = 2048
 #: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
 START_EXCESS: Final = 4.0
@@ -166,7 +166,7 @@ QUALITY: Final = Effort(
 )
 
 
-#: Solvers of the second-order problem: grid, limits, an optional cap on x, and the x to start with; see ``scan.solve``.
+#: Solvers of the second-order problem: grid, limits, and the x to start with; see ``scan.solve``.
 Solver = Callable[..., Array]
 
 
@@ -243,7 +243,7 @@ def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
     bound, x_end = 0.0, 0.0
     for first, last, seen in _sections(run):
         grid = grid_along(run, first, seen)
-        s, x = _kept(run, grid, solver(grid, limits, None, start=x_end), last)
+        s, x = _kept(run, grid, solver(grid, limits, start=x_end), last)
         bound, x_end = bound + scan.duration(s, x), float(x[-1])
     return bound
 
@@ -258,17 +258,17 @@ def law_of(law: Law, times: Times, unit: float) -> Law:
 def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[Law, float, float]:
     """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
 
-    The run is scanned section by section, each with a look-ahead that ends at rest.
+    The run is scanned section by section, each with a look-ahead that ends at rest. Where even motion would take far more
+    than the jerk allowed, the law is cut off to that speed; how it gets there is left to the passes.
     """
     samples: list[Array] = []
-    t_end, x_end = 0.0, 0.0
-    bound, x_bound = 0.0, 0.0
+    t_end, bound, x_end = 0.0, 0.0, 0.0
     for first, last, seen in _sections(run):
         grid = grid_along(run, first, seen)
-        s, x = _kept(run, grid, solver(grid, limits, None, start=x_bound), last)
-        bound, x_bound = bound + scan.duration(s, x), float(x[-1])
-        s, x = _kept(run, grid, solver(grid, limits, START_EXCESS * scan.jerk_caps(grid, limits), start=x_end), last)
-        x_end = float(x[-1])
+        x = solver(grid, limits, start=x_end)
+        s, fastest = _kept(run, grid, x, last)
+        bound, x_end = bound + scan.duration(s, fastest), float(fastest[-1])
+        s, x = _kept(run, grid, np.minimum(x, START_EXCESS * scan.jerk_caps(grid, limits)), last)
         x = x / START_SLOWER**2
         if not first:
             unit *= min(max((scan.duration(s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)

@@ -38,17 +38,13 @@ X_UNBOUNDED: Final = 1e14
 CHUNK: Final = 1 << 10
 
 
-def solve(
-    grid: Grid, limits: Limits, cap: Array | None = None, *, start: float = 0.0, window: int = WINDOW
-) -> Array:  # fmt: skip
+def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int = WINDOW) -> Array:
     """Squared speed x = sd^2 of the time-optimal law, at rest at the end of the grid.
 
     Parameters
     ----------
     grid : Grid
     limits : Limits
-    cap : ndarray, shape (n,), optional
-        Keep x below this as well, mm2/s2.
     start : float
         x at the first point, mm2/s2; less where the grid does not let the law stop from it.
     window : int
@@ -60,8 +56,6 @@ def solve(
         mm2/s2.
     """
     x_cap = speed_caps(grid, limits)
-    if cap is not None:
-        x_cap = np.minimum(x_cap, cap)
     x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     lines = _lines(grid, limits)
     x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))

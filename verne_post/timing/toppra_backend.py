@@ -20,15 +20,13 @@ LARGEST_SPEED: Final = 7.0
 LARGEST_X: Final = 1e4
 
 
-def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, start: float = 0.0) -> Array:
+def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
     """Squared speed x = sd^2 of the time-optimal law from rest to rest; see :func:`scan.solve`.
 
     Parameters
     ----------
     grid : Grid
     limits : Limits
-    cap : ndarray, shape (n,), optional
-        Keep x below this as well, mm2/s2.
     start : float
         x at the first point, mm2/s2.
 
@@ -49,8 +47,6 @@ def solve(grid: Grid, limits: Limits, cap: Array | None = None, *, start: float 
 
     with np.errstate(divide="ignore"):
         x_cap = np.minimum(grid.speed**2, ((limits.velocity / np.abs(grid.d1)) ** 2).min(axis=1))
-    if cap is not None:
-        x_cap = np.minimum(x_cap, cap)
     finite = x_cap[np.isfinite(x_cap)]
     scale = LARGEST_SPEED / np.sqrt(finite.max()) if len(finite) else LARGEST_SPEED / float(grid.s[-1])
     scaled = grid.s * scale
