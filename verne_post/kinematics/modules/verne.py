@@ -170,15 +170,19 @@ class VerneModule:
         return found
 
     def _newton(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Mask]:
-        """Newton on (14) in the working mode from alpha = 0; False where it did not converge inside.
+        """Newton on (14) in the working mode; False where it did not converge inside.
 
-        f = y (R1 cos a - r1) + R1 sin a sqrt(M),  M the radicand of (11).
+        f = y (R1 cos a - r1) + R1 sin a sqrt(M),  M the radicand of (11). It begins where the parabola through f, f' and f''
+        at a = 0, which need no sines, is nearly zero (Halley's step).
         """
         R1, r1 = self.R1, self.r1
         const = self.L1**2 - R1**2 - r1**2 - x_leg1**2
-        a = np.zeros_like(x_leg1)
-        step = a
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            y = y0 + yc
+            root = np.sqrt(const + 2 * R1 * r1 - y * y)
+            f, df = y * (R1 - r1), ys * (R1 - r1) + R1 * root
+            bend = -yc * (R1 - r1) - R1 * y * (1 + 2 * ys / root)
+            a = -f * df / (df * df - 0.5 * f * bend)
             for _ in range(INVERSE_STEPS):
                 c, s = np.cos(a), np.sin(a)
                 y = y0 + yc * c + ys * s
