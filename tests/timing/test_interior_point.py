@@ -1,5 +1,7 @@
 """The banded interior point method on problems whose answer is known, and when it is cut short."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,3 +77,13 @@ def test_cut_short_it_says_so_and_stays_positive(iterations: int) -> None:
     assert (found.coefficients > 0).all()
     if iterations == 0:
         assert not found.legal
+
+
+@pytest.mark.parametrize("size", [1e15, 1e25, 1e37])
+def test_rows_that_overflow_end_it_without_a_warning(size: float) -> None:
+    """Rows are in single precision; squares of such rows are not numbers there."""
+    problem = line()
+    beyond = replace(problem, jerk=tuple(size * row for row in problem.jerk))
+    found = solve(beyond, np.full(203, 0.9) + np.linspace(0, 0.1, 203) ** 2, centre=10.0, gap=1e-3, iterations=20)
+    assert np.isfinite(found.coefficients).all()
+    assert (found.coefficients > 0).all()

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
 Array = NDArray[np.float64]
+#: Constraints, row by row, in single precision: memory traffic is what an iteration costs, and 1e-7 of a limit is far below
+#: what a constraint may be off by. Coefficients, normal matrix and points are in double precision.
+Rows = NDArray[np.float32]
 
 #: Smallest X: one pass may slow the law down a hundredfold.
 X_MIN: Final = 1e-4
@@ -137,13 +140,18 @@ class _Iteration:
         self.to_points = np.ascontiguousarray(table.reshape(-1, 4))
         self.to_coefficients = np.ascontiguousarray(self.to_points.T)
         self.band_weights = _band_weights(table)
-        self.acc, self.jerk = problem.acceleration, problem.jerk
+        self.cap = problem.cap.astype(np.float32)
+        self.acc, self.jerk = (
+            [row.astype(np.float32) for row in rows] for rows in (problem.acceleration, problem.jerk)
+        )
         self.a = slice(2, 2 + len(self.acc[0]))
         self.j = slice(self.a.stop, self.a.stop + len(self.jerk[0]))
         shape = (self.j.stop, self.points)
         self.count = self.j.stop * self.points
-        self._slack_now, self._inverse, self._ratio, self._push, self._work = (np.empty(shape) for _ in range(5))
-        self._d_slack, self._d_dual, self._target = (np.empty(shape) for _ in range(3))
+        self._slack_now, self._inverse, self._ratio, self._push, self._work = (
+            np.empty(shape, np.float32) for _ in range(5)
+        )
+        self._d_slack, self._d_dual, self._target = (np.empty(shape, np.float32) for _ in range(3))
         self._j_work = np.empty_like(self.jerk[0])
         self._j_gradient = np.empty_like(self.jerk[0])
         self._a_work = np.empty_like(self.acc[0])
@@ -161,8 +169,9 @@ class _Iteration:
             c[k : k + self.n] += local[k]
         return c
 
-    def _changes(self, out: Array, y: Array, root: Array) -> None:
-        """Slacks without their constant parts: the rows' negative values, plus ``root`` on the jerk rows."""
+    def _changes(self, out: Rows, points: Array, root_at_points: Array) -> Rows:
+        """Slacks without their constant parts: the rows' negative values, plus the root on the jerk rows."""
+        y, root = points.astype(np.float32), root_at_points.astype(np.float32)
         out[0] = -y[0]
         out[1] = y[0]
         acc, jerk = out[self.a], out[self.j]
@@ -173,16 +182,17 @@ class _Iteration:
         jerk += np.multiply(self.jerk[1], y[1], out=self._j_work)
         jerk += np.multiply(self.jerk[2], y[2], out=self._j_work)
         np.subtract(root, jerk, out=jerk)
+        return out
 
-    def slacks(self, y: Array, out: Array) -> Array:
+    def slacks(self, y: Array, out: Rows) -> Rows:
         """How far each constraint is from its limit."""
         self._changes(out, y, np.maximum(y[0], X_FLOOR) ** -0.5)
-        out[0] += self.problem.cap
+        out[0] += self.cap
         out[1] -= X_MIN
         out[self.a] += 1.0
         return out
 
-    def factor(self, x: Array, ratio: Array, dual: Array) -> Array | None:
+    def factor(self, x: Array, ratio: Rows, dual: Rows) -> Array | None:
         """Cholesky factor of the normal matrix, None where rounding has spoilt it."""
         w_acc, w_jerk = ratio[self.a], ratio[self.j]
         g0, (_j0, j1, j2) = self._j_gradient, self.jerk
@@ -220,8 +230,8 @@ class _Iteration:
                 return factor
         return None
 
-    def direction(self, x: Array, factor: Array, push: Array) -> Array:
-        """Change of the coefficients for weights ``push`` on the gradients of the slacks."""
+    def direction(self, x: Array, factor: Array, push: Rows) -> Array:
+        """Change of the coefficients for weights ``push`` on the gradients of the slacks; not finite where they are not."""
         jerk = push[self.j]
         pull = np.empty((3, self.points))
         pull[0] = push[1] - push[0] + 0.5 * self.weight * x**-1.5
@@ -236,15 +246,19 @@ class _Iteration:
         return change
 
     def run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
-        """The iteration itself; see :func:`solve`."""
+        """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._run(start, centre, gap, iterations)
+
+    def _run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
         c = start.copy()
         if self.problem.end is not None:
             c[-3:] = self.problem.end
         c[: len(self.problem.fixed)] = self.problem.fixed
         y = self.at_points(c)
         now = self.slacks(y, self._slack_now)
-        slack = np.maximum(now, START_SLACK)
-        dual = centre * self.weight * self.points / self.count / slack
+        slack: Rows = np.maximum(now, np.float32(START_SLACK))
+        dual: Rows = np.float32(centre * self.weight * self.points / self.count) / slack
         done, legal, blocked = 0, False, False
         inverse, ratio, work, target = self._inverse, self._ratio, self._work, self._target
         d_slack, d_dual = self._d_slack, self._d_dual
@@ -259,49 +273,47 @@ class _Iteration:
                 break
             done += 1
             root_slope = -0.5 * root / x
-            np.subtract(self.jerk[0], root_slope, out=self._j_gradient)
+            np.subtract(self.jerk[0], root_slope.astype(np.float32), out=self._j_gradient)
             np.divide(1.0, slack, out=inverse)
             np.multiply(dual, inverse, out=ratio)
             factor = self.factor(x, ratio, dual)
             if factor is None:
                 break
-            # predictor: towards complementarity zero
+            # predictor: towards complementarity zero; relative to what there is, slacks change by r and duals by -1 - r
             settled = np.multiply(ratio, infeasible, out=work)
             push = np.negative(settled, out=self._push)
             change = self.direction(x, factor, push)
             dy = self.at_points(change)
-            self._changes(d_slack, dy, root_slope * dy[0])
-            d_slack += infeasible
-            np.multiply(ratio, d_slack, out=d_dual)
-            d_dual += dual
-            np.negative(d_dual, out=d_dual)
-            step_p = _step(np.multiply(d_slack, inverse, out=target))
-            step_d = _step(np.divide(d_dual, dual, out=target))
-            cross = _inner(d_slack, d_dual)
-            affine = (
-                complementarity
-                + step_p * _inner(d_slack, dual)
-                + step_d * _inner(slack, d_dual)
-                + step_p * step_d * cross
-            )
+            relative = self._changes(d_slack, dy, root_slope * dy[0])
+            relative += infeasible
+            relative *= inverse
+            step_p = _step(-float(relative.min()))
+            step_d = _step(1.0 + float(relative.max()))
+            np.multiply(dual, slack, out=target)
+            moved = _inner(target, relative)
+            relative_squared = np.multiply(relative, relative, out=d_dual)
+            cross = -_inner(target, relative_squared) - moved
+            affine = complementarity + step_p * moved - step_d * (complementarity + moved) + step_p * step_d * cross
             share = max(affine / complementarity, 1e-2) ** 3
             if blocked:
                 share = max(share, RECENTRE)
             mu = share * complementarity / self.count
-            # corrector
-            np.multiply(d_slack, d_dual, out=target)
-            np.subtract(mu, target, out=target)
-            target *= inverse
+            # corrector: the product of both changes is -dual slack r (1 + r)
+            np.add(relative, relative_squared, out=target)
+            target *= dual
+            target += np.multiply(np.float32(mu), inverse, out=push)
             np.subtract(target, settled, out=push)
             change = self.direction(x, factor, push)
+            if not np.isfinite(change).all():
+                break
             dy = self.at_points(change)
             self._changes(d_slack, dy, root_slope * dy[0])
             d_slack += infeasible
             np.multiply(ratio, d_slack, out=d_dual)
             np.subtract(target, d_dual, out=d_dual)
             d_dual -= dual
-            step_p = min(TO_BOUNDARY * _step(np.multiply(d_slack, inverse, out=target)), 1.0)
-            step_d = min(TO_BOUNDARY * _step(np.divide(d_dual, dual, out=target)), 1.0)
+            step_p = min(TO_BOUNDARY * _step(-float(np.multiply(d_slack, inverse, out=target).min())), 1.0)
+            step_d = min(TO_BOUNDARY * _step(-float(np.divide(d_dual, dual, out=target).min())), 1.0)
             c += step_p * change
             y = self.at_points(c)
             blocked = min(step_p, step_d) < SHORT_STEP
@@ -315,12 +327,12 @@ class _Iteration:
         return Found(np.maximum(c, X_MIN), done, legal)
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _dot(a: Rows, b: Rows) -> Rows:
     """Sum over rows of the product of (r, points) arrays."""
     return np.einsum("rp,rp->p", a, b)
 
 
-def _inner(a: Array, b: Array) -> float:
+def _inner(a: Rows, b: Rows) -> float:
     """Sum of products of two matrices; not by BLAS, whose threads only wait for each other here."""
     return float(np.einsum("rp,rp->", a, b))
 
@@ -334,9 +346,9 @@ def _product(a: Array, b: Array) -> Array:
     return out
 
 
-def _step(relative: Array) -> float:
-    """Largest step, up to 1 / TO_BOUNDARY, that keeps values positive whose relative changes are given."""
-    return 1.0 / max(TO_BOUNDARY, -float(relative.min()))
+def _step(loss: float) -> float:
+    """Largest step, up to 1 / TO_BOUNDARY, that keeps values positive of which the largest relative loss is given."""
+    return 1.0 / max(TO_BOUNDARY, loss)
 
 
 def _band_weights(table: Array) -> Array:
