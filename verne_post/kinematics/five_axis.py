@@ -66,14 +66,23 @@ class HybridMachine:
             Lean of the platform.
         ok : ndarray of bool, shape (...)
         """
+        q, gauge, alpha, ok = self._followed(tip, angles, tool_length)
+        position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
+        return q, position, alpha, ok
+
+    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """The joint values of :meth:`solve` alone, (..., 5)."""
+        return self._followed(tip, angles, tool_length)[0]
+
+    def _followed(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+        """q, gauge point, alpha, ok."""
         gauge = self.platform_gauge(tip, angles, tool_length)
         rho, alpha, ok = self.module.inverse_leaning(self.table.pivot, gauge)
         q = np.concatenate([rho, angles], axis=-1)
         q[..., -2] += alpha
         if not np.all(ok):
             q[~ok] = np.nan
-        position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
-        return q, position, alpha, ok
+        return q, gauge, alpha, ok
 
     def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""

@@ -43,20 +43,24 @@ class JointPath:
 
     def solve(self, segment: Ints, w: Array) -> Solved:
         """Solve poses at parameter w (n,) of segments (n,)."""
+        tip, angles, length, joint, q_joint = self._asked(segment, w)
+        q, position, alpha, ok = self.machine.five_axis.solve(tip, angles, length)
+        q[joint] = q_joint
+        return Solved(q, tip, angles, position, alpha, ok)
+
+    def _asked(self, segment: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
+        """Tip, nominal angles, tool length; which of the poses (n,) are on motions in joint space, and their joints."""
         path, five_axis = self.contour.path, self.machine.five_axis
         piece = self.contour.piece[segment]
         length = path.tool_length[piece]
         tip, angles = self.pose(self.contour, segment, w)
         joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
-        q_joint = np.empty((0, 0))
+        q_joint = np.empty((0, 1))
         if len(joint):
             ends = path.joints[path.joint[piece[joint]]]
             q_joint = ends[:, 0] + w[joint, None] * (ends[:, 1] - ends[:, 0])
             tip[joint], angles[joint], _ok = five_axis.nominal(q_joint, length[joint])
-        q, position, alpha, ok = five_axis.solve(tip, angles, length)
-        if len(joint):
-            q[joint] = q_joint
-        return Solved(q, tip, angles, position, alpha, ok)
+        return tip, angles, length, joint, q_joint
 
     def bodies(self, segment: Ints, solved: Solved) -> Pose:
         """Where the real tool and the module are at solved poses of segments (n,)."""
@@ -70,7 +74,10 @@ class JointPath:
 
     def q(self, segment: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
-        return self.solve(segment, w).q
+        tip, angles, length, joint, q_joint = self._asked(segment, w)
+        q = self.machine.five_axis.joints(tip, angles, length)
+        q[joint] = q_joint
+        return q
 
     def speed_cap(self, segment: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""

@@ -315,6 +315,9 @@ class FiveAxis(Protocol):
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """Tip (..., 3) and nominal angles (..., 2) -> (q, position (..., 3), alpha, ok); A + alpha and C as given."""
 
+    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """The q of :meth:`solve` alone."""
+
     def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Gauge point g (..., 3) of the nominal machine, seen from the pivot in the upright frame."""
 

@@ -129,7 +129,7 @@ class Times:
         seconds = np.zeros(n)
         for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
             x = sum(weight * c[k : k + n] for k, weight in enumerate(weights))
-            seconds += 0.5 * knot * share * np.maximum(x, X_FLOOR) ** -0.5
+            seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, X_FLOOR))
         at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, X_FLOOR)
         slope = (c[2:] - c[:-2]) / (2 * knot)
         return cls(knot, np.append(0.0, np.cumsum(seconds)), np.sqrt(at_knots), 0.5 * slope)
