@@ -1,7 +1,9 @@
 """Decimals of every column: as many as the jerk limit needs and no more, and what fewer would cost."""
 
+import math
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,13 +20,20 @@ from verne_post.output.setpoints import csv_rows
 
 MACHINE = verne_post.load_machine()
 LIMITS = tomllib.loads((Path(__file__).resolve().parents[2] / "machine_configs" / "verne.toml").read_text())["limits"]
-JERK = [Fraction(LIMITS[name]) for name in ("rho_jerk", "rho_jerk", "rho_jerk", "a_jerk", "c_jerk")]
+JOINTS = ("rho", "rho", "rho", "a", "c")
+JERK = [Fraction(LIMITS[f"{name}_jerk"]) for name in JOINTS]
 OPTIONS = ("--tool-length", 80, "--wcs", "G54=0,0,50")
 
 
-def enough(decimals: int, jerk: Fraction, cycle: str) -> bool:
-    """4 q / cycle^3 <= 1 % of the jerk limit, exactly."""
-    return 4 * Fraction(1, 10**decimals) / Fraction(cycle) ** 3 <= jerk / 100
+def enough(decimals: int, joint: str, cycle: str) -> bool:
+    """q / cycle, 2 q / cycle^2 and 4 q / cycle^3 within 0.02 %, 0.1 % and 1 % of the limits; q itself 1e-5 mm or 2e-8 rad."""
+    q, dt = Fraction(1, 10**decimals), Fraction(cycle)
+    shares = (("velocity", 1, Fraction(1, 5000)), ("acceleration", 2, Fraction(1, 1000)), ("jerk", 4, Fraction(1, 100)))
+    place = Fraction(1, 10**5) if joint == "rho" else Fraction(math.degrees(2e-8))
+    return q <= place and all(
+        factor * q / dt ** (order + 1) <= share * Fraction(LIMITS[f"{joint}_{name}"])
+        for order, (name, factor, share) in enumerate(shares)
+    )
 
 
 @pytest.mark.parametrize(
@@ -33,9 +42,9 @@ def enough(decimals: int, jerk: Fraction, cycle: str) -> bool:
 def test_auto_decimals_are_enough_and_not_one_too_many(cycle: str) -> None:
     fmt = setpoint_format(MACHINE, float(cycle), None, accept_rounding=False)
     assert fmt.cycle == float(cycle)
-    for decimals, jerk in zip(fmt.decimals, JERK, strict=True):
-        assert enough(decimals, jerk, cycle)
-        assert not enough(decimals - 1, jerk, cycle)
+    for decimals, joint in zip(fmt.decimals, JOINTS, strict=True):
+        assert enough(decimals, joint, cycle)
+        assert not enough(decimals - 1, joint, cycle)
     # t_s shows the cycle exactly, with no digit to spare
     assert Fraction(cycle) * 10**fmt.time_decimals % 1 == 0
     assert Fraction(cycle) * 10 ** (fmt.time_decimals - 1) % 1 != 0
@@ -167,3 +176,17 @@ def test_decimals_follow_the_cycle_into_the_file(
     assert other.code == 2
     assert "VP020" in other.err
     assert "t_s" in other.err
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 10.0])
+def test_long_cycles_keep_acceleration_and_path_too(share: float) -> None:
+    """At 10 ms the jerk alone would ask for 3 or 4 decimals; 1e-3 mm is 20 mm/s2 then, and all that the path may be off."""
+    limits = MACHINE.limits
+    scaled = replace(limits, acceleration=share * limits.acceleration, jerk=share * limits.jerk)
+    turns = "".join(
+        f"G1 X{x}.3 Y{y}.1 Z{50 + y} A{y}\n"
+        for x, y in zip(range(0, 40, 4), [0, 7, 1, 3, 9, 2, 8, 1, 6, 4], strict=True)
+    )
+    source = f"G21 G90 G61 F3000\n{turns}M2\n".encode()
+    result = verne_post.convert(source, replace(MACHINE, limits=scaled), verne_post.Options(tool_length=80, cycle=0.01))
+    assert result.ok, result.findings

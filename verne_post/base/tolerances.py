@@ -118,5 +118,10 @@ FEED_RATIO: Final = 1.001
 #: Tip and axis against the programmed piece, where no blend is allowed.
 PATH_TIP_MM: Final = 1e-3
 PATH_AXIS_DEG: Final = 1e-3
-#: Share of a column's jerk limit that rounding to its decimals may cost (third difference).
-ROUNDING_JERK_SHARE: Final = 0.01
+#: Share of a column's limits that rounding to its decimals may cost: half of what is accepted beyond the limit, or less
+#: where mending has used some of it (velocity, acceleration, jerk).
+ROUNDING_SHARES: Final = (2e-4, 1e-3, 0.01)
+#: A unit of the last decimal is no larger than this, mm and rad: the tip moves by three times the one and a metre times the
+#: other, together 5 % of PATH_TIP_MM.
+ROUNDING_MM: Final = 1e-5
+ROUNDING_RAD: Final = 2e-8

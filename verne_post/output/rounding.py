@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import ROUNDING_JERK_SHARE
+from verne_post.base.tolerances import ROUNDING_MM, ROUNDING_RAD, ROUNDING_SHARES
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column, Machine
@@ -24,18 +24,26 @@ def setpoint_format(
 ) -> SetpointFormat:
     """Choose the decimals of every column.
 
-    With ``decimals`` None, the noise of the third difference, ``4 q / cycle^3`` with q one unit of
-    the last decimal, stays under 1 % of the column's jerk limit. Drives that take whole numbers get those.
+    With ``decimals`` None, the noise of the differences, ``q / cycle``, ``2 q / cycle^2`` and ``4 q / cycle^3`` with q one
+    unit of the last decimal, stays under ROUNDING_SHARES of the column's limits, and q under ROUNDING_MM or ROUNDING_RAD.
+    Drives that take whole numbers get those.
 
     Raises
     ------
     InputError
         VP018 when the noise of given decimals, or of whole numbers, exceeds a limit itself and ``accept_rounding`` is False.
     """
-    jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
+    size = np.abs([column.factor for column in machine.columns])
+    limits = machine.limits
+    jerk = limits.jerk * size
     whole = np.array([drive.integer for drive in drives] or [False] * len(jerk))
     scale = np.array([drive.scale for drive in drives] or [1.0] * len(jerk))
-    needed = np.ceil(-np.log10(ROUNDING_JERK_SHARE * jerk * scale * cycle**3 / 4)).astype(int)
+    coarsest = size * [ROUNDING_MM if column.unit == "mm" else ROUNDING_RAD for column in machine.columns]
+    for order, (share, limit) in enumerate(
+        zip(ROUNDING_SHARES, (limits.velocity, limits.acceleration, limits.jerk), strict=True)
+    ):
+        coarsest = np.minimum(coarsest, share * limit * size * cycle ** (order + 1) / 2**order)
+    needed = np.ceil(-np.log10(coarsest * scale)).astype(int)
     chosen = np.clip(needed, 0, MAX_DECIMALS) if decimals is None else np.full(len(jerk), decimals)
     chosen = np.where(whole, 0, chosen)
     fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle), drives)

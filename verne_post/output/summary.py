@@ -7,7 +7,7 @@ import textwrap
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import ROUNDING_JERK_SHARE
+from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.keep_out import Box
 from verne_post.model.machine import Machine
@@ -224,7 +224,7 @@ def meta(summary: Summary) -> str:
         "columns": {
             "names": list(headings(machine.columns, summary.format.drives)),
             "decimals": list(summary.format.decimals),
-            "rounding_jerk_share": ROUNDING_JERK_SHARE,
+            "rounding_jerk_share": ROUNDING_SHARES[2],
         },
         "cycle_s": summary.format.cycle,
         "rows": summary.n_rows,

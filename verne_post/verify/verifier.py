@@ -22,7 +22,7 @@ from verne_post.base.tolerances import (
     LIMIT_SLACK_MM,
     PATH_AXIS_DEG,
     PATH_TIP_MM,
-    ROUNDING_JERK_SHARE,
+    ROUNDING_SHARES,
     VELOCITY_RATIO,
     ZERO_LENGTH_MM,
 )  # fmt: skip
@@ -62,6 +62,8 @@ _FEED_ROWS: Final = (1, 16, 256, 4096)
 #: A row that takes less than this share of its cycle at the programmed feed is slow. Laws come to the feed from below, to
 #: within two thousandths: nobody could see those.
 SLOW: Final = 0.99
+#: Rounding that moves the tip by no more than this share of the tolerance is inside it; the decimals chosen by default do.
+_FINE_SHARE: Final = 0.1
 #: Where a piece between two rows is looked at; no multiples of a turn, for arcs of several.
 _BETWEEN: Final = (0.17, 0.41, 0.68, 1.0)
 #: What lies between two rows is at most half the way between them from the nearer one; the way is known from the step
@@ -118,8 +120,11 @@ class Verifier:
         dt = fmt.cycle
         self.limit = [limits.velocity * size, limits.acceleration * size, limits.jerk * size]
         # fine decimals are inside the acceptance ratios; coarser ones the user asked for are allowed their own noise
-        coarse = 4 * self.quanta / dt**3 > ROUNDING_JERK_SHARE * self.limit[2] * (1 + 1e-12)
-        self.noise = [np.where(coarse, k * self.quanta / dt**order, 0.0) for order, k in ((1, 1), (2, 2), (3, 4))]
+        noise = [2**order * self.quanta / dt ** (order + 1) for order in range(3)]
+        self.noise = [
+            np.where(one > share * limit * (1 + 1e-12), one, 0.0)
+            for one, share, limit in zip(noise, ROUNDING_SHARES, self.limit, strict=True)
+        ]
         self.worst = [np.zeros(len(columns)) for _ in range(3)]
         inside = self.quanta / size
         self.tip_noise = float(_TIP_PER_SLIDER * inside[:-2].max() + _TIP_PER_RADIAN_MM * inside[-2:].max())
@@ -373,8 +378,8 @@ class Verifier:
     def _deviations(self, block: SetpointBlock, piece: Ints, u: Array, measured: Measured) -> None:
         tip_off, axis_off, rotary_off = deviation(self.path, piece, np.clip(u, 0.0, 1.0), measured)
         # rounding of coarse decimals moves the tip too; fine ones are far below the tolerance
-        coarse = self.tip_noise if any(noise.any() for noise in self.noise) else 0.0
-        allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse
+        coarse = any(noise.any() for noise in self.noise) or self.tip_noise > _FINE_SHARE * PATH_TIP_MM
+        allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse * self.tip_noise
         turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
         doubtful = np.flatnonzero(
             (self.rounded | (self.path.circle >= 0))[piece]
