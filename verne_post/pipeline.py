@@ -375,7 +375,9 @@ def convert(
             machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
             drives=drives_of(machine, options),
         )  # fmt: skip
-        plan = plan_program(program, progress)
+        # of a long program the moves are a fifth of what is held in memory, most of it places that the path has as well
+        plan = plan_program(replace(program, moves=program.moves.without_places()), progress)
+        program = plan.program
     except InputError as error:
         return failed(error)
     verifier = verifier_of(program, fmt)

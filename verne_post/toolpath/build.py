@@ -294,6 +294,19 @@ def _feed_times(moves: Moves, row: NDArray[np.intp], tip_length: Array, angle: A
     return np.where(moves.kind[row] == MoveKind.RAPID, 0.0, SECONDS_PER_MINUTE * distance / feed)
 
 
+def _tip_derivatives(
+    rate: Array, arcs: ArcPieces, arc: NDArray[np.int32], length: Array, piece: NDArray[np.intp], u: float
+) -> Array:
+    """First to third derivative (m, 3, 3) of the tip by metric length at parameter u of pieces (m,)."""
+    found = np.zeros((len(piece), 3, 3))
+    found[:, 0] = rate[piece, :3]
+    curved = np.flatnonzero(arc[piece] >= 0)
+    at = np.full(len(curved), u)
+    for order, derivative in enumerate(arc_derivatives(arcs, arc[piece[curved]], at), start=1):
+        found[curved, order - 1] = derivative / length[piece[curved], None] ** order
+    return found
+
+
 def _joined(
     moves: Moves, row: NDArray[np.intp], kind: NDArray[np.int8], start: Array, end: Array,
     arcs: ArcPieces, arc: NDArray[np.int32], length: Array, feed_time: Array,
@@ -302,19 +315,17 @@ def _joined(
     joined = np.zeros(len(row), dtype=bool)
     if len(row) < 2:
         return joined
-    leaving = np.zeros((len(row), 3, 5))
-    arriving = np.zeros((len(row), 3, 5))
     rate = (end - start) / length[:, None]
-    leaving[:, 0] = arriving[:, 0] = rate
-    curved = np.flatnonzero(kind == PieceKind.ARC)
-    for target, u in ((leaving, 0.0), (arriving, 1.0)):
-        rows = np.arange(len(curved))
-        at = np.full(len(curved), u)
-        for order, derivative in enumerate(arc_derivatives(arcs, rows, at), start=1):
-            target[curved, order - 1, :3] = derivative / length[curved, None] ** order
-    jump = leaving[1:] - arriving[:-1]
-    jump[..., 3:] *= ROTARY_METRIC_MM
-    smooth = (np.abs(jump) < CONTINUATION).all(axis=(1, 2))
+    jump = rate[1:] - rate[:-1]
+    jump[:, 3:] *= ROTARY_METRIC_MM
+    smooth = np.asarray((np.abs(jump) < CONTINUATION).all(axis=1))
+    del jump
+    curved = kind == PieceKind.ARC
+    beside = np.flatnonzero(curved[1:] | curved[:-1])  # pieces with an arc on one side of the corner behind them
+    leaving, arriving = (_tip_derivatives(rate, arcs, arc, length, beside + k, u) for k, u in ((1, 0.0), (0, 1.0)))
+    turned = ROTARY_METRIC_MM * np.abs(rate[beside + 1, 3:] - rate[beside, 3:])
+    smooth[beside] = (np.abs(leaving - arriving) < CONTINUATION).all(axis=(1, 2))
+    smooth[beside] &= (turned < CONTINUATION).all(axis=1)
     same_kind = kind[1:] == kind[:-1]
     pace = feed_time / length
     same_pace = np.abs(pace[1:] - pace[:-1]) <= CONTINUATION * pace[1:]

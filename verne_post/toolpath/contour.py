@@ -97,22 +97,26 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     )
     s = np.append(0.0, np.cumsum(path.length))
     shape, tip_left, axis_left = path, tip_tolerance, axis_tolerance
-    moved = np.zeros((n - 1, 5))
+    moved: Mask = np.zeros(n - 1, dtype=bool)
     if smoothing.overlap:
         programmed = rounding.polyline_slopes(path.start, path.end, path.length)
         movable = allowed & lines & ~joined & ~rounding.turning_back(programmed)
+        del programmed  # here and below: what is as large as the path is given up before the next such thing is made
         # a piece that runs on into another, or into a blend, keeps its direction, which was matched as programmed
         kept = joined | curved
         movable[1:-1] &= ~(kept[2:] | kept[:-2])
         bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
         shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
-        moved = shape.end[:-1] - path.end[:-1]
-        tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(moved[:, :3], axis=1))
-        axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(moved[:, 3:], axis=1))
+        shift = shape.end[:-1] - path.end[:-1]
+        moved = np.asarray(shift.any(axis=1))
+        tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(shift[:, :3], axis=1))
+        axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(shift[:, 3:], axis=1))
+        del shift
     slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
     bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
+    del slope
     wanted = np.where(bumps, rounding.room(bend, tip_left, axis_left), 0.0)
     wanted = np.where(curved, np.inf, wanted)
     reach = rounding.shared(wanted, path.length)
@@ -134,7 +138,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     flows[corner + 1] = True
     run = np.append(0, np.cumsum(~flows[1:-1])).astype(np.int32)
     used = flows & ~joined
-    used[1:-1] |= moved.any(axis=1)  # also where a corner has become a stop
+    used[1:-1] |= moved  # also where a corner has become a stop
     tip_of_piece, axis_of_piece = (
         _of_pieces(np.where(used, bound, 0.0), reach, s) for bound in (tip_tolerance, axis_tolerance)
     )
