@@ -258,6 +258,7 @@ def percent(gap: float) -> str:
 def contour_tables(machine: Machine) -> tuple[str, str]:
     """What is written, and what it takes."""
     written, timed = [], []
+    converted(Part("start-up", zigzag(90, moves=3), Options(tool_length=50.0)), machine)
     for part in parts():
         print(f"... {part.name}", file=sys.stderr)
         text, summary, cpu = converted(part, machine)
@@ -277,12 +278,12 @@ def contour_tables(machine: Machine) -> tuple[str, str]:
         timed.append([
             part.name, f"{spline:.3f}", f"{blend:.3f}", f"{off:.3f}", f"{off / spline:.2f}",
             percent(moving_time(plan) / second_order(plan) - 1), percent(reference), f"{law_cost(plan):.0f}",
-            f"{1e3 * cpu / summary.n_pieces:.2f}",
+            f"{1e6 * cpu / summary.n_pieces:.0f}",
         ])  # fmt: skip
     return (
         table(["program", "velocity", "acceleration", "jerk", "feed", "tip mm", "axis deg", "rounded", "stops"], written),
         table(["program", "spline s", "blend s", "off s", "off / spline", "over 2nd order", "over reference",
-               "law us/ms", "CPU ms/move"], timed),
+               "law us/ms", "CPU us/move"], timed),
     )  # fmt: skip
 
 

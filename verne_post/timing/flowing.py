@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
 from verne_post.timing.interior_point import X_MIN, Problem, solve
-from verne_post.timing.mending import FAR, at_rest, excess, legal_rows, mended
+from verne_post.timing.mending import FAR, at_rest, beyond, legal_rows, mended
 from verne_post.timing.playback import Playback
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
-from verne_post.timing.spline_law import Law, Times, positions
+from verne_post.timing.spline_law import CHUNK_TIMES, Law, Times, positions
 
 Array = NDArray[np.float64]
 
@@ -225,10 +225,10 @@ def flowing_law(
         return _without_creeping(run, _rows(law, times, run.length, cycle, slower, played, begin), limits, cycle)
 
     for left in reversed(range(effort.repeats + 1)):
-        s = rows(1.0, AS_PLANNED)
-        worst = excess(run, at_rest(s), limits, cycle)
-        if not left or FEW * np.count_nonzero(worst > FAR) <= len(worst):
-            found = mended(run, s, limits, cycle, unit, worst)
+        z = at_rest(rows(1.0, AS_PLANNED))
+        over = beyond(run, z, limits, cycle)
+        if not left or FEW * np.count_nonzero(over[1] > FAR) <= len(z):
+            found = mended(run, z, limits, cycle, unit, over)
             if found is not None and played == AS_PLANNED:
                 return FlowingLaw(found, bound)
             if found is not None or not left:
@@ -250,9 +250,11 @@ def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
 
 def law_of(law: Law, times: Times, unit: float) -> Law:
     """A law that has been re-timed, as a law of its own."""
-    at = np.arange(0.0, times.total + unit, unit)
-    np.minimum(at, times.total, out=at)
-    return Law.through_samples(positions(law, times, at), unit)
+    samples = np.empty(int(np.ceil(times.total / unit)) + 1)
+    for first in range(0, len(samples), CHUNK_TIMES):
+        at = unit * np.arange(first, min(first + CHUNK_TIMES, len(samples)))
+        samples[first : first + len(at)] = positions(law, times, np.minimum(at, times.total))
+    return Law.through_samples(samples, unit)
 
 
 def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[Law, float, float]:
@@ -450,8 +452,11 @@ def _by_phase(a: Array, k: int) -> Array:
 def _rows(law: Law, times: Times, length: float, cycle: float, slower: float, played: Playback, begin: float) -> Array:
     """Rows of the law as it is played, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = played.cycles(times.total * slower, begin, cycle)
-    row = np.arange(cycles + 1.0)
-    s = positions(law, times, times.total * played.shares(row, 0.0 * row + cycles, 0.0 * row + begin, cycle))
+    s = np.empty(cycles + 1)
+    for first in range(0, len(s), CHUNK_TIMES):
+        row = np.arange(first, min(first + CHUNK_TIMES, len(s)), dtype=float)
+        share = played.shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
+        s[first : first + len(row)] = positions(law, times, times.total * share)
     np.clip(s, 0.0, length, out=s)
     np.maximum.accumulate(s, out=s)
     first = int(np.searchsorted(s, AT_REST * length, side="right")) - 1
@@ -478,4 +483,6 @@ def _without_creeping(run: Run, s: Array, limits: Limits, cycle: float) -> Array
         return int(np.count_nonzero(strain < CREEPING))
 
     first, last = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
+    if first == last == 0:
+        return s
     return np.concatenate([s[:1], s[first + 1 : n - last - 1], s[-1:]])

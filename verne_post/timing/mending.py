@@ -60,6 +60,8 @@ SLOWER_BY: Final = (1.3, 3.0)
 #: Slowing down lowers the worst ratio at least by the factor of the speed; where it stays above this share of what it
 #: was, the joints jump.
 STUBBORN: Final = 0.9
+#: A stretch is given more rows if it has so many.
+SHORTEST: Final = 12
 #: Rows whose joints are evaluated at a time.
 CHUNK_ROWS: Final = 1 << 15
 #: The rows that are beyond their aims are found anew so often in one step.
@@ -95,14 +97,14 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
     """
     s = rows(1.0)
     for attempt in range(EASINGS):
-        found = mended(run, s, limits, cycle, unit)
+        found = mended(run, at_rest(s), limits, cycle, unit)
         if found is not None:
             return found
         # braking before a place takes jerk of its own, the less the longer it lasts
         reach = max(round(2**attempt * EASE_REACH * unit / cycle), 8)
         s = eased(s, np.cbrt(_over_rows(excess(run, at_rest(s), limits, cycle))), reach)
     for slower in STRETCHES:
-        found = mended(run, rows(slower), limits, cycle, unit)
+        found = mended(run, at_rest(rows(slower)), limits, cycle, unit)
         if found is not None:
             return found
     slower, before = STRETCHES[-1], np.inf
@@ -186,73 +188,76 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
     return worst
 
 
-def mended(
-    run: Run, s: Array, limits: Limits, cycle: float, unit: float, worst: Array | None = None
-) -> Array | None:  # fmt: skip
-    """Rows inside every limit, made from rows s (n,) that nearly are; None where that takes too many rounds.
+def beyond(run: Run, z: Array, limits: Limits, cycle: float) -> tuple[Ints, Array]:
+    """Rows (m,) of z (n,), resting at both ends, at which differences begin that are beyond a limit, and their :func:`excess`."""
+    worst = excess(run, z, limits, cycle)
+    bad = np.flatnonzero(worst > 1.0)
+    return bad, worst[bad]
 
-    ``worst`` is the :func:`excess` of the rows, where it is known.
+
+def mended(
+    run: Run, z: Array, limits: Limits, cycle: float, unit: float, over: tuple[Ints, Array] | None = None
+) -> Array | None:  # fmt: skip
+    """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
+
+    Those given have rows of rest at both ends (:func:`at_rest`), those found have not. ``over`` says which of the given ones
+    are :func:`beyond` a limit, where it is known.
     """
-    z = at_rest(s)
-    if worst is None:
-        worst = excess(run, z, limits, cycle)
+    bad, ratio = over or beyond(run, z, limits, cycle)
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
-        bad = np.flatnonzero(worst > 1.0)
         if not len(bad):
             return z[REST:-REST] if (np.diff(z) >= 0).all() else None
         if attempt == ROUNDS:
             break
         width = reach * (2 + attempt) // 2
-        added = np.where(worst[bad] > FAR, min(FAR_ROWS, 1 + len(z) // FAR_SHARE), 0)
+        added = np.where(ratio > FAR, min(FAR_ROWS, 1 + len(z) // FAR_SHARE), 0)
         added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
         around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
         gentle = 0.5 * np.cbrt(GENTLE * added * _pace(run, z, around, limits, cycle))
         low, high = _stretches(bad, np.maximum(width, np.round(gentle)).astype(np.intp), len(z))
-        stretches = [
-            _with_more_rows(z[a:b], int(added[(bad >= a) & (bad < b)].max())) for a, b in zip(low, high, strict=True)
-        ]
-        stretches, news = _mended_stretches(stretches, run, limits, cycle)
-        z = _replaced(z, low, high, stretches)
-        worst = _replaced(worst, low, [b - REST for b in high], news)
+        more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low >= SHORTEST)
+        z, bad, ratio = _mended_stretches(z, low.tolist(), high.tolist(), more.tolist(), run, limits, cycle)
     return None
 
 
 def _mended_stretches(
-    parts: list[Array], run: Run, limits: Limits, cycle: float
-) -> tuple[list[Array], list[Array]]:  # fmt: skip
-    """Stretches shifted, and the :func:`excess` of each; so many at a time that memory stays bounded.
+    z: Array, low: list[int], high: list[int], more: list[int], run: Run, limits: Limits, cycle: float
+) -> tuple[Array, Ints, Array]:
+    """Rows with stretches [low, high) given ``more`` rows and shifted, and those that still are :func:`beyond` a limit.
 
-    The held rows at both ends keep what differences across the ends are.
+    All that were lie in the stretches, whose held rows at both ends keep what differences across the ends are. So many are
+    mended at a time that what is needed besides does not grow with the run.
     """
-    found: list[Array] = []
-    judged: list[Array] = []
-    group = np.cumsum([len(part) for part in parts]) // CHUNK_ROWS
+    new = np.empty(len(z) + sum(more))
+    done = at = 0  # of the old rows, and of the new ones
+    rows, ratios = [], []
+    lengths = np.subtract(high, low) + more
+    group = np.cumsum(lengths) // CHUNK_ROWS
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
-        some = _shifted(parts[first:last], run, limits, cycle)
-        worst = excess(run, np.concatenate(some), limits, cycle)
-        ends = np.cumsum([len(part) for part in some]).tolist()
-        judged += [worst[end - len(part) : end - REST] for part, end in zip(some, ends, strict=True)]
-        found += some
-    return found, judged
+        some = slice(first, last)
+        parts = [_with_more_rows(z[a:b], k) for a, b, k in zip(low[some], high[some], more[some], strict=True)]
+        parts = _shifted(parts, run, limits, cycle)
+        judged = np.split(excess(run, np.concatenate(parts), limits, cycle), np.cumsum(lengths[first : last - 1]))
+        for a, b, part, worst in zip(low[some], high[some], parts, judged, strict=True):
+            new[at : at + a - done] = z[done:a]
+            at += a - done
+            new[at : at + len(part)] = part
+            still = np.flatnonzero(worst[: len(part) - REST] > 1.0)
+            rows.append(at + still)
+            ratios.append(worst[still])
+            at, done = at + len(part), b
+    new[at:] = z[done:]
+    return new, np.concatenate(rows), np.concatenate(ratios)
 
 
-def _stretches(bad: Ints, width: Ints, n: int) -> tuple[list[int], list[int]]:
+def _stretches(bad: Ints, width: Ints, n: int) -> tuple[Ints, Ints]:
     """Where stretches of so many rows (m,) on each side of rows ``bad`` (m,) begin and end; those that touch are one."""
     low = np.minimum.accumulate((bad - width)[::-1])[::-1]
     high = np.maximum.accumulate(bad + REST + 1 + width)
     gaps = np.flatnonzero(low[1:] > high[:-1] + HELD)
     low, high = low[np.append(0, gaps + 1)], high[np.append(gaps, len(bad) - 1)]
-    return np.maximum(low, 0).tolist(), np.minimum(high, n).tolist()
-
-
-def _replaced(whole: Array, low: list[int], high: list[int], parts: list[Array]) -> Array:
-    """``whole`` with each [low, high) replaced by a part."""
-    pieces, done = [], 0
-    for a, b, part in zip(low, high, parts, strict=True):
-        pieces += [whole[done:a], part]
-        done = b
-    return np.concatenate([*pieces, whole[done:]])
+    return np.maximum(low, 0), np.minimum(high, n)
 
 
 def at_rest(s: Array) -> Array:
@@ -273,14 +278,18 @@ def _feed_cap(run: Run, s: Array) -> Array:
 
 def _pace(run: Run, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:
     """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
-    q = joints_at(run, np.stack([s[rows], s[rows + 1]]).ravel()).reshape(2, len(rows), -1)
-    return float((np.abs(q[1] - q[0]) / (limits.jerk * cycle**3)).max())
+    most = 0.0
+    for first in range(0, len(rows), CHUNK_ROWS):
+        some = rows[first : first + CHUNK_ROWS]
+        q = joints_at(run, np.stack([s[some], s[some + 1]]).ravel()).reshape(2, len(some), -1)
+        most = max(most, float((np.abs(q[1] - q[0]) / (limits.jerk * cycle**3)).max()))
+    return most
 
 
 def _with_more_rows(part: Array, more: int) -> Array:
     """The same stretch in more rows: slower in its middle, unchanged at its ends."""
     n = len(part)
-    if more == 0 or n < 12:
+    if more == 0:
         return part
     k = np.arange(n + more, dtype=float)
     f = np.clip((k - HELD) / (n + more - 1 - 2 * HELD), 0.0, 1.0)

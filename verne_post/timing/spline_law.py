@@ -64,14 +64,16 @@ class Law:
         What a sample adds to the coefficients around it falls by more than half from each to the next, so that long
         laws are solved part by part, with samples on both sides that are given up.
         """
-        values = _padded(samples, REST)
-        n = len(values)
-        coefficients = np.empty(n)
+        n = len(samples) + 2 * REST
+        coefficients = np.empty(n + 4)
+        inner = coefficients[2:-2]
         for first in range(0, n, CHUNK_TIMES):
             last = min(first + CHUNK_TIMES, n)
             low, high = max(first - OVERLAP, 0), min(last + OVERLAP, n)
-            coefficients[first:last] = _interpolating(values[low:high])[first - low : last - low]
-        return cls(_padded(coefficients, 2), step)
+            values = samples[np.clip(np.arange(low, high) - REST, 0, len(samples) - 1)]
+            inner[first:last] = _interpolating(values)[first - low : last - low]
+        coefficients[:2], coefficients[-2:] = inner[0], inner[-1]
+        return cls(coefficients, step)
 
     @property
     def duration(self) -> float:
@@ -156,9 +158,5 @@ class Times:
 
 
 def positions(law: Law, times: Times, t: Array) -> Array:
-    """Path parameter at times t (n,) of a law that has been re-timed."""
-    found = np.empty(len(t))
-    for first in range(0, len(t), CHUNK_TIMES):
-        part = slice(first, first + CHUNK_TIMES)
-        found[part] = law.s(times.sigma(t[part]))
-    return found
+    """Path parameter at times t (n,), a chunk of them, of a law that has been re-timed."""
+    return law.s(times.sigma(t))
