@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from verne_post.timing import mending
+from verne_post.timing import flowing, mending
 from verne_post.timing.exact_stop import duration
-from verne_post.timing.flowing import QUALITY, flowing_law
+from verne_post.timing.flowing import NORMAL, QUALITY, flowing_law
 from verne_post.timing.run_path import grid_along
 from verne_post.timing.scan import duration as law_duration
 from verne_post.timing.scan import solve as second_order
@@ -46,6 +46,20 @@ def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
     assert_legal(run, s, top, 1e-3)
     assert_legal(run, fine, top, 1e-3)
     assert len(s) <= 1.02 * len(fine)
+
+
+def test_a_run_that_cannot_be_mended_is_planned_finely(monkeypatch: pytest.MonkeyPatch) -> None:
+    run, top = cornered(1.0, 3, 0.25, 50.0), limits(3)
+    fine = flowing_law(run, top, 1e-3, QUALITY).s
+    tries = []
+
+    def mended(*arguments: object) -> object:
+        tries.append(None)
+        return None if len(tries) <= 1 + NORMAL.repeats else mending.mended(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(flowing, "mended", mended)
+    assert np.array_equal(flowing_law(run, top, 1e-3).s, fine)
+    assert len(tries) == 2 + NORMAL.repeats
 
 
 def test_a_feed_that_changes_is_kept_on_both_sides() -> None:
