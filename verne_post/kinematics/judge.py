@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.ragged import ragged
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.joint_path import JointPath, Solved
@@ -143,9 +144,8 @@ def first_cover(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Ar
     """First cover of segments: (segment, low, high, depth)."""
     wanted = np.maximum(contour.length[chunk] / SPAN_MM, contour.turn[chunk] / SPAN_ANGLE)
     parts = np.maximum(np.ceil(wanted), 1).astype(int)
-    piece = np.repeat(chunk, parts)
-    index = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
-    share = np.repeat(parts, parts)
+    owner, index = ragged(parts)
+    piece, share = chunk[owner], parts[owner]
     for begin in range(0, len(piece), CHUNK_PIECES):
         some = slice(begin, begin + CHUNK_PIECES)
         yield piece[some], index[some] / share[some], (index[some] + 1) / share[some], np.zeros(len(piece[some]), int)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.ragged import ragged
 
 Array = NDArray[np.float64]
 
@@ -89,8 +90,7 @@ def grid_along(run: Run, first: int = 0, last: int | None = None) -> Grid:
         raise ValueError(f"the breaks of a run rise from 0 to its length {run.length:g}")
     width = np.diff(breaks)
     parts = np.ceil(width / SPAN_MM).astype(int)  # none of a segment without length
-    owner = np.repeat(np.arange(len(parts)), parts)
-    index = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+    owner, index = ragged(parts)
     width = width[owner] / parts[owner]
     low = breaks[owner] + index * width
     q = _samples(run, low, width)

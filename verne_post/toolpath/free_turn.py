@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.ragged import ragged
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
@@ -119,8 +120,7 @@ def _points(path: ToolPath) -> _Points:
     """Tips along the path, and the tool lengths there."""
     parts = np.clip(np.ceil(path.length / STEP_MM), 1, MOST_POINTS).astype(int)
     parts[path.kind == PieceKind.ARC] = np.maximum(parts[path.kind == PieceKind.ARC], 16)
-    piece = np.repeat(np.arange(len(path)), parts + 1)
-    index = np.arange(len(piece)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    piece, index = ragged(parts + 1)
     tip, _angles = pose(path, piece, index / parts[piece])
     return _Points(tip, path.tool_length[piece])
 

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.ragged import ragged
 from verne_post.base.tolerances import (
     ACCELERATION_RATIO,
     FEED_RATIO,
@@ -71,12 +72,6 @@ _BETWEEN: Final = (0.17, 0.41, 0.68, 1.0)
 _BULGE: Final = 0.6
 #: A step along an arc of half a turn is longer than its chord by pi / 2; more than half a turn a row cannot be told.
 _ARC_OVER_CHORD: Final = 1.6
-
-
-def _spread(count: Ints) -> tuple[Ints, Ints]:
-    """For counts (n,): each index so many times, and the number of each within its own."""
-    index = np.repeat(np.arange(len(count)), count)
-    return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _across(axis: Array) -> Array:
@@ -163,8 +158,10 @@ class Verifier:
         run = np.where(self.piece >= 0, self.run[self.piece] if n else 0, -1)
         self.stop_before = np.append(True, (run[1:] != run[:-1]) | (run[1:] < 0))
         #: Of each item, and of all before it: seconds at the programmed feed, way (mm); stops before it.
-        self.item_time = np.where(self.piece >= 0, path.feed_time[self.piece], 0.0) if n else np.zeros(len(self.piece))
-        self.item_way = np.where(self.piece >= 0, self.chord_length[self.piece], 0.0) if n else self.item_time
+        moving = self.piece >= 0
+        self.item_time, self.item_way = np.zeros(len(moving)), np.zeros(len(moving))
+        self.item_time[moving] = path.feed_time[self.piece[moving]]
+        self.item_way[moving] = self.chord_length[self.piece[moving]]
         self.time_before, self.way_before = (np.append(0.0, np.cumsum(one)) for one in (self.item_time, self.item_way))
         self.stops_before = np.append(0, np.cumsum(self.stop_before))
         self.group_first = np.flatnonzero(np.diff(self.item_line, prepend=-1))
@@ -532,7 +529,7 @@ class Verifier:
             Between which u the step passes the piece, from 0 to 1.
         """
         begin = np.maximum(old, 0)
-        step, within = _spread(new - begin + 1)
+        step, within = ragged(new - begin + 1)
         piece = self.piece[begin[step] + within]
         step, piece = step[piece >= 0], piece[piece >= 0]
         rounded = np.zeros(len(row), dtype=bool)
@@ -547,7 +544,7 @@ class Verifier:
         """Rows, pieces and u of places that steps pass, from what they touch; of straight pieces the ends tell everything."""
         straight = (self.path.arc[piece] < 0) & (self.path.circle[piece] < 0)
         last = np.diff(row, append=-1) != 0
-        touch, within = _spread(np.where(straight, ~last, len(_BETWEEN)))
+        touch, within = ragged(np.where(straight, ~last, len(_BETWEEN)))
         share = np.where(straight[touch], _BETWEEN[-1], np.array(_BETWEEN)[within])
         low, high = part[touch].T
         return row[touch], piece[touch], low + share * (high - low)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.ragged import ragged
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
 from verne_post.kinematics.modules.verne_rods import rod_jacobians, rod_residuals
 
@@ -368,7 +369,7 @@ def _distinct(module: "VerneModule", rho: Array, row: NDArray[np.intp], pose: Ar
     n = len(rho)
     count = np.bincount(row, minlength=n)
     k = max(int(count.max(initial=0)), 1)
-    place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    _row, place = ragged(count)
     table = np.full((n, k, 4), np.nan)
     table[row, place] = pose
     apart = np.abs(table[:, :, None, :3] - table[:, None, :, :3]).max(axis=-1) / module.L1
