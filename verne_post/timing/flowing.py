@@ -18,7 +18,7 @@ from verne_post.timing.interior_point import X_MIN, Problem, solve
 from verne_post.timing.mending import FAR, at_rest, beyond, legal_rows, mended
 from verne_post.timing.playback import Playback
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
-from verne_post.timing.spline_law import CHUNK_TIMES, Law, Times, positions
+from verne_post.timing.spline_law import Law, Times, positions
 
 Array = NDArray[np.float64]
 
@@ -252,10 +252,8 @@ def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
 
 def law_of(law: Law, times: Times, unit: float) -> Law:
     """A law that has been re-timed, as a law of its own."""
-    samples = np.empty(int(np.ceil(times.total / unit)) + 1)
-    for first in range(0, len(samples), CHUNK_TIMES):
-        at = unit * np.arange(first, min(first + CHUNK_TIMES, len(samples)))
-        samples[first : first + len(at)] = positions(law, times, np.minimum(at, times.total))
+    count = int(np.ceil(times.total / unit)) + 1
+    samples = positions(law, times, count, lambda number: np.minimum(unit * number, times.total))
     return Law.through_samples(samples, unit)
 
 
@@ -454,11 +452,12 @@ def _by_phase(a: Array, k: int) -> Array:
 def _rows(law: Law, times: Times, length: float, cycle: float, slower: float, played: Playback, begin: float) -> Array:
     """Rows of the law as it is played, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = played.cycles(times.total * slower, begin, cycle)
-    s = np.empty(cycles + 1)
-    for first in range(0, len(s), CHUNK_TIMES):
-        row = np.arange(first, min(first + CHUNK_TIMES, len(s)), dtype=float)
-        share = played.shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
-        s[first : first + len(row)] = positions(law, times, times.total * share)
+
+    def instants(row: Array) -> Array:
+        done = played.shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
+        return times.total * done
+
+    s = positions(law, times, cycles + 1, instants)
     np.clip(s, 0.0, length, out=s)
     np.maximum.accumulate(s, out=s)
     first = int(np.searchsorted(s, AT_REST * length, side="right")) - 1

@@ -245,12 +245,9 @@ class _Iteration:
         change[self.held] = 0.0
         return change
 
+    @np.errstate(over="ignore", invalid="ignore")
     def run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
         """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self._run(start, centre, gap, iterations)
-
-    def _run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
         c = start.copy()
         if self.problem.end is not None:
             c[-3:] = self.problem.end

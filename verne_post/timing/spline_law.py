@@ -1,5 +1,6 @@
 """Laws s(sigma) from rest to rest as uniform quintic B-splines, and the change from one pseudo-time to the next."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -157,6 +158,10 @@ class Times:
         return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)
 
 
-def positions(law: Law, times: Times, t: Array) -> Array:
-    """Path parameter at times t (n,), a chunk of them, of a law that has been re-timed."""
-    return law.s(times.sigma(t))
+def positions(law: Law, times: Times, count: int, instants: Callable[[Array], Array]) -> Array:
+    """Path parameters (count,) of a law that has been re-timed, at the times that ``instants`` has for numbers 0, 1, ..."""
+    found = np.empty(count)
+    for first in range(0, count, CHUNK_TIMES):
+        number = np.arange(first, min(first + CHUNK_TIMES, count), dtype=float)
+        found[first : first + len(number)] = law.s(times.sigma(instants(number)))
+    return found

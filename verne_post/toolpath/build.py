@@ -317,15 +317,15 @@ def _joined(
         return joined
     rate = (end - start) / length[:, None]
     jump = rate[1:] - rate[:-1]
-    jump[:, 3:] *= ROTARY_METRIC_MM
-    smooth = np.asarray((np.abs(jump) < CONTINUATION).all(axis=1))
-    del jump
     curved = kind == PieceKind.ARC
     beside = np.flatnonzero(curved[1:] | curved[:-1])  # pieces with an arc on one side of the corner behind them
     leaving, arriving = (_tip_derivatives(rate, arcs, arc, length, beside + k, u) for k, u in ((1, 0.0), (0, 1.0)))
-    turned = ROTARY_METRIC_MM * np.abs(rate[beside + 1, 3:] - rate[beside, 3:])
-    smooth[beside] = (np.abs(leaving - arriving) < CONTINUATION).all(axis=(1, 2))
-    smooth[beside] &= (turned < CONTINUATION).all(axis=1)
+    bent = leaving - arriving
+    jump[beside, :3] = bent[:, 0]
+    jump[:, 3:] *= ROTARY_METRIC_MM
+    smooth = np.asarray((np.abs(jump) < CONTINUATION).all(axis=1))
+    smooth[beside] &= (np.abs(bent[:, 1:]) < CONTINUATION).all(axis=(1, 2))
+    del jump  # as large as the path
     same_kind = kind[1:] == kind[:-1]
     pace = feed_time / length
     same_pace = np.abs(pace[1:] - pace[:-1]) <= CONTINUATION * pace[1:]
