@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
 from verne_post.timing.interior_point import X_MIN, Problem, solve
-from verne_post.timing.mending import FAR, at_rest, beyond, legal_rows, mended
+from verne_post.timing.mending import FAR, at_rest, beyond, excess, legal_rows, mended
 from verne_post.timing.playback import Playback
 from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
 from verne_post.timing.spline_law import Law, Times, positions
@@ -226,9 +226,9 @@ def flowing_law(
 
     for left in reversed(range(effort.repeats + 1)):
         z = at_rest(rows(1.0, AS_PLANNED))
-        over = beyond(run, z, limits, cycle)
+        over = beyond(excess(run, z, limits, cycle))
         if not left or FEW * np.count_nonzero(over[1] > FAR) <= len(z):
-            found = mended(run, z, limits, cycle, unit, over)
+            found = mended(run, z, over, limits, cycle, unit)
             if found is not None and played == AS_PLANNED:
                 return FlowingLaw(found, bound)
             if found is not None or (not left and effort is QUALITY):

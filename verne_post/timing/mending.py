@@ -97,14 +97,17 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
     """
     s = rows(1.0)
     for attempt in range(EASINGS):
-        found = mended(run, at_rest(s), limits, cycle, unit)
+        z = at_rest(s)
+        worst = excess(run, z, limits, cycle)
+        found = mended(run, z, beyond(worst), limits, cycle, unit)
         if found is not None:
             return found
         # braking before a place takes jerk of its own, the less the longer it lasts
         reach = max(round(2**attempt * EASE_REACH * unit / cycle), 8)
-        s = eased(s, np.cbrt(_over_rows(excess(run, at_rest(s), limits, cycle))), reach)
+        s = eased(s, np.cbrt(_over_rows(worst)), reach)
     for slower in STRETCHES:
-        found = mended(run, at_rest(rows(slower)), limits, cycle, unit)
+        z = at_rest(rows(slower))
+        found = mended(run, z, beyond(excess(run, z, limits, cycle)), limits, cycle, unit)
         if found is not None:
             return found
     slower, before = STRETCHES[-1], np.inf
@@ -188,22 +191,21 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
     return worst
 
 
-def beyond(run: Run, z: Array, limits: Limits, cycle: float) -> tuple[Ints, Array]:
-    """Rows (m,) of z (n,), resting at both ends, at which differences begin that are beyond a limit, and their :func:`excess`."""
-    worst = excess(run, z, limits, cycle)
+def beyond(worst: Array) -> tuple[Ints, Array]:
+    """Rows (m,) at which differences begin that are beyond a limit, and by how much, from the :func:`excess` of all."""
     bad = np.flatnonzero(worst > 1.0)
     return bad, worst[bad]
 
 
 def mended(
-    run: Run, z: Array, limits: Limits, cycle: float, unit: float, over: tuple[Ints, Array] | None = None
+    run: Run, z: Array, over: tuple[Ints, Array], limits: Limits, cycle: float, unit: float
 ) -> Array | None:  # fmt: skip
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
     Those given have rows of rest at both ends (:func:`at_rest`), those found have not. ``over`` says which of the given ones
-    are :func:`beyond` a limit, where it is known.
+    are :func:`beyond` a limit.
     """
-    bad, ratio = over or beyond(run, z, limits, cycle)
+    bad, ratio = over
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
         if not len(bad):
