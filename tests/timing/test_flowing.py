@@ -1,11 +1,14 @@
 """Laws of flowing runs, judged on the differences of their rows by a judge of its own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from verne_post.timing import flowing, mending
 from verne_post.timing.exact_stop import duration
-from verne_post.timing.flowing import NORMAL, QUALITY, flowing_law
+from verne_post.timing.flowing import NORMAL, QUALITY, first_law, flowing_law, retimed
+from verne_post.timing.interior_point import X_MIN, Found, Problem
 from verne_post.timing.run_path import grid_along
 from verne_post.timing.scan import duration as law_duration
 from verne_post.timing.scan import solve as second_order
@@ -46,6 +49,24 @@ def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
     assert_legal(run, s, top, 1e-3)
     assert_legal(run, fine, top, 1e-3)
     assert len(s) <= 1.02 * len(fine)
+
+
+@pytest.mark.parametrize(("near_zero", "kept"), [(slice(10, -10, 12), True), (slice(10, -10), False)])
+def test_only_a_window_that_takes_far_longer_is_given_up(
+    near_zero: slice, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Coefficients near zero, each among others, are the slow spots of sharp corners: where they are wanted."""
+    run, top = cornered(1.0, 12, 0.02, 50.0), limits(3)
+    law, unit, _bound = first_law(run, top, 1e-3, second_order)
+
+    def solved(problem: Problem, start: np.ndarray, **more: float) -> Found:
+        found = np.ones_like(start)
+        found[near_zero] = X_MIN
+        return Found(found, 1, True)
+
+    monkeypatch.setattr(flowing, "solve", solved)
+    times = retimed(run, law, top, 1e-3, unit, replace(NORMAL.passes[0], knot=2), NORMAL.shares)
+    assert (times.total > 1.01 * law.duration) == kept
 
 
 def test_a_run_that_cannot_be_mended_is_planned_finely(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -336,7 +336,9 @@ def retimed(
             careful = begin
             begin -= step.window
             continue
-        if _crawls(found.coefficients, step.window):  # the law as it is needs less mending than one that all but stands
+        if _crawls(
+            found.coefficients[: step.window + 3]
+        ):  # the law as it is needs less mending than one that all but stands
             coefficients[begin + len(fixed) : end + 3] = 1.0
         else:
             coefficients[begin : end + 3] = found.coefficients
@@ -344,9 +346,9 @@ def retimed(
     return Times.of_coefficients(coefficients, knot)
 
 
-def _crawls(coefficients: Array, kept: int) -> bool:
+def _crawls(coefficients: Array) -> bool:
     """A solution that has lost its way slows down far more than re-timing a law near the optimum ever needs."""
-    return bool(np.mean(np.maximum(coefficients[:kept], X_MIN) ** -0.5) > CRAWLING)
+    return Times.of_coefficients(coefficients, 1.0).total > CRAWLING * (len(coefficients) - 3)
 
 
 def _start(known: Array, step: Pass, goes_on: bool, slow: float | None) -> Array:

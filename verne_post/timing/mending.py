@@ -7,6 +7,7 @@ rows, and in the end the whole run is slowed down, which always helps: every rat
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.linalg import get_lapack_funcs
 
+from verne_post.base.ragged import ragged
 from verne_post.model.machine import Limits
 from verne_post.timing.run_path import Run, joints_at
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.intp]
+Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
 #: Ratios that rows may reach: velocity and feed, acceleration, jerk.
@@ -180,14 +182,20 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
     n = len(s)
     worst = np.zeros(n - REST)
     for first in range(0, n - REST, CHUNK_ROWS):
-        part = s[first : first + CHUNK_ROWS + REST]
-        difference = joints_at(run, part)
-        found = _feed_ratio(run, part, cycle)[: len(part) - REST] / ACCEPTED[0]
-        for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
-            difference = np.diff(difference, axis=0)
-            ratio = (np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * ACCEPTED[order]))).max(axis=1)
-            found = np.maximum(found, ratio[: len(found)])
+        found = _excess(_Rows.at(run, s[first : first + CHUNK_ROWS + REST]), limits, cycle)
         worst[first : first + len(found)] = found
+    return worst
+
+
+def _excess(rows: "_Rows", limits: Limits, cycle: float) -> Array:
+    """As :func:`excess`, of rows whose joints are known."""
+    count = len(rows.s) - REST
+    worst = (np.diff(rows.s) / (cycle * rows.cap))[:count] / ACCEPTED[0]
+    difference = rows.q
+    for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
+        difference = np.diff(difference, axis=0)
+        ratio = (np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * ACCEPTED[order]))).max(axis=1)
+        worst = np.maximum(worst, ratio[:count])
     return worst
 
 
@@ -217,31 +225,35 @@ def mended(
         added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
         around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
         gentle = 0.5 * np.cbrt(GENTLE * added * _pace(run, z, around, limits, cycle))
-        low, high = _stretches(bad, np.maximum(width, np.round(gentle)).astype(np.intp), len(z))
+        low, high = _stretches(
+            bad, np.maximum(width, np.round(gentle)).astype(np.intp), np.zeros_like(bad), np.full_like(bad, len(z))
+        )
         more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low >= SHORTEST)
-        z, bad, ratio = _mended_stretches(z, low.tolist(), high.tolist(), more.tolist(), run, limits, cycle)
+        z, bad, ratio = _mended_stretches(z, low, high, more, reach, run, limits, cycle)
     return None
 
 
 def _mended_stretches(
-    z: Array, low: list[int], high: list[int], more: list[int], run: Run, limits: Limits, cycle: float
+    z: Array, low: Ints, high: Ints, more: Ints, reach: int, run: Run, limits: Limits, cycle: float
 ) -> tuple[Array, Ints, Array]:
     """Rows with stretches [low, high) given ``more`` rows and shifted, and those that still are :func:`beyond` a limit.
 
     All that were lie in the stretches, whose held rows at both ends keep what differences across the ends are. So many are
     mended at a time that what is needed besides does not grow with the run.
     """
-    new = np.empty(len(z) + sum(more))
+    new = np.empty(len(z) + int(more.sum()))
     done = at = 0  # of the old rows, and of the new ones
     rows, ratios = [], []
-    lengths = np.subtract(high, low) + more
+    lengths = high - low + more
     group = np.cumsum(lengths) // CHUNK_ROWS
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
         some = slice(first, last)
-        parts = [_with_more_rows(z[a:b], k) for a, b, k in zip(low[some], high[some], more[some], strict=True)]
-        parts = _shifted(parts, run, limits, cycle)
-        judged = np.split(excess(run, np.concatenate(parts), limits, cycle), np.cumsum(lengths[first : last - 1]))
-        for a, b, part, worst in zip(low[some], high[some], parts, judged, strict=True):
+        places = list(zip(low[some].tolist(), high[some].tolist(), strict=True))
+        parts = [_with_more_rows(z[a:b], k) for (a, b), k in zip(places, more[some].tolist(), strict=True)]
+        shifted = _shifted(np.concatenate(parts), lengths[some], reach, run, limits, cycle)
+        ends = np.cumsum(lengths[first : last - 1])
+        judged = np.split(_excess(shifted, limits, cycle), ends)
+        for (a, b), part, worst in zip(places, np.split(shifted.s, ends), judged, strict=True):
             new[at : at + a - done] = z[done:a]
             at += a - done
             new[at : at + len(part)] = part
@@ -253,29 +265,20 @@ def _mended_stretches(
     return new, np.concatenate(rows), np.concatenate(ratios)
 
 
-def _stretches(bad: Ints, width: Ints, n: int) -> tuple[Ints, Ints]:
-    """Where stretches of so many rows (m,) on each side of rows ``bad`` (m,) begin and end; those that touch are one."""
-    low = np.minimum.accumulate((bad - width)[::-1])[::-1]
-    high = np.maximum.accumulate(bad + REST + 1 + width)
-    gaps = np.flatnonzero(low[1:] > high[:-1] + HELD)
-    low, high = low[np.append(0, gaps + 1)], high[np.append(gaps, len(bad) - 1)]
-    return np.maximum(low, 0), np.minimum(high, n)
+def _stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple[Ints, Ints]:
+    """Where stretches of so many rows (m,) on each side of rows ``bad`` (m,) begin and end; those that touch are one.
+
+    They stay inside [lowest, highest) of each (m,), and those of different bounds stay apart.
+    """
+    low = np.minimum.accumulate(np.maximum(bad - width, lowest)[::-1])[::-1]
+    high = np.maximum.accumulate(np.minimum(bad + REST + 1 + width, highest))
+    gaps = np.flatnonzero((low[1:] > high[:-1] + HELD) | (lowest[1:] != lowest[:-1]))
+    return low[np.append(0, gaps + 1)], high[np.append(gaps, len(bad) - 1)]
 
 
 def at_rest(s: Array) -> Array:
     """Rows s (n,) with those of rest at both ends that the differences count as well."""
     return np.concatenate([np.full(REST, s[0]), s, np.full(REST, s[-1])])
-
-
-def _feed_ratio(run: Run, s: Array, cycle: float) -> Array:
-    """Speed of each step over the feed's: the slowest of the caps at both ends and in the middle counts."""
-    return np.diff(s) / (cycle * _feed_cap(run, s))
-
-
-def _feed_cap(run: Run, s: Array) -> Array:
-    ends = np.asarray(run.speed(s), dtype=float)
-    middle = np.asarray(run.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
-    return np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
 
 
 def _pace(run: Run, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:
@@ -301,56 +304,67 @@ def _with_more_rows(part: Array, more: int) -> Array:
     return np.maximum.accumulate(np.clip(at, part[0], part[-1]))
 
 
-def _shifted(parts: list[Array], run: Run, limits: Limits, cycle: float) -> list[Array]:
-    """Shift the rows of stretches until their differences are inside the limits, or the steps are used up.
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Rows s (n,), their joints q (n, n_joints), and the largest speed by the feed ``cap`` (n - 1,) over each step."""
 
-    The first and last rows of each stretch stay where they are. A step that makes a stretch worse is taken
-    back, and the next one is damped more.
+    s: Array
+    q: Array
+    cap: Array
+
+    @classmethod
+    def at(cls, run: Run, s: Array) -> "_Rows":
+        """The slowest of the caps at both ends and in the middle of a step counts."""
+        ends = np.asarray(run.speed(s), dtype=float)
+        middle = np.asarray(run.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
+        return cls(s, joints_at(run, s), np.minimum(np.minimum(ends[1:], ends[:-1]), middle))
+
+    def taken(self, rows: Ints) -> "_Rows":
+        """Some rows (m,); caps between such as are no neighbours mean nothing."""
+        return _Rows(self.s[rows], self.q[rows], self.cap[rows[:-1]])
+
+
+def _shifted(s: Array, lengths: Ints, reach: int, run: Run, limits: Limits, cycle: float) -> _Rows:
+    """Rows of stretches, laid end to end, shifted until their differences are inside the limits, or the steps are used up.
+
+    The first and last rows of each stretch stay where they are. A step that makes a stretch worse is not taken, and the next
+    one is damped more. From each step to the next a stretch is cut down to what lies around the rows still beyond a limit.
     """
-    best = list(parts)
-    merit = np.full(len(parts), np.inf)
-    damping = np.full(len(parts), DAMPING)
-    trial = list(parts)
-    left = np.arange(len(parts))
-    # shifts are small against a row's step: the slopes stay what they are
-    slopes = np.split(_slopes(run, np.concatenate(parts)), np.cumsum([len(part) for part in parts])[:-1])
-    for attempt in range(STEPS + 1):
-        slope = np.concatenate([slopes[i] for i in left])
-        z = np.concatenate([trial[i] for i in left])
-        lengths = np.array([len(trial[i]) for i in left])
-        ends = np.cumsum(lengths)
-        owner = np.repeat(np.arange(len(left)), lengths)
-        model = _Model(z, slope, owner, run, limits, cycle)
-        now = model.merit(len(left), AIMED)
-        done = model.merit(len(left), ACCEPTED) == 0.0
-        better = done | (now < merit[left])
-        for g in np.flatnonzero(better).tolist():
-            best[left[g]] = trial[left[g]]
-        damping[left] = np.where(better, np.maximum(0.1 * damping[left], DAMPING), 100.0 * damping[left])
-        merit[left] = np.where(better, now, merit[left])
-        going = ~done
-        if not going.any() or attempt == STEPS:
+    rows = _Rows.at(run, s)
+    slope = _slopes(run, rows)  # shifts are small against a row's step: the slopes stay what they are
+    high: Ints = np.cumsum(lengths)
+    low: Ints = high - lengths
+    damping = np.full(len(lengths), DAMPING)
+    for _ in range(STEPS):
+        owner, place = ragged(high - low)
+        here = low[owner] + place
+        model = _Model(rows.taken(here), slope[here], owner, limits, cycle)
+        # stretches follow each other along the run, so that no row of one can hold back another's
+        trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
+        np.maximum.accumulate(trial, out=trial)
+        tried = _Model(_Rows.at(run, trial), slope[here], owner, limits, cycle)
+        merit, after = (np.bincount(owner, one.squares(AIMED)) for one in (model, tried))
+        left = tried.squares(ACCEPTED)
+        better = (np.bincount(owner, left) == 0.0) | (after < merit)
+        taken = better[owner]
+        rows.s[here[taken]], rows.q[here[taken]] = trial[taken], tried.rows.q[taken]
+        taken = taken[:-1] & (owner[1:] == owner[:-1])
+        rows.cap[here[:-1][taken]] = tried.rows.cap[taken]
+        damping = np.where(better, np.maximum(0.1 * damping, DAMPING), 100.0 * damping)
+        beyond = np.flatnonzero(np.where(better[owner], left, model.squares(ACCEPTED)) > 0.0)
+        if not len(beyond):
             break
-        # where the step was taken back, the next one starts from the best so far
-        back = np.flatnonzero(~better & going)
-        if len(back):
-            for g in back.tolist():
-                z[ends[g] - lengths[g] : ends[g]] = best[left[g]]
-            model = _Model(z, slope, owner, run, limits, cycle)
-        change = model.shifts(damping[left])
-        for g in np.flatnonzero(going).tolist():
-            low, high = int(ends[g] - lengths[g]), int(ends[g])
-            moved = z[low:high] + change[low:high]
-            trial[left[g]] = np.maximum.accumulate(np.clip(moved, z[low], z[high - 1]))
-        left = left[going]
-    return best
+        bad, of = here[beyond], owner[beyond]
+        low, high = _stretches(bad, np.full_like(bad, reach), low[of], high[of])
+        damping = damping[of[np.searchsorted(bad, low)]]
+    return rows
 
 
-def _slopes(run: Run, z: Array) -> Array:
-    """Derivatives of the joints by s (n, n_joints) at rows z (n,)."""
-    step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(z)), SHARE_OF_LENGTH * run.length)
-    step = np.where(z + step > run.length, -step, step)
-    return np.asarray((joints_at(run, z + step) - joints_at(run, z)) / step[:, None])
+def _slopes(run: Run, rows: _Rows) -> Array:
+    """Derivatives of the joints by s (n, n_joints) at rows."""
+    step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(rows.s)), SHARE_OF_LENGTH * run.length)
+    step = np.where(rows.s + step > run.length, -step, step)
+    return np.asarray((joints_at(run, rows.s + step) - rows.q) / step[:, None])
 
 
 class _Model:
@@ -359,35 +373,32 @@ class _Model:
     ``values[o]`` has shape (n - o, m), ``gains[o]`` (n, m) or, for the feed, by difference.
     """
 
-    def __init__(self, z: Array, slope: Array, owner: Ints, run: Run, limits: Limits, cycle: float) -> None:
-        self.owner, self.n = owner, len(z)
-        q = joints_at(run, z)
+    def __init__(self, rows: _Rows, slope: Array, owner: Ints, limits: Limits, cycle: float) -> None:
+        self.rows, self.owner, self.n = rows, owner, len(owner)
         self.values: list[Array] = []
         self.gains: list[Array] = []
-        difference = q
+        difference = rows.q
         for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1):
             difference = np.diff(difference, axis=0)
             scale = 1.0 / (limit * cycle**order)
             whole = (owner[order:] == owner[:-order])[:, None]
             self.values.append(np.where(whole, difference * scale, 0.0))
             self.gains.append(slope * scale)
-        by_feed = np.where(owner[1:] == owner[:-1], 1.0 / (cycle * _feed_cap(run, z)), 0.0)
-        self.by_feed = by_feed
-        self.feed = np.diff(z) * by_feed
+        self.by_feed = np.where(owner[1:] == owner[:-1], 1.0 / (cycle * rows.cap), 0.0)
+        self.feed = np.diff(rows.s) * self.by_feed
         self.strain = np.maximum(np.abs(self.gains[2]).max(axis=1), SMALLEST_STRAIN * np.abs(self.gains[2]).max())
         self.weight = np.where(owner[1:] == owner[:-1], np.minimum(self.strain[1:], self.strain[:-1]), 0.0)
-        self.forward = np.diff(z) * self.weight
+        self.forward = np.diff(rows.s) * self.weight
         edge = np.ones(self.n, dtype=bool)
         edge[HELD:-HELD] = owner[2 * HELD :] != owner[: -2 * HELD]
         self.edge = edge
 
-    def merit(self, count: int, bounds: tuple[float, float, float]) -> Array:
-        """Sum of squares beyond the bounds on velocity and feed, acceleration, and jerk, for each stretch (count,)."""
-        by_feed: Array = np.maximum(self.feed - bounds[0], 0.0) ** 2
-        total = np.bincount(self.owner[:-1], by_feed, minlength=count).astype(float)
+    def squares(self, bounds: tuple[float, float, float]) -> Array:
+        """Squares (n,) beyond the bounds on velocity and feed, acceleration, and jerk, of differences that begin at each row."""
+        total = np.zeros(self.n)
+        total[:-1] = np.maximum(self.feed - bounds[0], 0.0) ** 2
         for order, values in enumerate(self.values, start=1):
-            beyond: Array = (np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2).sum(axis=1)
-            total = total + np.bincount(self.owner[:-order], beyond, minlength=count)
+            total[:-order] += (np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2).sum(axis=1)
         return total
 
     def shifts(self, damping: Array) -> Array:
