@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import BLOCK_ROWS, GrowingTable
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.parameters import Store
@@ -149,9 +150,13 @@ class State:
 #: Columns behind line, kind, end and feed, which a block of moves may share.
 _OWN_NAMES = ("feed_mode", "spindle", "frame", "control", "arc", "vector")
 _OWN_TYPES: tuple[type, ...] = (np.int8, float, np.int32, np.int32, np.int32, float)
+_LAYOUT: dict[str, tuple[Any, ...]] = {
+    "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,),
+    **{name: (dtype, 3) if name == "vector" else (dtype,) for name, dtype in zip(_OWN_NAMES, _OWN_TYPES, strict=True)},
+}  # fmt: skip
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
 _Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
-#: Rows that are kept one by one, before they become arrays.
+#: Rows that are kept one by one, before they become arrays; cutter compensation amends the last few.
 _KEPT_ROWS = 50_000
 
 
@@ -185,6 +190,9 @@ class Recorder:
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
     count: int = 0
+    #: What is done with, and how many rows that is.
+    table: GrowingTable = field(default_factory=lambda: GrowingTable(**_LAYOUT))
+    settled: int = 0
 
     def frame_index(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
@@ -208,6 +216,8 @@ class Recorder:
         self.rows.append(row)
         self.places.append(self.count)
         self.count += 1
+        if len(self.rows) >= 2 * _KEPT_ROWS:
+            self._flush(_KEPT_ROWS)
 
     def amend(self, index: int, u: int, v: int, end: tuple[float, float], sweep: float | None) -> None:
         """Let the motion ``index`` (counted over all) end elsewhere in a plane; an arc turns ``sweep`` degrees more."""
@@ -240,6 +250,8 @@ class Recorder:
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n
+        if self.count - self.settled >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
+            self._settle()
 
     def fix_c(self, line: int) -> None:
         """Note that a line leaves C no longer open."""
@@ -250,33 +262,37 @@ class Recorder:
         """Record something that is not motion."""
         self.events.append(Event(line, kind, self.count, data))
 
-    def _flush(self) -> None:
-        """Turn the rows that are kept one by one into a block."""
-        if not self.rows:
+    def _flush(self, count: int | None = None) -> None:
+        """Turn the first rows, or all, of those that are kept one by one into a block."""
+        rows, places = self.rows[:count], self.places[:count]
+        if not rows:
             return
-        line, kind, end, feed, *own = zip(*self.rows, strict=True)
+        line, kind, end, feed, *own = zip(*rows, strict=True)
         columns: list[NDArray[Any]] = [
             np.array(column, dtype=dtype) for column, dtype in zip(own, _OWN_TYPES, strict=True)
         ]
         self.blocks.append(
-            (np.array(self.places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
+            (np.array(places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
              np.array(end, dtype=float), np.array(feed, dtype=float), columns)
         )  # fmt: skip
-        self.rows, self.places = [], []
+        del self.rows[:count], self.places[:count]
+
+    def _settle(self) -> None:
+        """Add everything recorded so far to the table."""
+        self._flush()
+        part = {name: np.empty((self.count - self.settled, *width), dtype) for name, (dtype, *width) in _LAYOUT.items()}
+        for place, line, kind, end, feed, own in self.blocks:
+            first = self.settled
+            at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
+            for name, values in zip(part, (line, kind, end, feed, *own), strict=True):
+                part[name][at] = values
+        self.table.extend(**part)
+        self.blocks, self.settled = [], self.count
 
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""
-        self._flush()
-        n = self.count
-        table: dict[str, NDArray[Any]] = {
-            "line": np.empty(n, np.int32), "kind": np.empty(n, np.int8), "end": np.empty((n, 9)), "feed": np.empty(n),
-        }  # fmt: skip
-        for name, dtype in zip(_OWN_NAMES, _OWN_TYPES, strict=True):
-            table[name] = np.empty((n, 3) if name == "vector" else n, dtype=dtype)
-        for place, line, kind, end, feed, own in self.blocks:
-            for name, values in zip(table, (line, kind, end, feed, *own), strict=True):
-                table[name][place] = values
-        self.blocks = []
+        self._settle()
+        table = self.table.columns()
         arcs = Arcs(
             np.array([arc.plane for arc in self.arcs], dtype=np.int8),
             np.array([arc.center for arc in self.arcs], dtype=float).reshape(-1, 3),

@@ -1,11 +1,13 @@
 """Moves -> ToolPath: every motion becomes a piece, pieces that continue each other become a run."""
 
 from collections.abc import Callable
-from typing import Final
+from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import GrowingTable, blocks
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import (
     CONTINUATION,
@@ -26,6 +28,7 @@ from verne_post.toolpath.evaluate import arc_derivatives
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
 
 #: Millimetres of path that one radian of rotation counts for in the metric length of a piece:
 #: a typical distance of the tip from the table's axes, so that pure rotations have length too.
@@ -64,37 +67,56 @@ def build_path(
     InputError
         VP007 where a great circle is not defined, or does not lead to the programmed angles.
     """
-    length_of = np.array([frame.tool_length for frame in moves.frames])
-    frame_length = length_of[moves.frame] if len(moves) else np.empty(0)
     first = _poses(coordinates, moves.start[None], moves.start_frame)[0]
+    first_length = moves.start_frame.tool_length
     if len(moves):
-        first = _on_gauge_line(first[None], moves.start_frame.tool_length - frame_length[:1])[0]
-    end = np.empty((len(moves), 5))
-    for index, frame in enumerate(moves.frames):
-        rows = np.flatnonzero(moves.frame == index)
-        end[rows] = _poses(coordinates, moves.end[rows], frame)
-
-    motion = moves.kind != MoveKind.DWELL
-    start = _starts(first, end, frame_length)
-    kept = motion & (_moving(end - start) | (moves.kind == MoveKind.ARC))
-    start = _starts_after_kept(first, end, frame_length, kept)
-    row = np.flatnonzero(kept)
-    start, end_kept = start[row], end[row]
-    free = np.isfinite(moves.vector[row, 0])
-    if free.any():
-        across_the_pole(start, end_kept, free)
-    arc_rows = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
-    arcs = _arcs(moves, row[arc_rows], start[arc_rows], end_kept[arc_rows], coordinates)
-    path = _assembled(moves, row, start, end_kept, arcs, first, frame_length, orientation)
+        length = moves.frames[moves.frame[0]].tool_length
+        first, first_length = _on_gauge_line(first[None], np.array([first_length - length]))[0], length
+    row, start, end = _kept_moves(moves, coordinates, first, first_length)
+    path = _assembled(moves, row, start, end, coordinates, first, first_length, orientation)
     chosen = planner(path) if planner is not None and len(row) else None
     if chosen is None:
         return path
     start = np.concatenate([start[:, :3], chosen[0]], axis=1)
-    end_kept = np.concatenate([end_kept[:, :3], chosen[1]], axis=1)
+    end = np.concatenate([end[:, :3], chosen[1]], axis=1)
     first = np.concatenate([first[:3], start[0, 3:]])
-    still = _moving(end_kept - start) | (moves.kind[row] == MoveKind.ARC)  # a turn may have become superfluous
-    row, start, end_kept = row[still], start[still], end_kept[still]
-    return _assembled(moves, row, start, end_kept, arcs, first, frame_length, orientation)
+    still = _moving(end - start) | (moves.kind[row] == MoveKind.ARC)  # a turn may have become superfluous
+    return _assembled(moves, row[still], start[still], end[still], coordinates, first, first_length, orientation)
+
+
+def _kept_moves(
+    moves: Moves, coordinates: TableCoordinates, first: Array, first_length: float
+) -> tuple[Rows, Array, Array]:
+    """Moves (n,) that have a length, and the poses (n, 5) at which they start and end."""
+    kept_moves = GrowingTable(row=(np.intp,), start=(float, 5), end=(float, 5))
+    length_of = np.array([frame.tool_length for frame in moves.frames])
+    before = after_kept = (
+        first[None],
+        np.array([first_length]),
+    )  # end and tool length of the last move, and of the last kept
+    for begin, stop in blocks(len(moves)):
+        rows = np.arange(begin, stop)
+        number = moves.frame[begin:stop]
+        length = length_of[number]
+        end = np.empty((len(rows), 5))
+        for index in np.unique(number):
+            mine = np.flatnonzero(number == index)
+            end[mine] = _poses(coordinates, moves.end[rows[mine]], moves.frames[index])
+        kind = moves.kind[begin:stop]
+        start = _starts(*before, end, length)
+        kept = (kind != MoveKind.DWELL) & (_moving(end - start) | (kind == MoveKind.ARC))
+        start = _starts_after_kept(*after_kept, end, length, kept)
+        before = end[-1:], length[-1:]
+        if kept.any():
+            last = np.flatnonzero(kept)[-1:]
+            after_kept = end[last], length[last]
+        row, start, end = rows[kept], start[kept], end[kept]
+        free = np.isfinite(moves.vector[row, 0])
+        if free.any():
+            end = end.copy()
+            across_the_pole(start, end, free)
+        kept_moves.extend(row=row, start=start, end=end)
+    return tuple(kept_moves.columns().values())  # type: ignore[return-value]
 
 
 def across_the_pole(start: Array, end: Array, free: Mask) -> None:
@@ -119,11 +141,89 @@ def across_the_pole(start: Array, end: Array, free: Mask) -> None:
 
 
 def _assembled(
-    moves: Moves, row: NDArray[np.intp], start: Array, end: Array, arcs: ArcPieces, first: Array,
-    frame_length: Array, orientation: str,
+    moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates, first: Array, first_length: float,
+    orientation: str,
 ) -> ToolPath:  # fmt: skip
     """The tool path of pieces whose poses are known."""
+    dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
+    dwell_before = np.searchsorted(row, dwell)
+    pieces, arcs, circles = GrowingTable(**_PIECES), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
+    run = n_arcs = n_circles = 0
+    for begin, stop in blocks(len(row)):
+        seen = max(begin - 1, 0)  # whether a piece goes on depends on the one before
+        made = _pieces(moves, row[seen:stop], start[seen:stop], end[seen:stop], coordinates, orientation)
+        if seen < begin:
+            made = made.behind_the_first()
+        at = dwell_before[(dwell_before > 0) & (dwell_before >= begin) & (dwell_before < stop)]
+        made.joined[at - begin] = False
+        runs = np.cumsum(~made.joined) + run
+        made.columns["run"] = runs - 1
+        made.columns["arc"] = np.where(made.columns["arc"] < 0, -1, made.columns["arc"] + n_arcs)
+        made.columns["circle"] = np.where(made.columns["circle"] < 0, -1, made.columns["circle"] + n_circles)
+        pieces.extend(**made.columns)
+        arcs.extend(**vars(made.arcs))
+        circles.extend(**vars(made.circles))
+        run, n_arcs, n_circles = int(runs[-1]), n_arcs + len(made.arcs.sweep), n_circles + len(made.circles.angle)
+    columns = pieces.columns()
+    return ToolPath(
+        **columns,
+        arcs=ArcPieces(**arcs.columns()),
+        circles=GreatCircles(**circles.columns()),
+        joints=np.empty((0, 2, 0)),
+        dwell_run=_runs_behind(columns["run"], dwell_before),
+        dwell_seconds=moves.feed[dwell],
+        dwell_line=moves.line[dwell],
+        first_pose=first,
+        first_tool_length=first_length,
+    )
+
+
+#: Columns of a tool path that are made block by block.
+_PIECES: Final = {
+    "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
+    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
+    "move": (np.int32,), "run": (np.int32,),
+}  # fmt: skip
+_ARCS: Final = {
+    "center": (float, 3), "e1": (float, 3), "e2": (float, 3), "rise": (float, 3), "r0": (float,), "r1": (float,), "sweep": (float,),
+}  # fmt: skip
+_CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
+
+
+def _runs_behind(run: NDArray[np.int32], piece: Rows) -> NDArray[np.int32]:
+    """Runs (d,) of pieces (d,) by their numbers; behind the last piece the next run."""
+    n = len(run)
+    inside = run[np.minimum(piece, n - 1)] if n else np.zeros(len(piece), np.int32)
+    return np.where(piece < n, inside, run[-1] + 1 if n else 0).astype(np.int32)
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Some neighbours: columns by name but for the runs, arcs and great circles, and which pieces go on without a stop."""
+
+    columns: dict[str, NDArray[Any]]
+    arcs: ArcPieces
+    circles: GreatCircles
+    joined: Mask
+
+    def behind_the_first(self) -> "_Pieces":
+        """All but the first."""
+        arc, circle = self.columns["arc"], self.columns["circle"]
+        arcs, circles = int(arc[0] >= 0), int(circle[0] >= 0)
+        return _Pieces(
+            {name: column[1:] for name, column in self.columns.items()} | {"arc": arc[1:] - arcs, "circle": circle[1:] - circles},
+            ArcPieces(**{name: column[arcs:] for name, column in vars(self.arcs).items()}),
+            GreatCircles(**{name: column[circles:] for name, column in vars(self.circles).items()}),
+            self.joined[1:],
+        )  # fmt: skip
+
+
+def _pieces(
+    moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates, orientation: str
+) -> _Pieces:
+    """Neighbouring pieces of moves (n,) with poses that are known."""
     arc_rows = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
+    arcs = _arcs(moves, row[arc_rows], start[arc_rows], end[arc_rows], coordinates)
     arc = np.full(len(row), -1, dtype=np.int32)
     arc[arc_rows] = np.arange(len(arc_rows))
     free = np.isfinite(moves.vector[row, 0])
@@ -131,7 +231,6 @@ def _assembled(
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[arc_rows] = _arc_lengths(arcs)
     angle = np.linalg.norm(delta[:, 3:], axis=1)
-    del delta  # the largest array here, and what follows needs as much again
     kind = np.full(len(row), PieceKind.LINE, dtype=np.int8)
     kind[arc_rows] = PieceKind.ARC
     circle, circles = _great_circles(moves, row, start, end, free, orientation)
@@ -139,40 +238,27 @@ def _assembled(
     swing[circle >= 0] = circles.angle
     length = np.hypot(tip_length, ROTARY_METRIC_MM * angle)
     feed_time = _feed_times(moves, row, tip_length, swing)
-
-    dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
-    dwell_before = np.searchsorted(row, dwell)
     joined = _joined(moves, row, kind, start, end, arcs, arc, length, feed_time)
     joined[1:] &= (circle[1:] < 0) & (circle[:-1] < 0)
-    joined[dwell_before[(dwell_before > 0) & (dwell_before < len(row))]] = False
-    run = np.cumsum(~joined).astype(np.int32) - 1
-    return ToolPath(
-        line=moves.line[row],
-        kind=kind,
-        start=start,
-        end=end,
-        tool_length=frame_length[row],
-        feed_time=feed_time,
-        length=length,
-        arc=arc,
-        arcs=arcs,
-        circle=circle,
-        circles=circles,
-        free=free,
-        joints=np.empty((0, 2, 0)),
-        joint=np.full(len(row), -1, dtype=np.int32),
-        move=row.astype(np.int32),
-        run=run,
-        dwell_run=np.append(run, run[-1] + 1 if len(run) else 0)[dwell_before].astype(np.int32),
-        dwell_seconds=moves.feed[dwell],
-        dwell_line=moves.line[dwell],
-        first_pose=first,
-        first_tool_length=float(frame_length[0]) if len(moves) else moves.start_frame.tool_length,
-    )
+    columns = {
+        "line": moves.line[row],
+        "kind": kind,
+        "start": start,
+        "end": end,
+        "tool_length": np.array([frame.tool_length for frame in moves.frames])[moves.frame[row]],
+        "feed_time": feed_time,
+        "length": length,
+        "arc": arc,
+        "circle": circle,
+        "free": free,
+        "joint": np.full(len(row), -1, dtype=np.int32),
+        "move": row,
+    }
+    return _Pieces(columns, arcs, circles, joined)
 
 
 def _great_circles(
-    moves: Moves, row: NDArray[np.intp], start: Array, end: Array, free: Mask, orientation: str
+    moves: Moves, row: Rows, start: Array, end: Array, free: Mask, orientation: str
 ) -> tuple[NDArray[np.int32], GreatCircles]:
     """Which pieces swing along a great circle that is not linear in A and C, and those circles."""
     circle = np.full(len(row), -1, dtype=np.int32)
@@ -228,15 +314,13 @@ def _on_gauge_line(pose: Array, shorter_by: Array) -> Array:
     return moved
 
 
-def _starts(first: Array, end: Array, tool_length: Array) -> Array:
-    """Where each move starts: the end of the move before, with its own tool length."""
-    if not len(end):
-        return end
-    before = np.vstack([first[None], end[:-1]])
-    shorter = np.append(0.0, tool_length[:-1] - tool_length[1:])
+def _starts(before: Array, before_length: Array, end: Array, tool_length: Array) -> Array:
+    """Where each move starts: the end of the move before, that of the first being given (1, 5), with its own tool length."""
+    start = np.concatenate([before, end[:-1]])
+    shorter = np.concatenate([before_length, tool_length[:-1]]) - tool_length
     changed = np.flatnonzero(shorter)
-    before[changed] = _on_gauge_line(before[changed], shorter[changed])
-    return before
+    start[changed] = _on_gauge_line(start[changed], shorter[changed])
+    return start
 
 
 def _moving(delta: Array) -> Mask:
@@ -244,18 +328,16 @@ def _moving(delta: Array) -> Mask:
     return tip | (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
 
 
-def _starts_after_kept(first: Array, end: Array, tool_length: Array, kept: Mask) -> Array:
+def _starts_after_kept(before: Array, before_length: Array, end: Array, tool_length: Array, kept: Mask) -> Array:
     """Starts measured from the end of the last move that was kept, so that no gap opens between pieces."""
-    if not len(end):
-        return end
     last = np.where(kept, np.arange(len(end)), -1)
     last = np.append(-1, np.maximum.accumulate(last)[:-1])
-    poses = np.vstack([end, first[None]])  # row -1: the first pose
-    lengths = np.append(tool_length, tool_length[0])
+    poses = np.concatenate([end, before])  # row -1: the last one kept before these
+    lengths = np.append(tool_length, before_length)
     return _on_gauge_line(poses[last], lengths[last] - tool_length)
 
 
-def _arcs(moves: Moves, row: NDArray[np.intp], start: Array, end: Array, coordinates: TableCoordinates) -> ArcPieces:
+def _arcs(moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates) -> ArcPieces:
     """Arc geometry in the table frame, from centre, plane and sweep in program coordinates."""
     center, normal = np.empty((len(row), 3)), np.empty((len(row), 3))
     for index in np.unique(moves.frame[row]):
@@ -285,7 +367,7 @@ def _arc_lengths(arcs: ArcPieces) -> Array:
     return np.sqrt(around**2 + (arcs.r1 - arcs.r0) ** 2 + np.sum(arcs.rise**2, axis=1))
 
 
-def _feed_times(moves: Moves, row: NDArray[np.intp], tip_length: Array, angle: Array) -> Array:
+def _feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Array:
     """Seconds that each piece takes at its feed; 0 for rapids."""
     feed = moves.feed[row].copy()
     per_revolution = moves.feed_mode[row] == FeedMode.PER_REVOLUTION
@@ -295,7 +377,7 @@ def _feed_times(moves: Moves, row: NDArray[np.intp], tip_length: Array, angle: A
 
 
 def _tip_derivatives(
-    rate: Array, arcs: ArcPieces, arc: NDArray[np.int32], length: Array, piece: NDArray[np.intp], u: float
+    rate: Array, arcs: ArcPieces, arc: NDArray[np.int32], length: Array, piece: Rows, u: float
 ) -> Array:
     """First to third derivative (m, 3, 3) of the tip by metric length at parameter u of pieces (m,)."""
     found = np.zeros((len(piece), 3, 3))
@@ -308,7 +390,7 @@ def _tip_derivatives(
 
 
 def _joined(
-    moves: Moves, row: NDArray[np.intp], kind: NDArray[np.int8], start: Array, end: Array,
+    moves: Moves, row: Rows, kind: NDArray[np.int8], start: Array, end: Array,
     arcs: ArcPieces, arc: NDArray[np.int32], length: Array, feed_time: Array,
 ) -> Mask:  # fmt: skip
     """True where a piece continues the one before without a stop, in shape, rate and feed."""
@@ -325,7 +407,6 @@ def _joined(
     jump[:, 3:] *= ROTARY_METRIC_MM
     smooth = np.asarray((np.abs(jump) < CONTINUATION).all(axis=1))
     smooth[beside] &= (np.abs(bent[:, 1:]) < CONTINUATION).all(axis=(1, 2))
-    del jump  # as large as the path
     same_kind = kind[1:] == kind[:-1]
     pace = feed_time / length
     same_pace = np.abs(pace[1:] - pace[:-1]) <= CONTINUATION * pace[1:]

@@ -1,0 +1,100 @@
+"""Columns as long as a program: made block by block, in memory while they are short, in temporary files beyond.
+
+A column is read like any other array. What has been read of a file counts as memory of the process until it is given up
+(:func:`give_up`), and the system writes out and drops what it needs for others: programs of any length fit.
+"""
+
+import mmap
+import tempfile
+import weakref
+from collections.abc import Iterator
+from typing import IO, Any, Final
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+#: Rows that are worked on together: temporary arrays have no more. A number of the rows of any table.
+BLOCK_ROWS: Final = 1 << 16
+#: A column of more bytes goes to a file. Programs of less than 100,000 lines have none.
+IN_MEMORY: Final = 1 << 23
+
+_MAPS: "weakref.WeakSet[mmap.mmap]" = weakref.WeakSet()
+
+
+def blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
+    """Where the blocks of rows ``first`` to ``n`` begin and end."""
+    for begin in range(first, n, BLOCK_ROWS):
+        yield begin, min(begin + BLOCK_ROWS, n)
+
+
+def give_up() -> None:
+    """Let the system have the memory of everything that was read from files; it is read again where it is needed."""
+    for each in tuple(_MAPS):
+        if hasattr(each, "madvise"):
+            each.madvise(mmap.MADV_DONTNEED)
+
+
+class Growing:
+    """A column to which blocks are added at the end.
+
+    Parameters
+    ----------
+    dtype :
+    width : int
+        Shape of a row.
+    """
+
+    def __init__(self, dtype: DTypeLike, *width: int) -> None:
+        self.dtype, self.width = np.dtype(dtype), width
+        self.count = 0
+        self._blocks: list[NDArray[Any]] = []
+        self._held = 0
+        self._file: IO[bytes] | None = None
+
+    def extend(self, rows: NDArray[Any]) -> None:
+        """Add rows (m, *width), which are copied or must not be changed any more."""
+        block = np.ascontiguousarray(rows, dtype=self.dtype)
+        if not len(block):
+            return
+        self.count += len(block)
+        self._blocks.append(block)
+        self._held += block.nbytes
+        if self._held > IN_MEMORY:
+            self._write()
+
+    def _write(self) -> None:
+        if self._file is None:
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole
+        for block in self._blocks:
+            block.tofile(self._file)
+        self._blocks, self._held = [], 0
+
+    def column(self) -> NDArray[Any]:
+        """Everything that was added; nothing can be added any more."""
+        shape = (self.count, *self.width)
+        if self._file is None:
+            if not self._blocks:
+                return np.empty(shape, self.dtype)
+            return self._blocks[0] if len(self._blocks) == 1 else np.concatenate(self._blocks)
+        self._write()
+        self._file.flush()
+        mapped = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._file.close()
+        _MAPS.add(mapped)
+        return np.frombuffer(mapped, self.dtype).reshape(shape)
+
+
+class GrowingTable:
+    """Columns of the same length by name, each given as (dtype, *width)."""
+
+    def __init__(self, **columns: tuple[Any, ...]) -> None:
+        self._columns = {name: Growing(*layout) for name, layout in columns.items()}
+
+    def extend(self, **rows: NDArray[Any]) -> None:
+        """Add a block to every column."""
+        for name, column in self._columns.items():
+            column.extend(rows[name])
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """All columns, whole."""
+        return {name: column.column() for name, column in self._columns.items()}
