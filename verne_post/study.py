@@ -93,8 +93,8 @@ def study(source: bytes, machine: Machine, options: Options, progress: Progress 
     solved = program.joints().solve(segment, w)
     begins = np.append(0.0, np.cumsum(program.contour.length))
     x = begins[segment] + w * program.contour.length[segment]
-    lengths = program.contour.tool_length[segment]
-    lines = program.contour.line[segment].astype(np.int64)
+    lengths = program.contour.tool_length(segment)
+    lines = program.contour.line(segment).astype(np.int64)
     return _studied(machine, result.findings, None, x, lines, solved.q, {}, lengths, (solved.tip, solved.angles))
 
 

@@ -37,7 +37,7 @@ def dense_margins(program, n=20001):
     segment = np.full(n, last)
     solved = joints.solve(segment, np.linspace(0.0, 1.0, n))
     pose = Pose(solved.position, solved.alpha, solved.q[:, :3], solved.tip, solved.angles,
-                program.contour.tool_length[segment])  # fmt: skip
+                program.contour.tool_length(segment))  # fmt: skip
     return program.machine.clearance.evaluate(pose)[0]
 
 

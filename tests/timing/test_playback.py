@@ -85,7 +85,7 @@ def off_the_path(plain: Program, table: np.ndarray) -> float:
     samples = np.ceil(travel / 0.05).astype(int) + 3
     of = np.repeat(every, samples)
     at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
-    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line[of]])  # by line: passes may run along each other
+    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line()[of]])  # by line: passes may run along each other
     found = cKDTree(on).query(np.column_stack([q, 1e3 * line]), k=40)[1]
     gap = np.full(len(q), np.inf)
     for near in found.T:

@@ -20,7 +20,7 @@ START = "G0 X0 Y0 Z40 A0 C0"
 def stops(contour: Contour) -> set[tuple[int, int]]:
     """Pairs of source lines between which the contour stops."""
     ends = np.flatnonzero(np.diff(contour.run))
-    return {(int(contour.line[k]), int(contour.line[k + 1])) for k in ends}
+    return {(int(contour.line()[k]), int(contour.line()[k + 1])) for k in ends}
 
 
 # Line 1 is the head, line 2 the start; the body begins on line 3.

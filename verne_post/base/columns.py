@@ -34,6 +34,18 @@ def give_up() -> None:
             each.madvise(mmap.MADV_DONTNEED)
 
 
+def running_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sums (n + 1,) of the first 0, 1, 2, ... of values (n,)."""
+    sums = Growing(float)
+    sums.extend(np.zeros(1))
+    last = 0.0
+    for first, end in blocks(len(values)):
+        some = np.cumsum(np.append(last, values[first:end]))[1:]
+        sums.extend(some)
+        last = float(some[-1])
+    return sums.column()
+
+
 class Growing:
     """A column to which blocks are added at the end.
 
@@ -95,6 +107,6 @@ class GrowingTable:
         for name, column in self._columns.items():
             column.extend(rows[name])
 
-    def columns(self) -> dict[str, NDArray[Any]]:
+    def columns(self) -> dict[str, Any]:
         """All columns, whole."""
         return {name: column.column() for name, column in self._columns.items()}

@@ -122,7 +122,7 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     machine, contour = joints.machine, joints.contour
     n, n_joints = len(contour), len(machine.columns)
     bounds = JointBounds(*(np.zeros((n, n_joints)) for _ in range(3)))
-    bounded = ~contour.flowing[contour.run]
+    bounded = ~contour.flowing
     checks = checks_of(machine)
     worst = [Worst() for _ in checks]
     below_table = Worst()
@@ -156,7 +156,7 @@ def _judge_spans(
     checks: list[Check], worst: list[Worst], below_table: Worst, unreachable: dict[int, str],
 ) -> None:  # fmt: skip
     """Judge spans, halving those that the bounds cannot decide."""
-    machine = joints.machine
+    machine, contour = joints.machine, joints.contour
     n_joints = len(machine.columns)
     tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
     while len(piece):
@@ -175,7 +175,7 @@ def _judge_spans(
         coarse = (rough[:, :n_joints] > tails).any(axis=1)
         deep = depth[kept] >= MAX_DEPTH
         halve[kept] |= coarse & ~deep
-        fine = (~coarse | deep) & bounded[piece[kept]]
+        fine = (~coarse | deep) & bounded[contour.run[piece[kept]]]
         if fine.any():
             some = kept[fine]
             _collect(joints, bounds, piece[some], low[some], high[some], values[fine, :, :n_joints])
@@ -230,7 +230,7 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
     n = len(piece)
     each = len(spans.WITH_ENDS)
     axis = axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
-    nose = solved.tip + joints.contour.tool_length[np.repeat(piece, each), None] * axis
+    nose = solved.tip + joints.contour.tool_length(np.repeat(piece, each))[:, None] * axis
     for point in (solved.tip + joints.lift * axis, nose):
         height = point[:, 2].reshape(n, each, 1)
         if height.min() > SPAN_MM:
@@ -263,7 +263,7 @@ def _note_unreachable(joints: JointPath, piece: Ints, u: Array, solved: Solved, 
         return
     rows = bad[first[fresh]]
     codes = joints.machine.five_axis.why_not(
-        solved.tip[rows], solved.angles[rows], joints.contour.tool_length[new[fresh]]
+        solved.tip[rows], solved.angles[rows], joints.contour.tool_length(new[fresh])
     )
     unreachable.update(zip((int(p) for p in new[fresh]), codes, strict=True))
 
@@ -289,7 +289,7 @@ def _unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list
     found = []
     for code in sorted(set(unreachable.values())):
         for group in _stretches([piece for piece, why in unreachable.items() if why == code]):
-            lines = contour.line[group]
+            lines = contour.line(np.array(group))
             what = {
                 "VP110": "out of reach: no position of the sliders closes the rods",
                 "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
@@ -328,11 +328,11 @@ def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding
             if check.code == "VP202":
                 what = f"{check.name} ({check.axis})"
             unit = f" {check.unit}" if check.unit else ""
+            first, last, at_worst = contour.line(np.array([group[0], group[-1], at])).tolist()
             message = f"{what} {value:.6f}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
             found.append(
                 finding(
-                    check.code, message, severity=severity, line=int(contour.line[group[0]]),
-                    last_line=int(contour.line[group[-1]]), worst_line=int(contour.line[at]), axis=check.axis,
+                    check.code, message, severity=severity, line=first, last_line=last, worst_line=at_worst, axis=check.axis,
                     value=value, limit=bound, unit=check.unit, count=_pieces(contour, group),
                 )
             )  # fmt: skip
@@ -344,9 +344,9 @@ def _table_findings(contour: Contour, below: Worst) -> list[Finding]:
     for group in _stretches(list(below.value)):
         at = min(group, key=lambda piece: below.value[piece][0])
         value = below.value[at][1]
+        first, last, at_worst = contour.line(np.array([group[0], group[-1], at])).tolist()
         message = f"tip or spindle nose {-value:.6f} mm below the table face, inside the table's radius"
         found.append(
-            finding("VP210", message, line=int(contour.line[group[0]]), last_line=int(contour.line[group[-1]]),
-                    worst_line=int(contour.line[at]), value=value, limit=0.0, unit="mm", count=_pieces(contour, group))
+            finding("VP210", message, line=first, last_line=last, worst_line=at_worst, value=value, limit=0.0, unit="mm", count=_pieces(contour, group))
         )  # fmt: skip
     return found

@@ -99,7 +99,7 @@ class _Moved:
 
 def of_line(joints: JointPath, line: int) -> JointPath:
     """The segments of one source line alone, in their order; none when the line has no motion."""
-    return replace(joints, contour=joints.contour.only(np.flatnonzero(joints.contour.line == line)))
+    return replace(joints, contour=joints.contour.only(np.flatnonzero(joints.contour.line() == line)))
 
 
 def movable(line: JointPath) -> bool:
@@ -134,7 +134,7 @@ def measured(line: JointPath, segment: Ints, w: Array) -> tuple[Array, Solved]:
     machine = line.machine
     solved = line.solve(segment, w)
     parts = [solved.q, machine.module.geometry_margins(solved.position, solved.alpha)]
-    tool = line.contour.tool_length[segment]
+    tool = line.contour.tool_length(segment)
     if machine.clearance is not None:
         parts.append(machine.clearance.evaluate(line.bodies(segment, solved))[0])
     nose = solved.tip + tool[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
@@ -236,7 +236,7 @@ def tilt_inside(line: JointPath, place: Place) -> float | None:
     machine = line.machine
     solved = line.solve(np.array([place.segment]), np.array([place.w]))
     tip, angles = solved.tip[0], solved.angles[0].copy()
-    tool = float(line.contour.tool_length[place.segment])
+    tool = float(line.contour.tool_length(np.array([place.segment]))[0])
     low, high = float(machine.limits.lower[-2]), float(machine.limits.upper[-2])
     goal = min(max(float(solved.q[0, -2]), low + TILT_RESERVE), high - TILT_RESERVE)
     for _ in range(NEWTON_STEPS):
@@ -364,7 +364,7 @@ def _linearised(
         for check, k in zip(checks, row, strict=True)
     ])  # fmt: skip
     tip, angles = shifted(line, at, end_only).pose(line.contour, segment[row], w[row])
-    rates = line.machine.five_axis.jacobian(tip, angles, line.contour.tool_length[segment[row]])[..., :3]
+    rates = line.machine.five_axis.jacobian(tip, angles, line.contour.tool_length(segment[row]))[..., :3]
     slope = np.empty((len(checks), 3))
     for axis in range(3):
         step = DIFFERENCE_MM * np.eye(3)[axis]

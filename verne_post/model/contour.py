@@ -6,14 +6,19 @@ run the pose is three times continuously differentiable by the path parameter s.
 """
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import blocks
 from verne_post.model.toolpath import ToolPath, run_begins
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
+#: Numbers of segments, or a stretch of them.
+Rows = NDArray[np.integer] | slice
+EVERY: Final = slice(None)
 
 
 @dataclass(frozen=True)
@@ -115,20 +120,18 @@ class Contour:
     def __len__(self) -> int:
         return len(self.piece)
 
-    @property
-    def line(self) -> Ints:
-        """Source line of each segment."""
-        return self.path.line[self.piece]
+    def line(self, segment: Rows = EVERY) -> Ints:
+        """Source lines (m,) of segments (m,)."""
+        return self.path.line[self.piece[segment]]
 
-    @property
-    def tool_length(self) -> Array:
-        """Tool length of each segment, mm."""
-        return self.path.tool_length[self.piece]
+    def tool_length(self, segment: Rows = EVERY) -> Array:
+        """Tool lengths (m,) of segments (m,), mm."""
+        return self.path.tool_length[self.piece[segment]]
 
-    @property
-    def pace(self) -> Array:
-        """Seconds per mm of s at the programmed feed, 0 for rapids."""
-        return (self.path.feed_time / self.path.length)[self.piece]
+    def pace(self, segment: Rows = EVERY) -> Array:
+        """Seconds per mm of s at the programmed feed (m,) of segments (m,), 0 for rapids."""
+        piece = self.piece[segment]
+        return np.asarray(self.path.feed_time[piece] / self.path.length[piece])
 
     @property
     def n_runs(self) -> int:
@@ -152,17 +155,22 @@ class Contour:
     @property
     def flowing(self) -> NDArray[np.bool_]:
         """Runs with a rounded corner in them (n_runs,)."""
-        first = self.run_begins[:-1]
-        if not len(first):
-            return np.empty(0, dtype=bool)
-        return np.asarray(np.logical_or.reduceat(self.bumped | (self.curve >= 0), first))
+        found = np.zeros(self.n_runs, dtype=bool)
+        for first, last in blocks(len(self)):
+            some = slice(first, last)
+            found[self.run[some][self.bumped[some] | (self.curve[some] >= 0)]] = True
+        return found
 
     @property
     def n_rounded(self) -> int:
         """Corners that are not stops."""
-        bumps = 0
+        bumps, curved = 0, np.zeros(len(self.controls), dtype=bool)
         if self.corners is not None:
-            programmed = self.path.move >= 0
-            corner = np.flatnonzero(programmed[1:] & programmed[:-1]) + 1 + self.corners.shift
-            bumps = int((self.corners.reach[corner] > 0).sum())
-        return bumps + len(np.unique(self.curve[self.curve >= 0]))
+            for first, last in blocks(len(self.path) - 1):
+                programmed = self.path.move[first : last + 1] >= 0
+                corner = np.flatnonzero(programmed[1:] & programmed[:-1]) + first + 1 + self.corners.shift
+                bumps += int((self.corners.reach[corner] > 0).sum())
+        for first, last in blocks(len(self)):
+            curve = self.curve[first:last]
+            curved[curve[curve >= 0]] = True
+        return bumps + int(curved.sum())

@@ -4,8 +4,9 @@ A *piece* is one programmed motion, with parameter u from 0 to 1. A *run* is a s
 between two standstills; its path parameter s adds up the lengths of its pieces.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,11 +151,30 @@ class ToolPath:
         at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
         return np.asarray(self.tool_length[first[at]])
 
+    @property
+    def dwell_piece(self) -> NDArray[np.intp]:
+        """The piece that each dwell stands before (d,); the number of pieces: after the last."""
+        return np.searchsorted(self.run, self.dwell_run)
+
     def dwells_among(self, run: Ints) -> Ints:
         """``dwell_run`` (d,) where the same pieces have new run numbers (n,): dwells stand before the same pieces."""
-        return np.append(run, run[-1] + 1)[self.run_begins[self.dwell_run]].astype(np.int32)
+        piece, n = self.dwell_piece, len(run)
+        return np.where(piece < n, run[np.minimum(piece, n - 1)], run[-1] + 1).astype(np.int32)
+
+    def part(self, first: int, last: int) -> "ToolPath":
+        """Pieces ``first`` to ``last`` (excluded) as a path without dwells; arcs, great circles and joints keep their rows."""
+        return replace(
+            self, **{name: getattr(self, name)[first:last] for name in PIECE_COLUMNS},
+            dwell_run=self.dwell_run[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],
+        )  # fmt: skip
+
+
+#: What a tool path keeps for every piece.
+PIECE_COLUMNS: Final = (
+    "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "circle", "free", "joint", "move", "run",
+)  # fmt: skip
 
 
 def run_begins(run: Ints) -> NDArray[np.intp]:
     """First row of each run in a column of run numbers (n,), and n after the last."""
-    return np.append(np.flatnonzero(np.diff(run, prepend=-1)), len(run))
+    return np.searchsorted(run, np.arange(run[-1] + 2 if len(run) else 1))

@@ -63,10 +63,11 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
         move = path.move[contour.piece[segment[0]]]
         frame = table.frames[table.frame[move]] if move >= 0 else table.start_frame
         tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
+        line = contour.line(segment)
         for k in range(len(w)):
             yield _line(
                 {
-                    "line": int(contour.line[segment[k]]),
+                    "line": int(line[k]),
                     "s": float(s[k]),
                     "tip": tip[k].tolist(),
                     "axis": axis[k].tolist(),
@@ -81,6 +82,7 @@ def joints(joint_path: JointPath) -> Iterator[str]:
     for segment, w, s in _points(contour):
         solved = joint_path.solve(segment, w)
         margins = machine.module.geometry_margins(solved.position, solved.alpha)
+        line = contour.line(segment)
         for k in range(len(w)):
             q = {column.header: _number(solved.q[k, j] * column.factor) for j, column in enumerate(machine.columns)}
             travel = {
@@ -89,7 +91,7 @@ def joints(joint_path: JointPath) -> Iterator[str]:
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
             shown = {name: _number(margins[k, j]) for j, name in enumerate(names)}
-            yield _line({"line": int(contour.line[segment[k]]), "s": float(s[k]), "q": q,
+            yield _line({"line": int(line[k]), "s": float(s[k]), "q": q,
                          "alpha_deg": _number(DEG_PER_RAD * solved.alpha[k]), "margins": {**travel, **shown}})  # fmt: skip
 
 

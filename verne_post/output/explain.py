@@ -81,7 +81,7 @@ class Line:
 
 def lines_near(joints: JointPath, line: int) -> list[int]:
     """The nearest source lines before and behind ``line`` that have motion."""
-    lines = np.unique(joints.contour.line)
+    lines = np.unique(joints.contour.line())
     lines = lines[lines > 0]
     return [int(some[at]) for some, at in ((lines[lines < line], -1), (lines[lines > line], 0)) if len(some)]
 
@@ -91,7 +91,7 @@ def explain_line(line: Line) -> Iterator[str]:
     joints, machine = line.joints, line.joints.machine
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tip, angles = solved.tip[0], solved.angles[0]
-    tool = float(joints.contour.tool_length[line.last])
+    tool = float(joints.contour.tool_length(np.array([line.last]))[0])
     yield from _words(line, tool)
     yield ""
     yield "from words to joints, at the end of the motion"

@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.ragged import ragged
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
@@ -99,22 +100,28 @@ def plan_runs(
     SolverError
         Naming the source line of the first run without a law.
     """
-    length = contour.length[:, None]
-    begins = contour.run_begins[:-1]
-    slope = [np.maximum.reduceat(d / length**k, begins) for k, d in enumerate((first, second, third), start=1)]
-    with np.errstate(divide="ignore"):
-        feed_speed = 1.0 / contour.pace
-    cap = np.minimum.reduceat(feed_speed, begins)
-    distance = np.add.reduceat(contour.length, begins)
-    durations, jerks = np.zeros((len(begins), 7)), np.zeros((len(begins), 7))
+    begins = contour.run_begins
+    n_runs = len(begins) - 1
+    durations, jerks, distance = np.zeros((n_runs, 7)), np.zeros((n_runs, 7)), np.zeros(n_runs)
     chosen = np.flatnonzero(wanted)
     for start in range(0, len(chosen), CHUNK_RUNS):
         some = chosen[start : start + CHUNK_RUNS]
-        v, a, j = split_limits(distance[some], cap[some], slope[0][some], slope[1][some], slope[2][some], limits)
+        count = begins[some + 1] - begins[some]
+        owner, place = ragged(count)
+        segment, at = begins[some][owner] + place, np.cumsum(count) - count
+        length = contour.length[segment]
+        slope = [
+            np.maximum.reduceat(d[segment] / length[:, None] ** k, at)
+            for k, d in enumerate((first, second, third), start=1)
+        ]
+        with np.errstate(divide="ignore"):
+            cap = np.minimum.reduceat(1.0 / contour.pace(segment), at)
+        distance[some] = np.add.reduceat(length, at)
+        v, a, j = split_limits(distance[some], cap, slope[0], slope[1], slope[2], limits)
         durations[some], jerks[some] = rest_to_rest(distance[some], v, a, j)
     lost = np.flatnonzero(~np.isfinite(durations).all(axis=1))
     if len(lost):
-        line = int(contour.line[begins[lost[0]]])
+        line = int(contour.line(begins[lost[:1]])[0])
         raise SolverError(
             finding(
                 "VP420",

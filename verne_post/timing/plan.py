@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import blocks, running_sums
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
@@ -94,7 +95,7 @@ class ContourRun:
 
     def __init__(self, joints: JointFunctions, first: int, last: int) -> None:
         self.joints, self.first = joints, first
-        self.breaks = np.append(0.0, np.cumsum(joints.contour.length[first:last]))
+        self.breaks = running_sums(joints.contour.length[first:last])
 
     @property
     def length(self) -> float:
@@ -141,10 +142,12 @@ def plan_contour(
     begins = contour.run_begins
     flowing = contour.flowing
     laws = plan_runs(contour, first, second, third, limits, ~flowing)
-    pace = contour.pace
     reached = np.zeros(len(contour.path), dtype=bool)
-    by_peak = (pace > 0) & (laws.peak_speed()[contour.run] * pace >= REACHED) & ~flowing[contour.run]
-    reached[contour.piece[by_peak]] = True
+    peak = np.where(flowing, 0.0, laws.peak_speed())
+    for begin, end in blocks(len(contour)):
+        some = slice(begin, end)
+        by_peak = peak[contour.run[some]] * contour.pace(some) >= REACHED
+        reached[contour.piece[some][by_peak]] = True
     flow_first = np.full(len(flowing), -1, dtype=np.int64)
     rows, count = [], 0
     flow_bound, other_bound = 0.0, 0.0
@@ -168,7 +171,7 @@ def plan_contour(
             if planning.solver == "both":
                 other_bound += flow.second_order_bound(run_path, limits, _solver("toppra"))
         except (ValueError, RuntimeError) as error:
-            line = int(contour.line[begins[run]])
+            line = int(contour.line(begins[run : run + 1])[0])
             text = f"no time law found for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
         # differences over four rows must not see the end of one motion and the beginning of the next

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import running_sums
 from verne_post.model.contour import Contour
 from verne_post.timing.plan import Planning, RunPlan, dwell_cycles
 from verne_post.timing.playback import Playback
@@ -75,9 +76,7 @@ class Rows:
 def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[Rows]:
     """All rows, block by block."""
     run_begin, run_end = contour.run_begins[:-1], contour.run_begins[1:]
-    ends = np.cumsum(contour.length)
-    line = contour.line
-    starts = ends - contour.length
+    ends = running_sums(contour.length)[1:]
     last_segment = run_end - 1
     # dwells rest where the next run starts, or where the last one ended
     runs_before = np.cumsum(plan.run >= 0)
@@ -99,9 +98,11 @@ def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[Rows]:
         s = laws.laws.position(owner, np.where(moving, done * laws.laws.total[owner], 0.0))
         flows = np.flatnonzero(moving & (laws.flow_first[owner] >= 0))
         s[flows] = laws.flow_s[laws.flow_first[owner[flows]] + row[flows]]
-        at = starts[run_begin[owner]] + s
+        begin = run_begin[owner]
+        at = ends[begin] - contour.length[begin] + s
         segment = np.clip(np.searchsorted(ends, at, side="right"), run_begin[owner], last_segment[owner])
-        w = np.clip((at - starts[segment]) / contour.length[segment], 0.0, 1.0)
+        length = contour.length[segment]
+        w = np.clip((at - (ends[segment] - length)) / length, 0.0, 1.0)
         finished = after_all | (k == plan.first_row[item + 1])
         segment[finished], w[finished] = last_segment[owner[finished]], 1.0
-        yield Rows(first, segment, w, np.where(moving, line[segment], plan.line[item]), dwell[item])
+        yield Rows(first, segment, w, np.where(moving, contour.line(segment), plan.line[item]), dwell[item])

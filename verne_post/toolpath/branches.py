@@ -100,18 +100,13 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
         Travel of C, rad; infinite where it is unlimited.
     """
     free, n = path.free, len(path)
+    if not free.any() and _legal_throughout(path, legal, c_range):
+        return None
     onward = _onward(path)
     start = path.start.copy()
     start[onward, 3:] = path.end[onward, 3:]
     path = replace(path, start=start)
-    possible = {flip: _possible(path, legal, Branch(flip, 0)) for flip in (0,)}
-    low, high = c_range
-    inside = (np.minimum(path.start[:, 4], path.end[:, 4]) >= low) & (
-        np.maximum(path.start[:, 4], path.end[:, 4]) <= high
-    )
-    if not free.any() and (possible[0] & inside).all():
-        return None
-    possible[1] = _possible(path, legal, Branch(1, 0))
+    possible = {flip: _possible(path, legal, Branch(flip, 0)) for flip in (0, 1)}
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
     states = _states(path, c_range)
     breaks = _breaks(path, vertical)
@@ -138,16 +133,28 @@ def _onward(path: ToolPath) -> Mask:
     return found
 
 
+def _legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> bool:
+    """Whether every piece can be driven as it is programmed."""
+    low, high = c_range
+    for first in range(0, len(path), CHUNK_PIECES):
+        some = np.arange(first, min(first + CHUNK_PIECES, len(path)))
+        c = np.stack([path.start[some, 4], path.end[some, 4]])
+        if c.min() < low or c.max() > high or not _possible_of(path, legal, Branch(0, 0), some).all():
+            return False
+    return True
+
+
 def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     """Whether each piece can be driven on a branch, C's travel aside."""
-    n, k = len(path), len(TRIED)
-    found = np.empty(n, dtype=bool)
-    for first in range(0, n, CHUNK_PIECES):
-        some = np.arange(first, min(first + CHUNK_PIECES, n))
-        piece, u = np.repeat(some, k), np.tile(TRIED, len(some))
-        _tip, angles = pose(path, piece, u)
-        found[some] = legal(piece, u, branch.of(angles)).reshape(-1, k).all(axis=1)
-    return found
+    n = len(path)
+    chunks = (np.arange(first, min(first + CHUNK_PIECES, n)) for first in range(0, n, CHUNK_PIECES))
+    return np.concatenate([np.empty(0, dtype=bool), *(_possible_of(path, legal, branch, some) for some in chunks)])
+
+
+def _possible_of(path: ToolPath, legal: Legal, branch: Branch, some: NDArray[np.integer]) -> Mask:
+    piece, u = np.repeat(some, len(TRIED)), np.tile(TRIED, len(some))
+    _tip, angles = pose(path, piece, u)
+    return np.asarray(legal(piece, u, branch.of(angles)).reshape(len(some), -1).all(axis=1))
 
 
 def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:

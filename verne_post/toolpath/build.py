@@ -116,7 +116,7 @@ def _kept_moves(
             end = end.copy()
             across_the_pole(start, end, free)
         kept_moves.extend(row=row, start=start, end=end)
-    return tuple(kept_moves.columns().values())  # type: ignore[return-value]
+    return tuple(kept_moves.columns().values())
 
 
 def across_the_pole(start: Array, end: Array, free: Mask) -> None:

@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves, PathControl, PathMode
@@ -14,7 +15,7 @@ from verne_post.toolpath import corners as rounding
 from verne_post.toolpath.blend import STRETCH, blend_distances, tangent
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.evaluate import bernstein, bernstein_slope, pose
-from verne_post.toolpath.fairing import faired
+from verne_post.toolpath.fairing import faired, features
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -27,6 +28,9 @@ FAIRING_SHARE: Final = 0.35
 #: cycles: they need no segment of less than this share of their piece, and the time law does better without.
 MIN_SHARE: Final = 1e-3
 NARROW_MM: Final = 0.01
+#: What becomes of a piece depends on no more than so many on each side: a bump on those it reaches, and so on in each round
+#: of narrowing.
+NEIGHBOURS: Final = (rounding.NARROWINGS + 4) * (2 * rounding.PIECES + 1)
 
 
 @dataclass(frozen=True)
@@ -48,25 +52,36 @@ class Smoothing:
 
 def exact_contour(path: ToolPath) -> Contour:
     """The pieces as they are, with a stop at every corner: one segment a piece."""
-    n = len(path)
+    segments, pieces = GrowingTable(**_SEGMENTS), GrowingTable(**_PIECES)
+    for begin, end in blocks(len(path)):
+        part, zero = path.part(begin, end), np.zeros(end - begin)
+        segments.extend(
+            piece=np.arange(begin, end), curve=zero - 1, low=zero, high=zero + 1, length=part.length, turn=_turn(part),
+            run=part.run, bumped=zero,
+        )  # fmt: skip
+        pieces.extend(tip_tolerance=zero, axis_tolerance=zero, **vars(feeds_of(part)))
+    return _contour(path, path, segments, pieces, None, np.empty((0, 8, 5)), path.dwell_run)
+
+
+#: Columns of a contour for every segment and every piece, as they are made block by block.
+_SEGMENTS: Final = {
+    "piece": (np.int32,), "curve": (np.int32,), "low": (float,), "high": (float,), "length": (float,), "turn": (float,),
+    "run": (np.int32,), "bumped": (bool,),
+}  # fmt: skip
+_PIECES: Final = {
+    "tip_tolerance": (float,), "axis_tolerance": (float,), "rate": (float,), "by_tip": (bool,), "even": (float,)
+}  # fmt: skip
+
+
+def _contour(
+    path: ToolPath, shape: ToolPath, segments: GrowingTable, pieces: GrowingTable, corners: Corners | None, controls: Array,
+    dwell_run: NDArray[np.int32],
+) -> Contour:  # fmt: skip
+    of_piece = pieces.columns()
+    feeds = Feeds(*(of_piece.pop(name) for name in ("rate", "by_tip", "even")))
     return Contour(
-        path=path,
-        shape=path,
-        piece=np.arange(n, dtype=np.int32),
-        curve=np.full(n, -1, dtype=np.int32),
-        low=np.zeros(n),
-        high=np.ones(n),
-        length=path.length,
-        turn=_turn(path),
-        run=path.run,
-        corners=None,
-        bumped=np.zeros(n, dtype=bool),
-        feeds=feeds_of(path),
-        controls=np.empty((0, 8, 5)),
-        tip_tolerance=np.zeros(n),
-        axis_tolerance=np.zeros(n),
-        dwell_run=path.dwell_run,
-    )
+        path=path, shape=shape, corners=corners, controls=controls, feeds=feeds, dwell_run=dwell_run, **of_piece, **segments.columns()
+    )  # fmt: skip
 
 
 def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contour:
@@ -82,41 +97,150 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     n = len(path)
     if n < 2:
         return exact_contour(path)
-    allowed, tip_tolerance, axis_tolerance = _may_be_rounded(path, moves, smoothing)
+    s = running_sums(path.length)
+    shape = _faired(path, s, moves, smoothing) if smoothing.overlap else path
+    segments, pieces, controls = GrowingTable(**_SEGMENTS), GrowingTable(**_PIECES), Growing(float, 8, 5)
+    corners = GrowingTable(reach=(float,), bend=(float, 5))
+    run = n_curves = 0
+    bumped = False
+    for begin, end in blocks(n):
+        first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
+        seen = path.part(first, last)
+        made = _rounded(
+            seen, shape.part(first, last), s[first : last + 1], _marks(path, first, last, moves, smoothing), smoothing
+        )
+        own = slice(begin - first, end - first)
+        flows = made.flows[own]
+        if not begin:
+            flows[0] = True
+        runs = np.cumsum(~flows) + run
+        mine = slice(*np.searchsorted(made.segments["piece"], [own.start, own.stop]))
+        some = {name: column[mine] for name, column in made.segments.items()}
+        before, behind = np.searchsorted(made.corner, [own.start, own.stop])
+        curve = np.where(some["curve"] < 0, -1, some["curve"] - before + n_curves)
+        segments.extend(
+            **some | {"piece": some["piece"] + first, "curve": curve, "run": runs[some["piece"] - own.start]}
+        )
+        pieces.extend(
+            tip_tolerance=made.tip_tolerance[own], axis_tolerance=made.axis_tolerance[own],
+            **{name: column[own] for name, column in vars(feeds_of(seen)).items()},
+        )  # fmt: skip
+        with_end = slice(own.start, own.stop + (end == n))
+        corners.extend(reach=made.reach[with_end], bend=made.bend[with_end])
+        controls.extend(made.controls[before:behind])
+        run, n_curves, bumped = int(runs[-1]), n_curves + int(behind - before), bumped or bool(some["bumped"].any())
+    found = _contour(
+        path, shape, segments, pieces, Corners(s, **corners.columns()) if bumped else None, controls.column(), path.dwell_run
+    )  # fmt: skip
+    piece = path.dwell_piece
+    before = found.run[np.searchsorted(found.piece, np.minimum(piece, n - 1))]
+    return replace(found, dwell_run=np.where(piece < n, before, found.n_runs).astype(np.int32))
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """What may happen at the corners (n + 1,) of pieces; never anything at both ends.
+
+    Attributes
+    ----------
+    allowed : ndarray of bool
+        G64 holds, and the pieces meet.
+    joined, lines, curved : ndarray of bool
+        The pieces go on without a corner; both are straight; a blend is made where there is room.
+    tip_tolerance, axis_tolerance : ndarray
+        mm and rad.
+    """
+
+    allowed: Mask
+    joined: Mask
+    lines: Mask
+    curved: Mask
+    tip_tolerance: Array
+    axis_tolerance: Array
+
+
+def _marks(path: ToolPath, first: int, last: int, moves: Moves, smoothing: Smoothing) -> _Marks:
+    """Those of pieces ``first`` to ``last`` (excluded)."""
+    part, dwells = path.part(first, last), path.dwell_piece - first
+    n = last - first
+    allowed, tip_tolerance, axis_tolerance = _may_be_rounded(
+        part, moves, smoothing, dwells[(dwells >= 0) & (dwells <= n)]
+    )
     joined = np.zeros(n + 1, dtype=bool)
-    joined[1:-1] = path.run[1:] == path.run[:-1]
-    straight = (path.kind == PieceKind.LINE) & (path.circle < 0)
+    joined[1:-1] = part.run[1:] == part.run[:-1]
+    straight = (part.kind == PieceKind.LINE) & (part.circle < 0)
     lines = np.zeros(n + 1, dtype=bool)
     lines[1:-1] = straight[1:] & straight[:-1]
-
     if smoothing.overlap:  # vertices between collinear pieces may move like their neighbours
         joined &= ~(allowed & lines)
     curved = allowed & ~lines & ~joined
     curved[1:-1] &= (
-        np.sum(tangent(path, np.arange(n - 1), 1.0) * tangent(path, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
+        np.sum(tangent(part, np.arange(n - 1), 1.0) * tangent(part, np.arange(1, n), 0.0), axis=1) > rounding.REVERSAL
     )
-    s = np.append(0.0, np.cumsum(path.length))
-    shape, tip_left, axis_left = path, tip_tolerance, axis_tolerance
-    moved: Mask = np.zeros(n - 1, dtype=bool)
-    if smoothing.overlap:
-        programmed = rounding.polyline_slopes(path.start, path.end, path.length)
-        movable = allowed & lines & ~joined & ~rounding.turning_back(programmed)
-        del programmed  # here and below: what is as large as the path is given up before the next such thing is made
+    return _Marks(allowed, joined, lines, curved, tip_tolerance, axis_tolerance)
+
+
+def _faired(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> ToolPath:
+    """The path with the vertices of finely divided feed moves faired."""
+    n = len(path)
+    vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), tip=(float,), axis=(float,))
+    vertex.extend(path.start[:1])
+    for begin, end in blocks(n):
+        vertex.extend(path.end[begin:end])
+        first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
+        part, marks = path.part(first, last), _marks(path, first, last, moves, smoothing)
+        straight = ~rounding.turning_back(rounding.polyline_slopes(part.start, part.end, part.length))
+        soft = marks.allowed & marks.lines & ~marks.joined & straight
         # a piece that runs on into another, or into a blend, keeps its direction, which was matched as programmed
-        kept = joined | curved
-        movable[1:-1] &= ~(kept[2:] | kept[:-2])
-        bounds = _fairing_bounds(path, moves, tip_tolerance), FAIRING_SHARE * axis_tolerance
-        shape = _faired(path, s, movable & (bounds[0] > 0), *bounds)
-        shift = shape.end[:-1] - path.end[:-1]
-        moved = np.asarray(shift.any(axis=1))
-        tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(shift[:, :3], axis=1))
-        axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(shift[:, 3:], axis=1))
-        del shift
+        kept = marks.joined | marks.curved
+        soft[1:-1] &= ~(kept[2:] | kept[:-2])
+        tip = _fairing_bounds(part, moves, marks.tip_tolerance)
+        fed = part.feed_time > 0
+        soft[1:-1] &= fed[1:] & fed[:-1]
+        soft &= (tip > 0) & ~features(np.concatenate([part.start[:1], part.end]), s[first : last + 1])
+        own = slice(begin - first, end - first + (end == n))
+        table.extend(soft=soft[own], tip=tip[own], axis=FAIRING_SHARE * marks.axis_tolerance[own])
+    columns = table.columns()
+    moved = faired(vertex.column(), s, columns["soft"], columns["tip"], columns["axis"])
+    places = GrowingTable(start=(float, 5), end=(float, 5))
+    for begin, end in blocks(n):
+        soft = columns["soft"][begin : end + 1, None]
+        places.extend(
+            start=np.where(soft[:-1], moved[begin:end], path.start[begin:end]),
+            end=np.where(soft[1:], moved[begin + 1 : end + 1], path.end[begin:end]),
+        )
+    return replace(path, **places.columns())
+
+
+@dataclass(frozen=True)
+class _Rounded:
+    """Some neighbouring pieces (n,), rounded: their segments, corners (n + 1,) and curves.
+
+    ``flows`` says whether a corner is none any more, ``corner`` (m,) before which piece each of the curves lies.
+    """
+
+    segments: dict[str, Any]
+    reach: Array
+    bend: Array
+    flows: Mask
+    corner: Ints
+    controls: Array
+    tip_tolerance: Array
+    axis_tolerance: Array
+
+
+def _rounded(path: ToolPath, shape: ToolPath, s: Array, marks: _Marks, smoothing: Smoothing) -> _Rounded:
+    """Round the corners of some pieces, whose vertices have been moved to those of ``shape``."""
+    allowed, joined, lines, curved = marks.allowed, marks.joined, marks.lines, marks.curved
+    tip_tolerance, axis_tolerance = marks.tip_tolerance, marks.axis_tolerance
+    shift = shape.end[:-1] - path.end[:-1]
+    moved = np.asarray(shift.any(axis=1))
+    tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(shift[:, :3], axis=1))
+    axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(shift[:, 3:], axis=1))
     slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
     bumps = allowed & lines & ~joined & ~rounding.turning_back(slope)
-    del slope
     wanted = np.where(bumps, rounding.room(bend, tip_left, axis_left), 0.0)
     wanted = np.where(curved, np.inf, wanted)
     reach = rounding.shared(wanted, path.length)
@@ -136,7 +260,6 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     corner, d, controls = corner[made], d[made], controls[made]
     flows = joined | (reach > 0)
     flows[corner + 1] = True
-    run = np.append(0, np.cumsum(~flows[1:-1])).astype(np.int32)
     used = flows & ~joined
     used[1:-1] |= moved  # also where a corner has become a stop
     tip_of_piece, axis_of_piece = (
@@ -145,15 +268,11 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     parts = _segments(path, s, reach, corner, d)
     piece = parts["piece"]
     share = np.where(parts["curve"] >= 0, 0.5, parts["high"] - parts["low"])
-    corners = Corners(s, reach, bend)
-    bumped = (parts["curve"] < 0) & rounding.bumped(
-        corners, piece, *(s[piece] + parts[end] * path.length[piece] for end in ("low", "high"))
+    parts["turn"] = _turn(path)[piece] * share
+    parts["bumped"] = (parts["curve"] < 0) & rounding.bumped(
+        Corners(s, reach, bend), piece, *(s[piece] + parts[end] * path.length[piece] for end in ("low", "high"))
     )
-    return Contour(
-        path=path, shape=shape, turn=_turn(path)[piece] * share, run=run[piece],
-        corners=corners if bumped.any() else None, bumped=bumped, feeds=feeds_of(path), controls=controls,
-        tip_tolerance=tip_of_piece, axis_tolerance=axis_of_piece, dwell_run=path.dwells_among(run), **parts,
-    )  # fmt: skip
+    return _Rounded(parts, reach, bend, flows, corner + 1, controls, tip_of_piece, axis_of_piece)
 
 
 def _fairing_bounds(path: ToolPath, moves: Moves, tip_tolerance: Array) -> Array:
@@ -165,21 +284,8 @@ def _fairing_bounds(path: ToolPath, moves: Moves, tip_tolerance: Array) -> Array
     return np.asarray(bound)
 
 
-def _faired(path: ToolPath, s: Array, movable: Mask, tip_bound: Array, axis_bound: Array) -> ToolPath:
-    """The path with the vertices of finely divided feed moves faired."""
-    fed = path.feed_time > 0
-    movable = movable.copy()
-    movable[1:-1] &= fed[1:] & fed[:-1]
-    vertex = np.concatenate([path.start[:1], path.end])
-    moved = faired(vertex, s, movable, tip_bound, axis_bound)
-    start, end = path.start.copy(), path.end.copy()
-    rows = np.flatnonzero(movable)
-    start[rows], end[rows - 1] = moved[rows], moved[rows]
-    return replace(path, start=start, end=end)
-
-
-def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Mask, Array, Array]:
-    """Corners (n + 1,) between programmed pieces under G64, and their tolerances."""
+def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing, dwells: Ints) -> tuple[Mask, Array, Array]:
+    """Corners (n + 1,) between programmed pieces under G64 but for those with dwells, and their tolerances."""
     n = len(path)
     tip, axis = corner_tolerance(moves.controls, smoothing)
     control = np.where(path.move >= 0, moves.control[path.move], 0)
@@ -193,7 +299,7 @@ def _may_be_rounded(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple
     other_line = path.line[1:] != path.line[:-1]
     same_tool = path.tool_length[1:] == path.tool_length[:-1]
     allowed[1:-1] = own[:-1] & own[1:] & (tip_tolerance[1:-1] > 0) & contact & other_line & same_tool
-    allowed[path.run_begins[path.dwell_run]] = False
+    allowed[dwells] = False
     return allowed, tip_tolerance, axis_tolerance
 
 

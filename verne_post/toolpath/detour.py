@@ -129,7 +129,7 @@ def metric_length(delta: Array) -> Array:
 def part(path: ToolPath, first: int, last: int) -> ToolPath:
     """Pieces ``first`` to ``last`` (excluded), with the dwells before the first of their runs and between them."""
     rows = slice(first, last)
-    before = path.run_begins[path.dwell_run]  # piece that a dwell stands before
+    before = path.dwell_piece  # piece that a dwell stands before
     mine = (before >= first) & ((before < last) | (last == len(path)))
     if first == last:
         mine[:] = False

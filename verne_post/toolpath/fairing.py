@@ -6,10 +6,13 @@ what is shorter than a dozen points; no vertex moves by more than a share of its
 and the ends of a stretch do not move at all.
 """
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from verne_post.base.columns import Growing, blocks
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -22,12 +25,16 @@ SHORTEST: Final = 8
 FEATURE: Final = np.radians(15.0)
 #: A piece so many times longer than the median of its stretch does not divide a curve finely.
 LONG_PIECE: Final = 4.0
+#: So many vertices of a stretch are faired at a time, and so many more on both sides, over which what holds the last one
+#: dies away: by a factor of e in three vertices.
+LONGEST: Final = 1 << 15
+OVERLAP: Final = 256
 #: Vertices are found to be features in so many rounds at most; a stretch that has hardly others is left as it is.
 ROUNDS: Final = 8
 MOSTLY_HELD: Final = 0.5
 
 
-def faired(vertex: Array, s: Array, movable: Mask, tip_bound: Array, axis_bound: Array) -> Array:
+def faired(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:
     """Vertices (n + 1, 5), moved within bounds.
 
     Parameters
@@ -36,22 +43,41 @@ def faired(vertex: Array, s: Array, movable: Mask, tip_bound: Array, axis_bound:
         Tip (mm) and nominal angles (rad) at the corners of a path.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
-    movable : ndarray of bool, shape (n + 1,)
-        Corners between straight feed moves that may be rounded.
+    soft : ndarray of bool, shape (n + 1,)
+        Corners between straight feed moves that may be rounded, and are no :func:`features`.
     tip_bound, axis_bound : ndarray, shape (n + 1,)
-        How far each may move, mm and rad; above 0 where it is movable.
+        How far each may move, mm and rad; above 0 where it is soft.
     """
-    soft = movable & ~_features(vertex, s)
-    moved = vertex.copy()
+    moved = Growing(float, 5)
+    for first, last, begin, end in _stretches(soft):
+        _keep(vertex, begin, moved)
+        rows = slice(first, last)
+        moved.extend(_stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])[begin - first : end - first])
+    _keep(vertex, len(s), moved)
+    return moved.column()
+
+
+def _keep(vertex: Array, until: int, moved: Growing) -> None:
+    """Add vertices as they are, up to number ``until``."""
+    for begin, end in blocks(until, moved.count):
+        moved.extend(vertex[begin:end])
+
+
+def _stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
+    """Stretches of soft vertices, with those at both ends, which hold still: (first, last + 1, first and last + 1 to keep).
+
+    Of a long one so many are faired at a time, with others on both sides that are given up.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], soft, [False]]).astype(np.int8)))
     for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        if last - first >= SHORTEST:
-            rows = slice(first - 1, last + 1)  # the vertices at both ends hold still
-            moved[rows] = _stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])
-    return moved
+        if last - first < SHORTEST:
+            continue
+        for begin in range(first, last, LONGEST):
+            end = min(begin + LONGEST, last)
+            yield max(begin - OVERLAP, first) - 1, min(end + OVERLAP, last) + 1, begin, end
 
 
-def _features(vertex: Array, s: Array) -> Mask:
+def features(vertex: Array, s: Array) -> Mask:
     """Vertices that are sharp corners of the part, or stand beside a piece far longer than its neighbours."""
     found = np.zeros(len(s), dtype=bool)
     way = np.diff(vertex[:, :3], axis=0)

@@ -131,7 +131,7 @@ def with_ways(
 
 def _from_dwell(rest: ToolPath, path: ToolPath, first: int, first_dwell: int) -> ToolPath:
     """The part of a path from piece ``first`` on, without the dwells before ``first_dwell`` that stand before it."""
-    gone = first_dwell - int((path.run_begins[path.dwell_run] < first).sum())
+    gone = first_dwell - int((path.dwell_piece < first).sum())
     return replace(
         rest,
         dwell_run=rest.dwell_run[gone:],
