@@ -15,15 +15,17 @@ from numpy.typing import DTypeLike, NDArray
 
 #: Rows that are worked on together: temporary arrays have no more. A number of the rows of any table.
 BLOCK_ROWS: Final = 1 << 16
-#: A column of more bytes goes to a file. Programs of less than 100,000 lines have none.
-IN_MEMORY: Final = 1 << 23
+#: A column of more bytes goes to a file; some forty are held at a time.
+IN_MEMORY: Final = 1 << 21
 
 _MAPS: "weakref.WeakSet[mmap.mmap]" = weakref.WeakSet()
 
 
 def blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
-    """Where the blocks of rows ``first`` to ``n`` begin and end."""
+    """Where the blocks of rows ``first`` to ``n`` begin and end; what the work on one has read is given up before the next."""
     for begin in range(first, n, BLOCK_ROWS):
+        if begin > first:
+            give_up()
         yield begin, min(begin + BLOCK_ROWS, n)
 
 
@@ -80,6 +82,11 @@ class Growing:
         for block in self._blocks:
             block.tofile(self._file)
         self._blocks, self._held = [], 0
+
+    def copy(self, rows: NDArray[Any]) -> None:
+        """Add rows (m, *width) of another column, which may be long."""
+        for first, last in blocks(len(rows)):
+            self.extend(rows[first:last])
 
     def column(self) -> NDArray[Any]:
         """Everything that was added; nothing can be added any more."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.columns import blocks
 from verne_post.base.ragged import ragged
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
@@ -127,8 +128,7 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     worst = [Worst() for _ in checks]
     below_table = Worst()
     unreachable: dict[int, str] = {}
-    for first in range(0, n, CHUNK_PIECES):
-        chunk = np.arange(first, min(first + CHUNK_PIECES, n))
+    for chunk in chunks(n):
         for piece, low, high, depth in first_cover(contour, chunk):
             _judge_spans(joints, piece, low, high, depth, bounds, bounded, checks, worst, below_table, unreachable)
         if progress:
@@ -138,6 +138,13 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
         findings += limit_findings(contour, check, found)
     findings += _table_findings(contour, below_table)
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
+
+
+def chunks(n: int) -> Iterator[Ints]:
+    """The numbers of n segments, so many as are judged at a time."""
+    for begin, end in blocks(n):
+        for first in range(begin, end, CHUNK_PIECES):
+            yield np.arange(first, min(first + CHUNK_PIECES, end))
 
 
 def first_cover(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Array, Ints]]:

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from verne_post.base import spans
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import (
-    CHUNK_PIECES,
     WORST_DEPTH,
     Check,
     JointBounds,
     Worst,
+    chunks,
     first_cover,
     judge,
     limit_findings,
@@ -62,8 +62,7 @@ def judge_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Findin
     contour = joints.contour
     checks = clearance_checks(clearance, len(joints.machine.columns))
     worst = [Worst() for _ in checks]
-    for first in range(0, len(contour), CHUNK_PIECES):
-        chunk = np.arange(first, min(first + CHUNK_PIECES, len(contour)))
+    for chunk in chunks(len(contour)):
         for piece, low, high, depth in first_cover(contour, chunk):
             _judge_spans(joints, clearance, piece, low, high, depth, worst)
     return [item for check, found in zip(checks, worst, strict=True) for item in limit_findings(contour, check, found)]

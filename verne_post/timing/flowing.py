@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import Growing, give_up
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
 from verne_post.timing.interior_point import X_MIN, Problem, solve
@@ -222,7 +223,7 @@ def flowing_law(
     times = retimed(run, law, limits, cycle, unit, last, effort.shares)
 
     def rows(slower: float, played: Playback = played) -> Array:
-        return _without_creeping(run, _rows(law, times, run.length, cycle, slower, played, begin), limits, cycle)
+        return _rows(run, law, times, limits, cycle, slower, played, begin)
 
     for left in reversed(range(effort.repeats + 1)):
         z = at_rest(rows(1.0, AS_PLANNED))
@@ -253,8 +254,10 @@ def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
 def law_of(law: Law, times: Times, unit: float) -> Law:
     """A law that has been re-timed, as a law of its own."""
     count = int(np.ceil(times.total / unit)) + 1
-    samples = positions(law, times, count, lambda number: np.minimum(unit * number, times.total))
-    return Law.through_samples(samples, unit)
+    samples = Growing(float)
+    for part in positions(law, times, count, lambda number: np.minimum(unit * number, times.total)):
+        samples.extend(part)
+    return Law.through_samples(samples.column(), unit)
 
 
 def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[Law, float, float]:
@@ -263,7 +266,8 @@ def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[La
     The run is scanned section by section, each with a look-ahead that ends at rest. Where even motion would take far more
     than the jerk allowed, the law is cut off to that speed; how it gets there is left to the passes.
     """
-    samples: list[Array] = []
+    smooth = _Smooth(START_SMOOTH)
+    smooth.add(np.zeros(START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
     for first, last, seen in _sections(run):
         grid = grid_along(run, first, seen)
@@ -275,12 +279,27 @@ def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[La
         if not first:
             unit *= min(max((scan.duration(s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
         part, t_end = _sampled(s, x, START_STEP * unit, t_end)
-        samples.append(part)
-    rest = START_SMOOTH
-    padded = np.concatenate([np.zeros(rest), *samples, np.full(rest + 1, run.length)])
-    smooth = np.convolve(padded, np.full(rest, 1.0 / rest), mode="valid")
-    smooth[0], smooth[-1] = 0.0, run.length
-    return Law.of_samples(np.maximum.accumulate(smooth), START_STEP * unit), unit, bound
+        smooth.add(part)
+    smooth.add(np.full(START_SMOOTH, run.length))
+    smooth.averages.extend(np.array([max(smooth.largest, run.length)]))
+    return Law.of_samples(smooth.averages.column(), START_STEP * unit), unit, bound
+
+
+class _Smooth:
+    """Averages of each so many neighbouring samples, which are added part by part; they never fall."""
+
+    def __init__(self, count: int) -> None:
+        self.kernel, self.last, self.largest = np.full(count, 1.0 / count), np.empty(0), 0.0
+        self.averages = Growing(float)
+
+    def add(self, samples: Array) -> None:
+        known = np.concatenate([self.last, samples])
+        if len(known) >= len(self.kernel):
+            averages = np.append(self.largest, np.convolve(known, self.kernel, mode="valid"))
+            averages = np.maximum.accumulate(averages)[1:]
+            self.averages.extend(averages)
+            self.largest = float(averages[-1])
+        self.last = known[-len(self.kernel) + 1 :]
 
 
 def _sections(run: Run) -> Iterator[tuple[int, int, int]]:
@@ -320,30 +339,36 @@ def retimed(
     """One pass of the interior point method over the whole run, window by window."""
     knot = step.knot * unit
     n = int(np.ceil(law.duration / knot * (1 - 1e-12)))
-    coefficients = np.ones(n + 3)
+    settled = Growing(float)
+    recent = np.empty(0)  # coefficients behind those: of the window before, and of this one
     begin, careful = 0, -1
     while begin < n:
+        give_up()
         end = min(begin + step.window + step.ahead, n)
         if n - end < step.ahead:
             end = n
-        fixed = coefficients[begin : begin + 3].copy() if begin else np.empty(0)
+        recent = np.append(recent, np.ones(max(end + 3 - settled.count - len(recent), 0)))
+        coefficients = recent[begin - settled.count : end + 3 - settled.count]
+        fixed = coefficients[:3].copy() if begin else np.empty(0)
         slow = None if end == n else CRAWL if begin <= careful else step.slow
         problem = _problem(run, law, limits, cycle, unit, step, shares, begin, end, fixed, slow)
-        start = _start(coefficients[begin : end + 3], step, begin > 0, slow)
+        start = _start(coefficients, step, begin > 0, slow)
         found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
         if begin > careful and begin and not found.legal:
             # the window before may have been too fast at its end: again, this time down to a crawl
             careful = begin
             begin -= step.window
             continue
-        if _crawls(
-            found.coefficients[: step.window + 3]
-        ):  # the law as it is needs less mending than one that all but stands
-            coefficients[begin + len(fixed) : end + 3] = 1.0
+        if _crawls(found.coefficients[: step.window + 3]):
+            coefficients[len(fixed) :] = 1.0  # the law as it is needs less mending than one that all but stands
         else:
-            coefficients[begin : end + 3] = found.coefficients
+            coefficients[:] = found.coefficients
+        done = begin - settled.count
+        settled.extend(recent[:done].copy())
+        recent = recent[done:]
         begin = end if end == n else begin + step.window
-    return Times.of_coefficients(coefficients, knot)
+    settled.extend(recent)
+    return Times.of_coefficients(settled.column(), knot)
 
 
 def _crawls(coefficients: Array) -> bool:
@@ -451,7 +476,9 @@ def _by_phase(a: Array, k: int) -> Array:
     return np.ascontiguousarray(a.reshape(len(a), -1, k).transpose(0, 2, 1)).reshape(len(a), -1)
 
 
-def _rows(law: Law, times: Times, length: float, cycle: float, slower: float, played: Playback, begin: float) -> Array:
+def _rows(
+    run: Run, law: Law, times: Times, limits: Limits, cycle: float, slower: float, played: Playback, begin: float
+) -> Array:
     """Rows of the law as it is played, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
     cycles = played.cycles(times.total * slower, begin, cycle)
 
@@ -459,24 +486,31 @@ def _rows(law: Law, times: Times, length: float, cycle: float, slower: float, pl
         done = played.shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
         return times.total * done
 
-    s = positions(law, times, cycles + 1, instants)
-    np.clip(s, 0.0, length, out=s)
-    np.maximum.accumulate(s, out=s)
-    first = int(np.searchsorted(s, AT_REST * length, side="right")) - 1
-    last = int(np.searchsorted(s, (1 - AT_REST) * length, side="left"))
+    every, farthest = Growing(float), 0.0
+    for s in positions(law, times, cycles + 1, instants):
+        s = np.maximum.accumulate(np.append(farthest, np.clip(s, 0.0, run.length)))[1:]
+        every.extend(s)
+        farthest = float(s[-1])
+    s = every.column()
+    first = int(np.searchsorted(s, AT_REST * run.length, side="right")) - 1
+    last = int(np.searchsorted(s, (1 - AT_REST) * run.length, side="left"))
     s = s[max(first, 0) : last + 1]
-    s[0], s[-1] = 0.0, length
-    return s
+    at_start, at_end = _creeping(run, s, limits, cycle)
+    rows = Growing(float)
+    rows.extend(np.zeros(1))
+    rows.copy(s[1 + at_start : len(s) - 1 - at_end])
+    rows.extend(np.array([run.length]))
+    return rows.column()
 
 
-def _without_creeping(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
-    """Leave out rows at both ends over which a joint hardly moves; the law creeps there, and need not."""
+def _creeping(run: Run, s: Array, limits: Limits, cycle: float) -> tuple[int, int]:
+    """How many rows behind the first and before the last a joint hardly moves over; the law creeps there, and need not."""
     n = len(s)
     count = min(CREEPING_ROWS, n // 4)
     if count < 2:
-        return s
+        return 0, 0
     reach = np.minimum(limits.jerk * cycle**3, np.minimum(limits.acceleration * cycle**2, limits.velocity * cycle))
-    tail = np.concatenate([s[:count], s[n - count :]])
+    tail = np.concatenate([[0.0], s[1:count], s[n - count : -1], [run.length]])
     moved = joints_at(run, tail)
     by_feed = cycle * np.asarray(run.speed(tail), dtype=float)
 
@@ -485,7 +519,4 @@ def _without_creeping(run: Run, s: Array, limits: Limits, cycle: float) -> Array
         strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
         return int(np.count_nonzero(strain < CREEPING))
 
-    first, last = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
-    if first == last == 0:
-        return s
-    return np.concatenate([s[:1], s[first + 1 : n - last - 1], s[-1:]])
+    return creeping(slice(1, count), 0), creeping(slice(count, -1), -1)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.linalg import get_lapack_funcs
 
+from verne_post.base.columns import Growing, blocks
 from verne_post.base.ragged import ragged
 from verne_post.model.machine import Limits
 from verne_post.timing.run_path import Run, joints_at
@@ -179,12 +180,12 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
 
     The rows s (n,) rest at both ends.
     """
-    n = len(s)
-    worst = np.zeros(n - REST)
-    for first in range(0, n - REST, CHUNK_ROWS):
-        found = _excess(_Rows.at(run, s[first : first + CHUNK_ROWS + REST]), limits, cycle)
-        worst[first : first + len(found)] = found
-    return worst
+    worst = Growing(float)
+    for begin, end in blocks(len(s) - REST):
+        for first in range(begin, end, CHUNK_ROWS):
+            rows = _Rows.at(run, s[first : min(first + CHUNK_ROWS, end) + REST])
+            worst.extend(_excess(rows, limits, cycle))
+    return worst.column()
 
 
 def _excess(rows: "_Rows", limits: Limits, cycle: float) -> Array:
@@ -201,7 +202,7 @@ def _excess(rows: "_Rows", limits: Limits, cycle: float) -> Array:
 
 def beyond(worst: Array) -> tuple[Ints, Array]:
     """Rows (m,) at which differences begin that are beyond a limit, and by how much, from the :func:`excess` of all."""
-    bad = np.flatnonzero(worst > 1.0)
+    bad = np.concatenate([first + np.flatnonzero(worst[first:last] > 1.0) for first, last in blocks(len(worst))])
     return bad, worst[bad]
 
 
@@ -217,7 +218,7 @@ def mended(
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
         if not len(bad):
-            return z[REST:-REST] if (np.diff(z) >= 0).all() else None
+            return z[REST:-REST] if _never_back(z) else None
         if attempt == ROUNDS:
             break
         width = reach * (2 + attempt) // 2
@@ -233,6 +234,10 @@ def mended(
     return None
 
 
+def _never_back(z: Array) -> bool:
+    return all((np.diff(z[first : last + 1]) >= 0).all() for first, last in blocks(len(z)))
+
+
 def _mended_stretches(
     z: Array, low: Ints, high: Ints, more: Ints, reach: int, run: Run, limits: Limits, cycle: float
 ) -> tuple[Array, Ints, Array]:
@@ -241,8 +246,8 @@ def _mended_stretches(
     All that were lie in the stretches, whose held rows at both ends keep what differences across the ends are. So many are
     mended at a time that what is needed besides does not grow with the run.
     """
-    new = np.empty(len(z) + int(more.sum()))
-    done = at = 0  # of the old rows, and of the new ones
+    new = Growing(float)
+    done = 0  # of the old rows
     rows, ratios = [], []
     lengths = high - low + more
     group = np.cumsum(lengths) // CHUNK_ROWS
@@ -254,15 +259,14 @@ def _mended_stretches(
         ends = np.cumsum(lengths[first : last - 1])
         judged = np.split(_excess(shifted, limits, cycle), ends)
         for (a, b), part, worst in zip(places, np.split(shifted.s, ends), judged, strict=True):
-            new[at : at + a - done] = z[done:a]
-            at += a - done
-            new[at : at + len(part)] = part
+            new.copy(z[done:a])
             still = np.flatnonzero(worst[: len(part) - REST] > 1.0)
-            rows.append(at + still)
+            rows.append(new.count + still)
             ratios.append(worst[still])
-            at, done = at + len(part), b
-    new[at:] = z[done:]
-    return new, np.concatenate(rows), np.concatenate(ratios)
+            new.extend(part.copy())
+            done = b
+    new.copy(z[done:])
+    return new.column(), np.concatenate(rows), np.concatenate(ratios)
 
 
 def _stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple[Ints, Ints]:
@@ -278,7 +282,11 @@ def _stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple[Int
 
 def at_rest(s: Array) -> Array:
     """Rows s (n,) with those of rest at both ends that the differences count as well."""
-    return np.concatenate([np.full(REST, s[0]), s, np.full(REST, s[-1])])
+    rows = Growing(float)
+    rows.extend(s[:1].repeat(REST))
+    rows.copy(s)
+    rows.extend(s[-1:].repeat(REST))
+    return rows.column()
 
 
 def _pace(run: Run, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:

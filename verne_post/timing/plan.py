@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import blocks, running_sums
+from verne_post.base.columns import Growing, blocks, running_sums
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
@@ -149,7 +149,7 @@ def plan_contour(
         by_peak = peak[contour.run[some]] * contour.pace(some) >= REACHED
         reached[contour.piece[some][by_peak]] = True
     flow_first = np.full(len(flowing), -1, dtype=np.int64)
-    rows, count = [], 0
+    flow_s = Growing(float)
     flow_bound, other_bound = 0.0, 0.0
     cycle, played = planning.cycle, planning.playback
     cycles = np.maximum(np.ceil(laws.total / (played.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
@@ -177,20 +177,21 @@ def plan_contour(
         # differences over four rows must not see the end of one motion and the beginning of the next
         s = law.s
         before, after = run > 0, run + 1 < len(flowing) and not flowing[run + 1]
-        s = np.concatenate([s[:1].repeat(REST_ROWS * before), s, s[-1:].repeat(REST_ROWS * after)])
-        flow_first[run], cycles[run] = count, len(s) - 1
-        rows.append(s)
-        count += len(s)
-        for begin in range(0, len(s) - 1, CHUNK_ROWS):
-            part = s[begin : begin + CHUNK_ROWS + 1]
-            segment, w = run_path.locate(0.5 * (part[1:] + part[:-1]))
-            fast = np.diff(part) / cycle >= REACHED * joints.speed_cap(segment, w)
-            reached[contour.piece[segment[fast]]] = True
+        flow_first[run] = flow_s.count
+        flow_s.extend(s[:1].repeat(REST_ROWS * before))
+        flow_s.copy(s)
+        flow_s.extend(s[-1:].repeat(REST_ROWS * after))
+        cycles[run] = flow_s.count - flow_first[run] - 1
+        for begin, end in blocks(len(s) - 1):
+            for row in range(begin, end, CHUNK_ROWS):
+                part = s[row : min(row + CHUNK_ROWS, end) + 1]
+                segment, w = run_path.locate(0.5 * (part[1:] + part[:-1]))
+                fast = np.diff(part) / cycle >= REACHED * joints.speed_cap(segment, w)
+                reached[contour.piece[segment[fast]]] = True
         if progress is not None:
             progress(int(begins[run + 1]))
-    flow_s = np.concatenate(rows) if rows else np.empty(0)
     both = planning.solver == "both"
-    return RunPlan(laws, flow_first, cycles, flow_s, reached, flow_bound, other_bound if both else None)
+    return RunPlan(laws, flow_first, cycles, flow_s.column(), reached, flow_bound, other_bound if both else None)
 
 
 class _Clock:

@@ -1,6 +1,6 @@
 """Laws s(sigma) from rest to rest as uniform quintic B-splines, and the change from one pseudo-time to the next."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
+from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.timing.interior_point import X_FLOOR, basis
 
 Array = NDArray[np.float64]
@@ -56,7 +57,11 @@ class Law:
     @classmethod
     def of_samples(cls, samples: Array, step: float) -> "Law":
         """Use samples from rest to rest as coefficients: monotone samples give a monotone law."""
-        return cls(_padded(samples, REST), step)
+        coefficients = Growing(float)
+        coefficients.extend(samples[:1].repeat(REST))
+        coefficients.copy(samples)
+        coefficients.extend(samples[-1:].repeat(REST))
+        return cls(coefficients.column(), step)
 
     @classmethod
     def through_samples(cls, samples: Array, step: float) -> "Law":
@@ -66,15 +71,17 @@ class Law:
         laws are solved part by part, with samples on both sides that are given up.
         """
         n = len(samples) + 2 * REST
-        coefficients = np.empty(n + 4)
-        inner = coefficients[2:-2]
+        coefficients = Growing(float)
         for first in range(0, n, CHUNK_TIMES):
             last = min(first + CHUNK_TIMES, n)
             low, high = max(first - OVERLAP, 0), min(last + OVERLAP, n)
             values = samples[np.clip(np.arange(low, high) - REST, 0, len(samples) - 1)]
-            inner[first:last] = _interpolating(values)[first - low : last - low]
-        coefficients[:2], coefficients[-2:] = inner[0], inner[-1]
-        return cls(coefficients, step)
+            inner = _interpolating(values)[first - low : last - low]
+            if not first:
+                coefficients.extend(inner[:1].repeat(2))
+            coefficients.extend(inner)
+        coefficients.extend(inner[-1:].repeat(2))
+        return cls(coefficients.column(), step)
 
     @property
     def duration(self) -> float:
@@ -112,10 +119,6 @@ def _interpolating(values: Array) -> Array:
     return np.asarray(coefficients.reshape(-1))
 
 
-def _padded(values: Array, count: int) -> Array:
-    return np.concatenate([np.full(count, values[0]), values, np.full(count, values[-1])])
-
-
 @dataclass(frozen=True, eq=False)
 class Times:
     """The map between pseudo-time and time that a pass found: at every knot time, dsigma/dt and d2sigma/dt2."""
@@ -128,14 +131,19 @@ class Times:
     @classmethod
     def of_coefficients(cls, coefficients: Array, knot: float) -> "Times":
         """From the cubic B-spline coefficients (n + 3,) of X = (dsigma/dt)^2."""
-        c, n = coefficients, len(coefficients) - 3
-        seconds = np.zeros(n)
-        for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
-            x = sum(weight * c[k : k + n] for k, weight in enumerate(weights))
-            seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, X_FLOOR))
-        at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, X_FLOOR)
-        slope = (c[2:] - c[:-2]) / (2 * knot)
-        return cls(knot, np.append(0.0, np.cumsum(seconds)), np.sqrt(at_knots), 0.5 * slope)
+        n = len(coefficients) - 3
+        table, passed = GrowingTable(t=(float,), rate=(float,), change=(float,)), 0.0
+        for first, last in blocks(n + 1):
+            c, some = coefficients[first : last + 2], min(last, n) - first  # knots, and intervals between them
+            seconds = np.zeros(some)
+            for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
+                x = sum(weight * coefficients[first + k : first + k + some] for k, weight in enumerate(weights))
+                seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, X_FLOOR))
+            t = np.cumsum(np.append(passed, seconds))
+            at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, X_FLOOR)
+            table.extend(t=t[: last - first], rate=np.sqrt(at_knots), change=0.5 * ((c[2:] - c[:-2]) / (2 * knot)))
+            passed = t[-1]
+        return cls(knot, **table.columns())
 
     @property
     def total(self) -> float:
@@ -145,7 +153,7 @@ class Times:
     def sigma(self, t: Array) -> Array:
         """Pseudo-time at times t (n,) by quintic Hermite interpolation between knots; rises with t."""
         i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
-        h = (self.t[1:] - self.t[:-1])[i]
+        h = self.t[i + 1] - self.t[i]
         f = (t - self.t[i]) / h
         v0, v1 = self.rate[i] * h / self.knot, self.rate[i + 1] * h / self.knot
         a0, a1 = self.change[i] * h * h / self.knot, self.change[i + 1] * h * h / self.knot
@@ -158,10 +166,12 @@ class Times:
         return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)
 
 
-def positions(law: Law, times: Times, count: int, instants: Callable[[Array], Array]) -> Array:
-    """Path parameters (count,) of a law that has been re-timed, at the times that ``instants`` has for numbers 0, 1, ..."""
-    found = np.empty(count)
-    for first in range(0, count, CHUNK_TIMES):
-        number = np.arange(first, min(first + CHUNK_TIMES, count), dtype=float)
-        found[first : first + len(number)] = law.s(times.sigma(instants(number)))
-    return found
+def positions(law: Law, times: Times, count: int, instants: Callable[[Array], Array]) -> Iterator[Array]:
+    """Path parameters (count,) of a law that has been re-timed, at the times that ``instants`` has for numbers 0, 1, ...
+
+    They come part by part.
+    """
+    for begin, end in blocks(count):
+        for first in range(begin, end, CHUNK_TIMES):
+            number = np.arange(first, min(first + CHUNK_TIMES, end), dtype=float)
+            yield law.s(times.sigma(instants(number)))

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import Growing, blocks
+from verne_post.base.columns import Growing
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -50,17 +50,11 @@ def faired(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Ar
     """
     moved = Growing(float, 5)
     for first, last, begin, end in _stretches(soft):
-        _keep(vertex, begin, moved)
+        moved.copy(vertex[moved.count : begin])
         rows = slice(first, last)
         moved.extend(_stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])[begin - first : end - first])
-    _keep(vertex, len(s), moved)
+    moved.copy(vertex[moved.count :])
     return moved.column()
-
-
-def _keep(vertex: Array, until: int, moved: Growing) -> None:
-    """Add vertices as they are, up to number ``until``."""
-    for begin, end in blocks(until, moved.count):
-        moved.extend(vertex[begin:end])
 
 
 def _stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
