@@ -36,15 +36,15 @@ def give_up() -> None:
             each.madvise(mmap.MADV_DONTNEED)
 
 
-def running_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sums (n + 1,) of the first 0, 1, 2, ... of values (n,)."""
-    sums = Growing(float)
-    sums.extend(np.zeros(1))
-    last = 0.0
+def running_sums(values: NDArray[Any]) -> NDArray[Any]:
+    """Sums (n + 1,) of the first 0, 1, 2, ... of values (n,); how many there are, of flags."""
+    sums = Growing(float if values.dtype.kind == "f" else np.int64)
+    last = np.zeros(1, sums.dtype)
+    sums.extend(last)
     for first, end in blocks(len(values)):
         some = np.cumsum(np.append(last, values[first:end]))[1:]
         sums.extend(some)
-        last = float(some[-1])
+        last = some[-1:]
     return sums.column()
 
 

@@ -25,7 +25,6 @@ from verne_post.base.tolerances import (
     PATH_TIP_MM,
     ROUNDING_SHARES,
     VELOCITY_RATIO,
-    ZERO_LENGTH_MM,
 )  # fmt: skip
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.contour import Contour
@@ -33,13 +32,12 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
+from verne_post.verify.items import items_of, piece_measures
 from verne_post.verify.projection import (
     RADIAN_MM,
     Measured,
-    chord_lengths,
     deviation,
     deviation_nearby,
-    paces,
     programmed_pose,
     tool_axis,
     unwrapped_u,
@@ -105,9 +103,8 @@ class Verifier:
         self.path, self.forward, self.limits, self.columns, self.fmt = contour.path, forward, limits, columns, fmt
         self.tip_tolerance, self.axis_tolerance = contour.tip_tolerance, contour.axis_tolerance
         self.entry = contour.entry
-        self.rounded = (self.tip_tolerance > 0) | (self.axis_tolerance > 0)
-        self.run = np.zeros(len(self.path), dtype=np.int64)
-        self.run[contour.piece] = contour.run
+        self.measures = piece_measures(contour)
+        self.items = items_of(contour, self.measures.chord_length, fmt.cycle)
         self.result = Verification()
         self.factor = np.array([column.factor for column in columns])
         size = np.abs(self.factor)
@@ -123,7 +120,6 @@ class Verifier:
         self.worst = [np.zeros(len(columns)) for _ in range(3)]
         inside = self.quanta / size
         self.tip_noise = float(_TIP_PER_SLIDER * inside[:-2].max() + _TIP_PER_RADIAN_MM * inside[-2:].max())
-        self._items()
         self.tail = np.empty((0, len(columns)))
         self.counts: dict[str, Finding] = {}
         # where the last row was: item, its u, its line
@@ -135,41 +131,6 @@ class Verifier:
         self.moved = np.zeros(5)
         self.feed_totals, self.feed_slacks = np.zeros(1), np.zeros(1)
         self.lost = False
-
-    def _items(self) -> None:
-        """Pieces and dwells in program order, and groups of neighbours with one source line."""
-        path = self.path
-        n = len(path)
-        #: Shortest motion that a piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
-        self.chord_length = chord_lengths(path)
-        self.told_by = np.maximum(np.where(self.chord_length > 0, self.chord_length, path.length), ZERO_LENGTH_MM)
-        self.tip_pace, self.turn_pace, self.swing_pace = paces(path)
-        #: What a corner within its tolerance may add to a projection, as a share of the piece.
-        self.corner_u = (self.tip_tolerance + RADIAN_MM * self.axis_tolerance) / np.maximum(
-            self.chord_length, ZERO_LENGTH_MM
-        )
-        before = path.run_begins[path.dwell_run]
-        where = np.concatenate([np.arange(n) + 0.5, before.astype(float)])
-        order = np.argsort(where, kind="stable")
-        self.piece = np.concatenate([np.arange(n), np.full(len(before), -1)])[order]
-        self.item_line = np.concatenate([path.line, path.dwell_line])[order].astype(np.int64)
-        cycles = np.maximum(np.ceil(path.dwell_seconds / self.fmt.cycle - 1e-9), 1).astype(np.int64)
-        self.dwell_cycles = np.concatenate([np.zeros(n, np.int64), cycles])[order]
-        run = np.where(self.piece >= 0, self.run[self.piece] if n else 0, -1)
-        self.stop_before = np.append(True, (run[1:] != run[:-1]) | (run[1:] < 0))
-        #: Of each item, and of all before it: seconds at the programmed feed, way (mm); stops before it.
-        moving = self.piece >= 0
-        self.item_time, self.item_way = np.zeros(len(moving)), np.zeros(len(moving))
-        self.item_time[moving] = path.feed_time[self.piece[moving]]
-        self.item_way[moving] = self.chord_length[self.piece[moving]]
-        self.time_before, self.way_before = (np.append(0.0, np.cumsum(one)) for one in (self.item_time, self.item_way))
-        self.stops_before = np.append(0, np.cumsum(self.stop_before))
-        self.group_first = np.flatnonzero(np.diff(self.item_line, prepend=-1))
-        self.group_line = self.item_line[self.group_first]
-        self.group_size = np.diff(np.append(self.group_first, len(self.piece)))
-        # the piece that says where a dwell rests: the next one at its start, or the last one at its end
-        following = np.where(self.piece >= 0, self.piece, n)
-        self.rest_piece = np.minimum.accumulate(following[::-1])[::-1] if len(following) else following
 
     # --- stream ---------------------------------------------------------------------------
 
@@ -267,14 +228,14 @@ class Verifier:
         group = self._groups(block)
         if group is None:
             return
-        item: Ints = self.group_first[group]
-        several = self.group_size[group] > 1
+        item: Ints = self.items.group_first[group]
+        several = self.items.group_first[group + 1] - item > 1
         q = block.values / self.factor
         if several.any():
             item = self._split_groups(q, group, item, several)
-        piece = self.piece[item]
+        piece = self.items.piece[item]
         dwell = piece < 0
-        at = np.where(dwell, np.minimum(self.rest_piece[item], len(self.path) - 1), piece)
+        at = np.where(dwell, np.minimum(self.items.rest_piece[item], len(self.path) - 1), piece)
         tip, angles, ok = self.forward(q, self.path.tool_length[at])
         if not ok.all():
             row = int(np.argmin(ok))
@@ -285,7 +246,7 @@ class Verifier:
         measured = Measured(q, tip, angles)
         fresh = np.append(item[0] != self.item, item[1:] != item[:-1])
         u = unwrapped_u(self.path, at, measured, fresh, self.u)
-        resting = np.where(self.rest_piece[item] < len(self.path), 0.0, 1.0)
+        resting = np.where(self.items.rest_piece[item] < len(self.path), 0.0, 1.0)
         u = np.where(dwell, resting, u)
         self._deviations(block, at, u, measured)
         self._progress(block, item, at, u, dwell, measured)
@@ -299,8 +260,8 @@ class Verifier:
         previous = np.append(self.line if self.line is not None else -2, line[:-1])
         group = self.group + np.cumsum(line != previous)
         while True:
-            beyond = group >= len(self.group_line)
-            expected = self.group_line[np.minimum(group, len(self.group_line) - 1)]
+            beyond = group >= len(self.items.group_line)
+            expected = self.items.group_line[np.minimum(group, len(self.items.group_line) - 1)]
             wrong = np.flatnonzero(beyond | (expected != line))
             if not len(wrong):
                 return group
@@ -321,11 +282,11 @@ class Verifier:
 
     def _skipped(self, group: int, line: int) -> int | None:
         """How many whole pieces of one run were passed between two rows, None if the line does not follow."""
-        for hop in range(1, len(self.group_line) - group):
-            first = self.group_first[group + hop]
-            if self.stop_before[self.group_first[group] : first].any():
+        for hop in range(1, len(self.items.group_line) - group):
+            first = self.items.group_first[group + hop]
+            if self.items.stop_before[self.items.group_first[group] : first].any():
                 return None
-            if self.group_line[group + hop] == line:
+            if self.items.group_line[group + hop] == line:
                 return hop
         return None
 
@@ -336,8 +297,8 @@ class Verifier:
         for begin, end in pairwise(edges.tolist()):
             if not several[begin]:
                 continue
-            first = int(self.group_first[group[begin]])
-            last = first + int(self.group_size[group[begin]]) - 1
+            first = int(self.items.group_first[group[begin]])
+            last = int(self.items.group_first[group[begin] + 1]) - 1
             continued = begin == 0 and group[0] == self.group
             now, u, dwelt = (self.item, self.u, self.dwelt) if continued else (first, 0.0, 0)
             row = begin
@@ -345,8 +306,8 @@ class Verifier:
                 if now == last:
                     item[row:end] = now
                     break
-                if self.piece[now] < 0:
-                    take = min(int(self.dwell_cycles[now]) - dwelt, end - row)
+                if self.items.piece[now] < 0:
+                    take = min(int(self.items.dwell_cycles[now]) - dwelt, end - row)
                 else:
                     take = self._rows_of_item(q[row:end], now, u, fresh=not (continued and row == begin))
                 item[row : row + take] = now
@@ -357,8 +318,8 @@ class Verifier:
 
     def _rows_of_item(self, q: Array, item: int, u_before: float, *, fresh: bool) -> int:
         """How many of the following rows lie before the end of a piece."""
-        piece = int(self.piece[item])
-        close = 1.0 - self.tip_noise / self.told_by[piece]
+        piece = int(self.items.piece[item])
+        close = 1.0 - self.tip_noise / self.measures.told_by[piece]
         for begin in range(0, len(q), _LOOK_AHEAD):
             some = q[begin : begin + _LOOK_AHEAD]
             at = np.full(len(some), piece)
@@ -379,7 +340,7 @@ class Verifier:
         allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse * self.tip_noise
         turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
         doubtful = np.flatnonzero(
-            (self.rounded | (self.path.circle >= 0))[piece]
+            (self.measures.rounded[piece] | (self.path.circle[piece] >= 0))
             & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
         )
         if len(doubtful):
@@ -391,7 +352,7 @@ class Verifier:
                 some,
                 allowed[doubtful],
                 turned[doubtful],
-                self.chord_length[piece[doubtful]],
+                self.measures.chord_length[piece[doubtful]],
             )
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
@@ -418,13 +379,13 @@ class Verifier:
     ) -> None:
         """Order, completeness between items, and feed."""
         path = self.path
-        even = self.told_by
+        even = self.measures.told_by
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / even[piece] + self.corner_u[piece]
+        noise_u = 2 * self.tip_noise / even[piece] + self.measures.corner_u[piece]
         same = before_item == item
         # each of two rows may stand aside of the piece, one ahead of its place and one behind
-        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u - self.corner_u[piece]))
+        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u - self.measures.corner_u[piece]))
         if len(back):
             row = int(back[0])
             self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
@@ -436,7 +397,7 @@ class Verifier:
             self._note("VP413", f"row {block.first + row} lies beyond the ends of the piece of line {block.line[row]}",
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
-        budget, way = step * path.feed_time[piece], step * self.chord_length[piece]
+        budget, way = step * path.feed_time[piece], step * self.measures.chord_length[piece]
         slack = np.where(dwell, 0.0, 4 * self.tip_noise / even[piece] * path.feed_time[piece])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
@@ -454,10 +415,10 @@ class Verifier:
             # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
             way[step], chord[step] = 0.0, np.inf
             np.minimum.at(chord, step, self._chord_time(one, moved[step], swung[step]))
-            goes_on = ~self.stop_before[item[step]]
+            goes_on = ~self.items.stop_before[item[step]]
             self._judge_between(block, *self._places(step[goes_on], one[goes_on], part[goes_on]), before, moved)
         self.moved = moved[-1]
-        budget = np.where(self.rounded[piece] & ~dwell, chord, budget)
+        budget = np.where(self.measures.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
         self._count_slow(budget + slack)
         self._judge_chords(block, np.linalg.norm(moved, axis=1), way)
@@ -514,9 +475,9 @@ class Verifier:
 
         Steps are given by tip and weighted angles (n, 5), and by the angle of the tool axis (n,).
         """
-        by_tip = np.linalg.norm(moved[:, :3], axis=1) * self.tip_pace[piece]
-        by_turn = np.linalg.norm(moved[:, 3:], axis=1) / RADIAN_MM * self.turn_pace[piece]
-        return np.asarray(by_tip + by_turn + swung * self.swing_pace[piece])
+        by_tip = np.linalg.norm(moved[:, :3], axis=1) * self.measures.tip_pace[piece]
+        by_turn = np.linalg.norm(moved[:, 3:], axis=1) / RADIAN_MM * self.measures.turn_pace[piece]
+        return np.asarray(by_tip + by_turn + swung * self.measures.swing_pace[piece])
 
     def _passed(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Ints, Ints, Array]:
         """What steps from one item to a later one (n,) touch, where a corner of it may be rounded.
@@ -530,10 +491,10 @@ class Verifier:
         """
         begin = np.maximum(old, 0)
         step, within = ragged(new - begin + 1)
-        piece = self.piece[begin[step] + within]
+        piece = self.items.piece[begin[step] + within]
         step, piece = step[piece >= 0], piece[piece >= 0]
         rounded = np.zeros(len(row), dtype=bool)
-        rounded[step[self.rounded[piece]]] = True
+        rounded[step[self.measures.rounded[piece]]] = True
         step, piece = step[rounded[step]], piece[rounded[step]]
         first, last = np.diff(step, prepend=-1) != 0, np.diff(step, append=-1) != 0
         low = np.where(first, np.clip(old_u[step], 0.0, 1.0), 0.0)
@@ -603,23 +564,23 @@ class Verifier:
 
     def _judge_changes(self, block: SetpointBlock, item: Ints, row: Ints, old: Ints, new: Ints, u: Array) -> None:
         """Steps from one item to a later one (n,): nothing is left out, and stops are stopped at."""
-        stops_there = self.stop_before[new]
+        stops_there = self.items.stop_before[new]
         skips = self._stops(old, new) > stops_there
-        after_dwell = (old >= 0) & (self.piece[old] < 0)
-        piece = self.piece[new]
+        after_dwell = (old >= 0) & (self.items.piece[old] < 0)
+        piece = self.items.piece[new]
         # a restart may begin beside the corner that the whole program would round
-        aside = np.where(piece == self.entry, self.corner_u[piece] * self.told_by[piece], 0.0)
-        off = np.abs(u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise + aside
+        aside = np.where(piece == self.entry, self.measures.corner_u[piece] * self.measures.told_by[piece], 0.0)
+        off = np.abs(u) * self.measures.told_by[piece] > PATH_TIP_MM + self.tip_noise + aside
         off &= stops_there & (piece >= 0)
         for at in np.flatnonzero(skips | after_dwell | off).tolist():
             where, line = f"row {block.first + row[at]}", int(block.line[row[at]])
             if skips[at]:
-                skipped = self.item_line[old[at] + 1 : new[at]]
+                skipped = self.items.line[old[at] + 1 : new[at]]
                 lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
                 self._note("VP412", f"{where}: the motion of line {lines} is left out", line)
                 continue
-            if after_dwell[at] and self._rows_before(item, int(row[at])) < self.dwell_cycles[old[at]]:
-                self._note("VP412", f"{where}: the dwell of line {self.item_line[old[at]]} is too short", line)
+            if after_dwell[at] and self._rows_before(item, int(row[at])) < self.items.dwell_cycles[old[at]]:
+                self._note("VP412", f"{where}: the dwell of line {self.items.line[old[at]]} is too short", line)
             if off[at]:
                 what = f"the end of the piece before line {line} is not reached"
                 if old[at] < 0:
@@ -628,7 +589,7 @@ class Verifier:
 
     def _stops(self, old: Ints, new: Ints) -> Ints:
         """How many stops stand between items, that before the new one included."""
-        return self.stops_before[new + 1] - self.stops_before[old + 1]
+        return self.items.stops_before[new + 1] - self.items.stops_before[old + 1]
 
     def _spent(self, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Array, Array, Array]:
         """Seconds at the programmed feed, way (mm), and seconds of noise more, of steps from one item to a later one (n,).
@@ -639,13 +600,25 @@ class Verifier:
         left = np.where(begun, np.maximum(1.0 - old_u, 0.0), 0.0)
         came = np.maximum(new_u, 0.0)
         spent, way = (
-            left * one[from_item] + (before[new] - before[old + 1]) + came * one[new]
-            for one, before in ((self.item_time, self.time_before), (self.item_way, self.way_before))
+            left * one(from_item) + (before[new] - before[old + 1]) + came * one(new)
+            for one, before in ((self._time, self.items.time_before), (self._way, self.items.way_before))
         )
-        last = self.piece[from_item]
-        noise = np.where(begun & (last >= 0), 2 * self.tip_noise / self.told_by[last] * self.item_time[from_item], 0.0)
-        whole = self._stops(old, new) <= self.stop_before[new]
+        last = self.items.piece[from_item]
+        noise = np.where(
+            begun & (last >= 0), 2 * self.tip_noise / self.measures.told_by[last] * self._time(from_item), 0.0
+        )
+        whole = self._stops(old, new) <= self.items.stop_before[new]
         return spent * whole, way * whole, noise
+
+    def _time(self, item: Ints) -> Array:
+        """Seconds (n,) that items take at the programmed feed."""
+        piece = self.items.piece[item]
+        return np.where(piece >= 0, self.path.feed_time[piece], 0.0)
+
+    def _way(self, item: Ints) -> Array:
+        """Way (n,) of items, mm."""
+        piece = self.items.piece[item]
+        return np.where(piece >= 0, self.measures.chord_length[piece], 0.0)
 
     def _rows_before(self, item: Ints, row: int) -> int:
         """How many rows the item before ``row`` has had; those of earlier blocks count."""
@@ -657,14 +630,14 @@ class Verifier:
         return row - begin + (self.dwelt if begin == 0 and old == self.item else 0)
 
     def _complete(self) -> None:
-        last = len(self.piece) - 1
+        last = len(self.items.piece) - 1
         line = self.line
         if self.item < last:
-            missing = self.item_line[self.item + 1]
+            missing = self.items.line[self.item + 1]
             self._note("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
             return
-        piece = int(self.piece[last])
-        if piece >= 0 and abs(1.0 - self.u) * self.told_by[piece] > PATH_TIP_MM + self.tip_noise:
+        piece = int(self.items.piece[last])
+        if piece >= 0 and abs(1.0 - self.u) * self.measures.told_by[piece] > PATH_TIP_MM + self.tip_noise:
             self._note("VP412", f"the file ends before the end of the motion of line {line}", line)
-        if piece < 0 and self.dwelt < self.dwell_cycles[last] + 1:
+        if piece < 0 and self.dwelt < self.items.dwell_cycles[last] + 1:
             self._note("VP412", f"the dwell of line {line} is too short", line)
