@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
+from verne_post.base.columns import blocks
 from verne_post.gcode.read import interpreted_until_error, state_after
 from verne_post.gcode.restart import restart_at
 from verne_post.gcode.state import Setup, State
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.judge import JointBounds
 from verne_post.kinematics.judge_clearance import judge_everything
-from verne_post.kinematics.keep_out import keep_out_of, tool_of_piece
+from verne_post.kinematics.keep_out import keep_out_of, tool_at
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding, worst
@@ -167,7 +168,7 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     path, branches = on_branches(moves, machine, options)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
-    kept = _kept_moves(path)
+    kept = path.moves_with_length
     if restart is not None and kept[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
     begin = int(kept[0] if restart is None else kept[np.searchsorted(kept, restart.move)])
@@ -198,7 +199,7 @@ def read_program(source: bytes, machine: Machine, options: Options) -> Program:
     contour = _contour(path, moves, machine, options)
     taken_up = None
     if restart is not None:
-        piece = int(np.searchsorted(np.maximum.accumulate(path.move), restart.move))
+        piece = int(np.searchsorted(path.move_reached, restart.move))
         taken_up = piece, int((_dwells(moves) < restart.move).sum())
         stops = tuple(stop - restart.move for stop in stops)
         moves = moves.taken_up(restart.move, restart.event, restart.switched)
@@ -238,11 +239,6 @@ def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
     if options.units == "drive" and not machine.drives:
         raise InputError(finding("VP018", "--units drive needs [drives] in the machine file"))
     return machine.drives if options.units == "drive" else ()
-
-
-def _kept_moves(path: ToolPath) -> NDArray[np.int32]:
-    """Numbers of the moves that have a length, ascending."""
-    return np.unique(path.move[path.move >= 0])
 
 
 def _contour(path: ToolPath, moves: Moves, machine: Machine, options: Options) -> Contour:
@@ -316,7 +312,7 @@ def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[Setpoi
     """Rows as they will be written, and the move that each belongs to: -1 on the way to the program."""
     program = plan.program
     joints, machine, contour = program.joints(), program.machine, program.contour
-    move_of_piece = np.maximum.accumulate(contour.path.move)  # detours, and the way behind, belong to what is before
+    move_of_piece = contour.path.move_reached
     dwells = np.append(_dwells(program.moves), -1)
     for some in rows(contour, plan.laws, plan.timeline):
         values, numbers = rounded(joints.q(some.segment, some.w), machine, fmt)
@@ -326,11 +322,11 @@ def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[Setpoi
 
 def _happenings(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
     """Events and dwells in order, and the move behind each; -1 for what is to be done before the first one."""
-    moves, kept, dwells = program.moves, _kept_moves(program.path), _dwells(program.moves)
+    moves, dwells = program.moves, _dwells(program.moves)
     waits = {int(dwell): float(moves.feed[dwell]) for dwell in dwells if dwell not in program.stops}
     rests = [Event(int(moves.line[move]), "dwell", move, {"seconds": seconds}) for move, seconds in waits.items()]
     every = sorted([*moves.events, *rests], key=lambda event: event.before)  # events come before a dwell in their place
-    first = min([int(kept[0]), *dwells[:1].tolist()])
+    first = min([program.path.first_move, *dwells[:1].tolist()])
     before = np.array([event.before for event in every], dtype=np.intp)
     return every, np.where(before <= first, -1, before)
 
@@ -467,7 +463,7 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     An event belongs to the gap between the two moves with a length that it stands between.
     """
     program, times = plan.program, plan.timeline
-    moves, kept = program.moves, _kept_moves(program.path)
+    moves, kept = program.moves, program.path.moves_with_length
     dwells = _dwells(moves)
     items = np.flatnonzero(times.run < 0)[np.searchsorted(dwells, program.stops)]
     begins = [0, *times.first_row[items + 1].tolist()]
@@ -488,14 +484,23 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
     before, parts = _parts(plan)
-    feeding = np.flatnonzero(path.feed_time > 0)
-    reached = int(plan.laws.reached[feeding].sum())
+    feeds = reached = 0
+    used: set[int] = set()
+    tools: dict[tuple[int, float], None] = {}
+    move_of_piece = path.move_reached
+    for begin, end in blocks(len(path)):
+        feeding = path.feed_time[begin:end] > 0
+        feeds += int(feeding.sum())
+        reached += int((feeding & plan.laws.reached[begin:end]).sum())
+        move = path.move[begin:end]
+        used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
+        number = tool_at(move_of_piece[begin:end], path.first_move, moves)
+        length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
+        first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
+        tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
     q_start = program.joints().q(np.array([0]), np.array([0.0]))
     places, numbers = rounded(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
-    used = np.unique(moves.frame[path.move[path.move >= 0]])
-    lengths = np.round(path.tool_length - program.options.lift, 6)
-    tools = dict.fromkeys(zip(tool_of_piece(path, moves).tolist(), lengths.tolist(), strict=True))
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)
     return Summary(
         source=source,
@@ -510,7 +515,7 @@ def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verificat
         flow_bound=plan.laws.flow_bound,
         other_bound=plan.laws.other_bound,
         tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),
-        feed_pieces=len(feeding),
+        feed_pieces=feeds,
         feed_reached=reached,
         start=tuple(float(value) for value in start),
         frames=tuple(systems),

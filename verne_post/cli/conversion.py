@@ -105,27 +105,27 @@ def converted(
     if len(source) > LONG_PROGRAM:
         give_back_large_arrays()
     said = ""
-    with Spool(machine.columns) as spool:
-        result = convert(source, machine, options, spool.take, progress)
-        if not result.ok:
-            return result, said
-        assert result.summary is not None
-        rows = spool.rows()
-        if options.split_at_stops:
-            assert files.output is not None
-            _write_parts(files.output, rows, result.summary)
-        elif files.output is None:
-            sys.stdout.flush()
-            for part in FORMATS[files.file_format].write(rows):
-                sys.stdout.buffer.write(part)
-            sys.stdout.buffer.flush()
-        else:
-            write_whole(files.output, FORMATS[files.file_format].write(rows))
-        if files.file_format == "pvt":
-            step, off = pvt_knots(rows)
-            said = f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most " + ", ".join(
-                f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(machine.columns, off, strict=True)
-            ) + ".\n"  # fmt: skip
+    spool = Spool(machine.columns)
+    result = convert(source, machine, options, spool.take, progress)
+    if not result.ok:
+        return result, said
+    assert result.summary is not None
+    rows = spool.rows()
+    if options.split_at_stops:
+        assert files.output is not None
+        _write_parts(files.output, rows, result.summary)
+    elif files.output is None:
+        sys.stdout.flush()
+        for part in FORMATS[files.file_format].write(rows):
+            sys.stdout.buffer.write(part)
+        sys.stdout.buffer.flush()
+    else:
+        write_whole(files.output, FORMATS[files.file_format].write(rows))
+    if files.file_format == "pvt":
+        step, off = pvt_knots(rows)
+        said = f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most " + ", ".join(
+            f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(machine.columns, off, strict=True)
+        ) + ".\n"  # fmt: skip
     if files.meta is not None:
         write_whole(files.meta, [meta_text(result.summary)])
     if files.events is not None:

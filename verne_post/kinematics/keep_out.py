@@ -229,7 +229,7 @@ def keep_out_of(
             )
             turn = float(np.arctan2(direction[1], direction[0]))
         standing.append(placed(box, middle, turn, stock=stock))
-    number = tool_of_piece(path, moves)
+    number = tool_at(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
     lengths = np.array([_length_of(int(one), options) for one in numbers])
@@ -257,15 +257,12 @@ def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int
             raise InputError(finding("VP018", text))
 
 
-def tool_of_piece(path: ToolPath, moves: Moves) -> Ints:
-    """Number of the tool in the spindle on each piece, 0 where none is named."""
+def tool_at(move: Ints, first: int, moves: Moves) -> Ints:
+    """Number of the tool in the spindle at moves (n,), 0 where none is named; the way to the ``first`` motion has its tool."""
     changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
     before = np.array([event.before for event in changes], dtype=np.int64)
     numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)
-    move = np.maximum.accumulate(path.move)  # a way behind the program, or a detour, has the tool of what is before it
-    first = path.move[path.move >= 0]
-    move = np.where(move >= 0, move, first[0] if len(first) else 0)
-    return np.asarray(numbers[np.searchsorted(before, move, side="right")])
+    return np.asarray(numbers[np.searchsorted(before, np.maximum(move, first), side="right")])
 
 
 def _shape_of(number: int, options: Options) -> ToolShape:

@@ -11,6 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import Growing, blocks
+
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
@@ -160,6 +162,37 @@ class ToolPath:
         """``dwell_run`` (d,) where the same pieces have new run numbers (n,): dwells stand before the same pieces."""
         piece, n = self.dwell_piece, len(run)
         return np.where(piece < n, run[np.minimum(piece, n - 1)], run[-1] + 1).astype(np.int32)
+
+    @property
+    def move_reached(self) -> Ints:
+        """The move that each piece (n,) belongs to, of detours and the way behind that of the last piece before; -1 before all."""
+        reached, last = Growing(np.int32), np.full(1, -1, dtype=np.int32)
+        for begin, end in blocks(len(self)):
+            some = np.maximum.accumulate(np.append(last, self.move[begin:end]))[1:]
+            reached.extend(some)
+            last = some[-1:]
+        return reached.column()
+
+    @property
+    def first_move(self) -> int:
+        """The first move that has a piece, 0 where there is none."""
+        for begin, end in blocks(len(self)):
+            move = self.move[begin:end]
+            if (move >= 0).any():
+                return int(move[move >= 0][0])
+        return 0
+
+    @property
+    def moves_with_length(self) -> Ints:
+        """Numbers of the moves that have pieces, ascending."""
+        found, last = Growing(np.int32), -1
+        for begin, end in blocks(len(self)):
+            move = self.move[begin:end]
+            move = move[move >= 0]
+            if len(move):
+                found.extend(move[move != np.append(last, move[:-1])])
+                last = int(move[-1])
+        return found.column()
 
     def part(self, first: int, last: int) -> "ToolPath":
         """Pieces ``first`` to ``last`` (excluded) as a path without dwells; arcs, great circles and joints keep their rows."""
