@@ -306,6 +306,7 @@ def _sections(run: Run) -> Iterator[tuple[int, int, int]]:
     """First and last segment of every section, and the end of what it looks ahead to; the latter two excluded."""
     segments = len(run.breaks) - 1
     for first in range(0, segments, SECTION):
+        give_up()
         last = min(first + SECTION, segments)
         yield first, last, min(last + LOOK_AHEAD, segments)
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.linalg import get_lapack_funcs
 
-from verne_post.base.columns import Growing, blocks
+from verne_post.base.columns import Growing, blocks, give_up
 from verne_post.base.ragged import ragged
 from verne_post.model.machine import Limits
 from verne_post.timing.run_path import Run, joints_at
@@ -67,6 +67,8 @@ STUBBORN: Final = 0.9
 SHORTEST: Final = 12
 #: Rows whose joints are evaluated at a time.
 CHUNK_ROWS: Final = 1 << 15
+#: The same for rows that lie far apart: around each, something of every column is read.
+SCATTERED_ROWS: Final = 1 << 10
 #: The rows that are beyond their aims are found anew so often in one step.
 ACTIVE_SETS: Final = 4
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
@@ -252,6 +254,7 @@ def _mended_stretches(
     lengths = high - low + more
     group = np.cumsum(lengths) // CHUNK_ROWS
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
+        give_up()
         some = slice(first, last)
         places = list(zip(low[some].tolist(), high[some].tolist(), strict=True))
         parts = [_with_more_rows(z[a:b], k) for (a, b), k in zip(places, more[some].tolist(), strict=True)]
@@ -292,8 +295,9 @@ def at_rest(s: Array) -> Array:
 def _pace(run: Run, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:
     """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
     most = 0.0
-    for first in range(0, len(rows), CHUNK_ROWS):
-        some = rows[first : first + CHUNK_ROWS]
+    for first in range(0, len(rows), SCATTERED_ROWS):
+        give_up()
+        some = rows[first : first + SCATTERED_ROWS]
         q = joints_at(run, np.stack([s[some], s[some + 1]]).ravel()).reshape(2, len(some), -1)
         most = max(most, float((np.abs(q[1] - q[0]) / (limits.jerk * cycle**3)).max()))
     return most

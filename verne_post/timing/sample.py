@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import running_sums
+from verne_post.base.columns import give_up, running_sums
 from verne_post.model.contour import Contour
 from verne_post.timing.plan import Planning, RunPlan, dwell_cycles
 from verne_post.timing.playback import Playback
@@ -83,6 +83,7 @@ def rows(contour: Contour, laws: RunPlan, plan: Timeline) -> Iterator[Rows]:
     dwell = np.where(plan.run < 0, np.cumsum(plan.run < 0) - 1, -1)
     next_run = np.where(runs_before < len(run_begin), runs_before, -1)
     for first in range(0, plan.n_rows, BLOCK_ROWS):
+        give_up()
         k = np.arange(first, min(first + BLOCK_ROWS, plan.n_rows))
         item = np.minimum(np.searchsorted(plan.first_row, k, side="right") - 1, len(plan.run) - 1)
         run = plan.run[item]

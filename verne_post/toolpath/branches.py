@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import blocks
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, ZERO_ANGLE
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.evaluate import pose
@@ -136,11 +137,12 @@ def _onward(path: ToolPath) -> Mask:
 def _legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> bool:
     """Whether every piece can be driven as it is programmed."""
     low, high = c_range
-    for first in range(0, len(path), CHUNK_PIECES):
-        some = np.arange(first, min(first + CHUNK_PIECES, len(path)))
-        c = np.stack([path.start[some, 4], path.end[some, 4]])
-        if c.min() < low or c.max() > high or not _possible_of(path, legal, Branch(0, 0), some).all():
-            return False
+    for begin, end in blocks(len(path)):
+        for first in range(begin, end, CHUNK_PIECES):
+            some = np.arange(first, min(first + CHUNK_PIECES, end))
+            c = np.stack([path.start[some, 4], path.end[some, 4]])
+            if c.min() < low or c.max() > high or not _possible_of(path, legal, Branch(0, 0), some).all():
+                return False
     return True
 
 
