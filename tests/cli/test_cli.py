@@ -22,7 +22,6 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.cli import memory
 from verne_post.cli.main import COMMANDS, gravest
 from verne_post.model.codes import CODES
 from verne_post.model.options import Options, WorkOffset
@@ -970,43 +969,3 @@ def test_an_offset_that_does_not_hold_is_told(tmp_path: Path, run: Callable[...,
         run("convert", path, "--tool-length", 60, "--wcs", "G54=1,2,3", "-o", tmp_path / "o.csv").err.split()
     )
     assert "G54 at (0, 0, 50) mm on the table (the program sets it with G10: --wcs does not hold)" in said
-
-
-@pytest.mark.parametrize("error", [AttributeError, OSError, TypeError])
-def test_other_c_libraries_keep_their_memory_as_they_like(
-    error: type[Exception], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def no_such_library(_name: None) -> None:
-        raise error
-
-    monkeypatch.setattr("ctypes.CDLL", no_such_library)
-    memory.give_back_large_arrays()
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_large_arrays_leave_no_holes(environment: dict[str, str]) -> None:
-    """Of arrays of 10 MB in turn every other one is freed; without the setting all of them stay resident."""
-    code = """
-import numpy as np, sys
-from verne_post.cli import memory
-def resident():
-    return int(next(line for line in open("/proc/self/status") if line.startswith("VmRSS")).split()[1]) / 1024
-del [np.ones(3_900_000) for _ in range(2)][:]  # freed at once, these raise glibc's threshold to 32 MB
-if sys.argv[1:]:
-    memory.give_back_large_arrays()
-many = [np.ones(1_250_000) for _ in range(20)]
-full = resident()
-del many[::2]
-print(full - resident())
-"""
-    freed = [
-        float(
-            subprocess.run(
-                [sys.executable, "-P", "-c", code, *more], env=environment, check=True, capture_output=True
-            ).stdout
-        )
-        for more in ((), ("set",))
-    ]
-    if freed[0] > 50:
-        pytest.skip("this C library gives back all by itself")
-    assert freed[1] > 90

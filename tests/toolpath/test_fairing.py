@@ -59,3 +59,20 @@ def test_points_move_to_the_smoothing_spline_that_scipy_finds():
     # theirs holds by a weight of 1e9, so values of size 1 move by its reciprocal times what bends them
     np.testing.assert_allclose(values + change, spline(s), atol=1e-6)
     assert np.abs(change).max() > 0.5
+
+
+def test_long_stretches_are_faired_in_parts_that_meet(monkeypatch):
+    n = 3000
+    s = 0.2 * np.arange(n + 1)
+    vertex = np.random.default_rng(3).normal(0, 0.002, (n + 1, 5)) + np.sin(s / 20)[:, None]
+    soft = np.ones(n + 1, dtype=bool)
+    soft[[0, 900, -1]] = False
+    bound = np.full(n + 1, 1.0)
+    whole = fairing.faired(vertex, s, soft, bound, bound)
+    assert np.abs(whole - vertex).max() > 1e-3
+    monkeypatch.setattr(fairing, "LONGEST", 700)
+    parts = fairing.faired(vertex, s, soft, bound, bound)
+    assert np.array_equal(parts[~soft], vertex[~soft])
+    assert np.abs(parts - whole).max() < 1e-12
+    monkeypatch.setattr(fairing, "OVERLAP", 6)
+    assert np.abs(fairing.faired(vertex, s, soft, bound, bound) - whole).max() > 1e-6

@@ -78,7 +78,8 @@ class Growing:
 
     def _write(self) -> None:
         if self._file is None:
-            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole, or nobody wants it
+            weakref.finalize(self, self._file.close)
         for block in self._blocks:
             block.tofile(self._file)
         self._blocks, self._held = [], 0
@@ -111,8 +112,9 @@ class GrowingTable:
 
     def extend(self, **rows: NDArray[Any]) -> None:
         """Add a block to every column."""
-        for name, column in self._columns.items():
-            column.extend(rows[name])
+        parts = [rows[name] for name in self._columns]
+        for column, part in zip(self._columns.values(), parts, strict=True):
+            column.extend(part)
 
     def columns(self) -> dict[str, Any]:
         """All columns, whole."""

@@ -93,7 +93,6 @@ def converted(
     source: bytes, machine: "Machine", options: "Options", files: Files, progress: "Progress | None" = None
 ) -> "tuple[Result, str]":
     """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
-    from verne_post.cli.memory import LONG_PROGRAM, give_back_large_arrays
     from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.controllers import pvt_knots
     from verne_post.output.events import events_text
@@ -102,8 +101,6 @@ def converted(
     from verne_post.output.summary import meta as meta_text
     from verne_post.pipeline import convert
 
-    if len(source) > LONG_PROGRAM:
-        give_back_large_arrays()
     said = ""
     spool = Spool(machine.columns)
     result = convert(source, machine, options, spool.take, progress)

@@ -68,6 +68,15 @@ class WordTable:
     plain: NDArray[np.bool_]
 
 
+def whole_lines(source: bytes) -> Iterator[bytes]:
+    """A text in chunks of whole lines."""
+    start = 0
+    while start < len(source):
+        end = chunk_end(source, start)
+        yield source[start:end]
+        start = end
+
+
 def chunk_end(source: bytes, start: int) -> int:
     """Where the chunk of whole lines that begins at ``start`` ends."""
     if start + CHUNK_BYTES >= len(source):

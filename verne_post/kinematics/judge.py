@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base import spans
-from verne_post.base.columns import blocks
+from verne_post.base.columns import GrowingTable, blocks
 from verne_post.base.ragged import ragged
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
@@ -62,9 +62,13 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class JointBounds:
-    """Largest derivatives of the joints by w over each segment, each shape (n, n_joints); 0 in runs that flow.
+    """Largest derivatives of the joints by w over the segments of runs from stop to stop, one run after the other.
 
     A law from stop to stop needs them; one that flows looks at the joints themselves.
+
+    Attributes
+    ----------
+    first, second, third : ndarray, shape (n, n_joints)
     """
 
     first: Array
@@ -116,28 +120,32 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     Returns
     -------
     JointBounds
-        What the time law needs.
+        What the time laws from stop to stop need.
     list of Finding
         VP1xx and VP2xx, one for each stretch of consecutive violating pieces.
     """
     machine, contour = joints.machine, joints.contour
     n, n_joints = len(contour), len(machine.columns)
-    bounds = JointBounds(*(np.zeros((n, n_joints)) for _ in range(3)))
-    bounded = ~contour.flowing
+    every = GrowingTable(**dict.fromkeys(("first", "second", "third"), (float, n_joints)))
+    stopping = ~contour.flowing
     checks = checks_of(machine)
     worst = [Worst() for _ in checks]
     below_table = Worst()
     unreachable: dict[int, str] = {}
     for chunk in chunks(n):
+        row = np.cumsum(stopping[contour.run[chunk]]) - 1  # of the bounds of this chunk
+        bounds = JointBounds(*(np.zeros((int(row[-1]) + 1, n_joints)) for _ in range(3)))
+        bounded = _Bounded(bounds, int(chunk[0]), np.where(stopping[contour.run[chunk]], row, -1))
         for piece, low, high, depth in first_cover(contour, chunk):
-            _judge_spans(joints, piece, low, high, depth, bounds, bounded, checks, worst, below_table, unreachable)
+            _judge_spans(joints, piece, low, high, depth, bounded, checks, worst, below_table, unreachable)
+        every.extend(**vars(bounds))
         if progress:
             progress(int(chunk[-1]) + 1)
     findings = _unreachable_findings(contour, unreachable)
     for check, found in zip(checks, worst, strict=True):
         findings += limit_findings(contour, check, found)
     findings += _table_findings(contour, below_table)
-    return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
+    return JointBounds(**every.columns()), sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
 def chunks(n: int) -> Iterator[Ints]:
@@ -159,11 +167,11 @@ def first_cover(contour: Contour, chunk: Ints) -> Iterator[tuple[Ints, Array, Ar
 
 
 def _judge_spans(
-    joints: JointPath, piece: Ints, low: Array, high: Array, depth: Ints, bounds: JointBounds, bounded: Mask,
+    joints: JointPath, piece: Ints, low: Array, high: Array, depth: Ints, bounded: "_Bounded",
     checks: list[Check], worst: list[Worst], below_table: Worst, unreachable: dict[int, str],
 ) -> None:  # fmt: skip
     """Judge spans, halving those that the bounds cannot decide."""
-    machine, contour = joints.machine, joints.contour
+    machine = joints.machine
     n_joints = len(machine.columns)
     tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
     while len(piece):
@@ -182,10 +190,10 @@ def _judge_spans(
         coarse = (rough[:, :n_joints] > tails).any(axis=1)
         deep = depth[kept] >= MAX_DEPTH
         halve[kept] |= coarse & ~deep
-        fine = (~coarse | deep) & bounded[contour.run[piece[kept]]]
+        fine = (~coarse | deep) & (bounded.row[piece[kept] - bounded.first] >= 0)
         if fine.any():
             some = kept[fine]
-            _collect(joints, bounds, piece[some], low[some], high[some], values[fine, :, :n_joints])
+            _collect(joints, bounded, piece[some], low[some], high[some], values[fine, :, :n_joints])
         lower, upper = spans.enclosure(values)
         for check, found in zip(checks, worst, strict=True):
             k = check.quantity
@@ -212,7 +220,16 @@ def _judge_spans(
         depth = np.concatenate([depth[index], depth[index]]) + 1
 
 
-def _collect(joints: JointPath, bounds: JointBounds, piece: Ints, low: Array, high: Array, values: Array) -> None:
+@dataclass(frozen=True, eq=False)
+class _Bounded:
+    """Bounds of the segments from number ``first`` on, and the row (n,) that each has there; -1: none."""
+
+    bounds: JointBounds
+    first: int
+    row: Ints
+
+
+def _collect(joints: JointPath, bounded: _Bounded, piece: Ints, low: Array, high: Array, values: Array) -> None:
     """Keep the largest derivatives; those of very short spans are taken from a longer stretch around them."""
     contour = joints.contour
     width = high - low
@@ -226,9 +243,10 @@ def _collect(joints: JointPath, bounds: JointBounds, piece: Ints, low: Array, hi
         solved = np.isfinite(q).all(axis=(1, 2))
         values, width = values.copy(), width.copy()
         values[short[solved]], width[short[solved]] = q[solved], 2 * half[solved]
+    bounds, row = bounded.bounds, bounded.row[piece - bounded.first]
     for order, target in enumerate((bounds.first, bounds.second, bounds.third), start=1):
         lower, upper = spans.enclosure(values, order)
-        np.maximum.at(target, piece, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
+        np.maximum.at(target, row, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
 
 
 def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, halve: Mask, found: Worst) -> None:

@@ -90,7 +90,7 @@ def plan_runs(
     ----------
     contour : Contour
     first, second, third : ndarray, shape (n, n_joints)
-        Largest derivatives of the joints by w over each segment.
+        Largest derivatives of the joints by w over the segments of the runs that are wanted, one after the other.
     limits : Limits
     wanted : ndarray of bool, shape (n_runs,)
         Runs to plan; the others get a law of no duration.
@@ -104,14 +104,16 @@ def plan_runs(
     n_runs = len(begins) - 1
     durations, jerks, distance = np.zeros((n_runs, 7)), np.zeros((n_runs, 7)), np.zeros(n_runs)
     chosen = np.flatnonzero(wanted)
+    done = 0
     for start in range(0, len(chosen), CHUNK_RUNS):
         some = chosen[start : start + CHUNK_RUNS]
         count = begins[some + 1] - begins[some]
         owner, place = ragged(count)
         segment, at = begins[some][owner] + place, np.cumsum(count) - count
-        length = contour.length[segment]
+        length, bounds = contour.length[segment], slice(done, done + len(segment))
+        done = bounds.stop
         slope = [
-            np.maximum.reduceat(d[segment] / length[:, None] ** k, at)
+            np.maximum.reduceat(d[bounds] / length[:, None] ** k, at)
             for k, d in enumerate((first, second, third), start=1)
         ]
         with np.errstate(divide="ignore"):

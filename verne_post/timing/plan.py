@@ -127,7 +127,7 @@ def plan_contour(
     ----------
     joints : JointFunctions
     first, second, third : ndarray, shape (n, n_joints)
-        Largest derivatives of the joints by w over each segment.
+        Largest derivatives of the joints by w over the segments of runs from stop to stop, one after the other.
     limits : Limits
     planning : Planning
     progress : callable, optional

@@ -4,6 +4,7 @@ import re
 
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, run_blocks
+from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.state import Setup, State
 
 
@@ -24,8 +25,10 @@ def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
 
 def names(source: bytes, letter: str, setup: Setup) -> bool:
     """True when the letter stands anywhere outside comments: at least it may give the axis a place."""
-    text = b"\n".join([source, *setup.subroutines.values()])
-    text = re.sub(rb"\([^)\n]*\)|;[^\n]*", b"", text).upper()
-    if letter in "AC" and re.search(rb"G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])", text):
-        return True  # tool axes name them
-    return letter.encode() in text or (letter in "XY" and re.search(rb"[@^]", text) is not None)
+    sought = letter.encode()
+    if letter in "AC":  # tool axes name them
+        sought += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
+    elif letter in "XY":
+        sought += rb"|[@^]"
+    texts = (text for whole in (source, *setup.subroutines.values()) for text in whole_lines(whole))
+    return any(re.search(sought, re.sub(rb"\([^)\n]*\)|;[^\n]*", b"", text).upper()) for text in texts)

@@ -1,0 +1,67 @@
+"""Columns in memory and in files."""
+
+import numpy as np
+import pytest
+
+from verne_post.base import columns
+from verne_post.base.columns import Growing, GrowingTable, blocks, give_up, running_sums
+
+
+@pytest.fixture(params=[0, 1 << 10, 1 << 30], ids=["file", "both", "memory"])
+def held(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.setattr(columns, "IN_MEMORY", request.param)
+    monkeypatch.setattr(columns, "BLOCK_ROWS", 10)
+    return int(request.param)
+
+
+@pytest.mark.parametrize(("dtype", "width"), [(float, ()), (np.int8, ()), (bool, (3,)), (np.int32, (2, 4))])
+def test_what_was_added_is_there(dtype: type, width: tuple[int, ...], held: int) -> None:
+    rng = np.random.default_rng(1)
+    parts = [rng.integers(0, 2, (count, *width)).astype(dtype) for count in (0, 5, 1, 0, 700)]
+    column = Growing(dtype, *width)
+    for part in parts:
+        column.extend(part)
+    whole = column.column()
+    assert column.count == len(whole) == 706
+    assert whole.dtype == dtype
+    assert np.array_equal(whole, np.concatenate(parts))
+    give_up()
+    assert np.array_equal(whole, np.concatenate(parts))
+    copied = Growing(dtype, *width)
+    copied.copy(whole[3:])
+    assert np.array_equal(copied.column(), whole[3:])
+
+
+def test_an_empty_column_has_its_shape(held: int) -> None:
+    assert Growing(float, 5).column().shape == (0, 5)
+
+
+def test_what_lies_in_a_file_cannot_be_changed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(columns, "IN_MEMORY", 0)
+    column = Growing(float)
+    column.extend(np.zeros(3))
+    with pytest.raises(ValueError, match="read-only"):
+        column.column()[0] = 1.0
+
+
+def test_a_table_needs_every_column(held: int) -> None:
+    table = GrowingTable(a=(float,), b=(np.int32, 2))
+    table.extend(a=np.zeros(3), b=np.ones((3, 2)))
+    with pytest.raises(KeyError):
+        table.extend(a=np.zeros(3))
+    assert {name: column.shape for name, column in table.columns().items()} == {"a": (3,), "b": (3, 2)}
+
+
+def test_sums_are_those_of_all_at_once(held: int) -> None:
+    """To the last bit: lengths along a path must not depend on the blocks."""
+    values = np.random.default_rng(2).normal(size=105)
+    assert np.array_equal(running_sums(values), np.append(0.0, np.cumsum(values)))
+    flags = values > 0
+    assert running_sums(flags).tolist() == [0, *np.cumsum(flags).tolist()]
+    assert running_sums(values[:0]).tolist() == [0.0]
+
+
+def test_blocks_follow_each_other(held: int) -> None:
+    assert list(blocks(25)) == [(0, 10), (10, 20), (20, 25)]
+    assert list(blocks(25, 13)) == [(13, 23), (23, 25)]
+    assert list(blocks(0)) == []

@@ -1,0 +1,101 @@
+"""Long programs are worked on block by block: the rows do not depend on the blocks, nor the memory on the length."""
+
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from verne_post import Machine, Options, convert
+from verne_post.base import columns
+from verne_post.gcode import scan
+from verne_post.timing import flowing, mending
+from verne_post.toolpath import fairing
+
+SAMPLES = Path(__file__).parents[1] / "gcode_samples"
+
+
+def finishing(count: int) -> bytes:
+    """Moves of 0.2 mm along a wave, with the tool axis and the table turning slowly."""
+    k = np.arange(count)
+    x, y = 20 * np.sin(k / 500), 20 * np.cos(k / 500)
+    z, a, c = 60 + 0.5 * np.sin(k / 40), 8 + 2 * np.sin(k / 200), 20 * np.sin(k / 900)
+    lines = [f"X{p:.4f} Y{q:.4f} Z{r:.4f} A{s:.4f} C{t:.4f}" for p, q, r, s, t in zip(x, y, z, a, c, strict=True)]
+    return "\n".join([f"G21 G90 G64 P0.01 G0 {lines[0]}", f"G1 F3000 {lines[0]}", *lines[1:], "M2\n"]).encode()
+
+
+def mixed() -> bytes:
+    """Everything that pieces depend on their neighbours for: arcs, dwells, stops, changes of tool and feed, tool axes."""
+    zigzag = [f"G1 X{i} Y{i % 2}" for i in range(1, 30)]
+    arcs = ["G2 X20 Y0 I-4.5 J-0.5", "G1 X18", "G3 X12 Y0 I-3", "G1 X10.5 Y0.2", "X10 Y0"]
+    fine = [
+        f"G1 X{10 - 0.2 * i:.3f} Y{2 * np.sin(0.03 * i):.4f} A{0.1 * i:.3f} C{3 * np.sin(0.1 * i):.4f}"
+        for i in range(90)
+    ]
+    return "\n".join([
+        "G21 G90 G17 G64 P0.02 F2000", "G0 X0 Y0 Z60 A0 C0", *zigzag, "G4 P0.05", "G61", "X28 Y3", "X27", "G64", *arcs, "G4 P0.01",
+        "F500", *fine, "M3 S1000", *[f"G1 C{4 * i}" for i in range(1, 9)], "G0 Z80", "X5 Y5", "G1 Z70 A2", "M2\n",
+    ]).encode()  # fmt: skip
+
+
+PROGRAMS = {
+    "finishing": finishing(300),
+    "mixed": mixed(),
+    **{name: (SAMPLES / name).read_bytes() for name in ("posted.nc", "wing.cls", "inverse_time.nc")},
+}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "spline": {},
+    "blend": {"smoothing": "blend"},
+    "off": {"smoothing": "off"},
+    "restart": {"from_line": 12, "approach": "home", "departure": "home"},
+    "rapids": {"rapids": "joint", "free_c": False, "split_at_stops": True},
+}
+
+
+def told(source: bytes, machine: Machine, options: Options) -> tuple[Any, ...]:
+    result = convert(source, machine, options)
+    if result.setpoints is None:
+        return result.exit_code, result.findings
+    assert result.summary is not None
+    facts = vars(result.summary).copy()
+    verdict = facts.pop("verification")
+    facts.pop("machine")
+    rows = result.setpoints
+    return rows.values.tobytes(), rows.line.tobytes(), result.findings, repr(facts), repr(verdict)
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_rows_do_not_depend_on_the_blocks(
+    program: str, option: str, machine: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = Options(tool_length=80.0, **OPTIONS[option])
+    whole = told(PROGRAMS[program], machine, options)
+    monkeypatch.setattr(columns, "BLOCK_ROWS", 7)
+    monkeypatch.setattr(columns, "IN_MEMORY", 0)
+    assert told(PROGRAMS[program], machine, options) == whole
+
+
+def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for the text. Everything that is worked on at a time is made small, so that programs of seconds are long."""
+    monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
+    monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
+    monkeypatch.setattr(scan, "CHUNK_BYTES", 1 << 16)
+    monkeypatch.setattr(flowing, "SECTION", 1024)
+    monkeypatch.setattr(mending, "CHUNK_ROWS", 1024)
+    monkeypatch.setattr(fairing, "LONGEST", 1024)
+
+    def peak(count: int) -> int:
+        source = finishing(count)
+        tracemalloc.start()
+        try:
+            result = convert(source, machine, Options(tool_length=80.0), sink=lambda _block: None)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+            assert result.ok
+
+    peak(100)  # imports
+    few, many = peak(6_000), peak(18_000)
+    assert (many - few) / 12_000 < 40  # bytes a line; the path alone has 400
