@@ -1,6 +1,7 @@
 """Long programs are worked on block by block: the rows do not depend on the blocks, nor the memory on the length."""
 
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,8 @@ import numpy as np
 import pytest
 
 from verne_post import Machine, Options, convert
-from verne_post.base import columns
+from verne_post.base import columns, long_text
+from verne_post.cli import common
 from verne_post.gcode import scan
 from verne_post.timing import flowing, mending
 from verne_post.toolpath import fairing
@@ -99,3 +101,39 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     peak(100)  # imports
     few, many = peak(6_000), peak(18_000)
     assert (many - few) / 12_000 < 40  # bytes a line; the path alone has 400
+
+
+def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:
+    raw = b"%\n" + b"".join(b"G1 X%d\n" % k for k in range(400_000)) + b"M2"
+    path = tmp_path / "long.nc"
+    path.write_bytes(raw)
+    with path.open("rb") as file:
+        text = long_text.text_in(file)
+    assert text[:] == raw
+    assert (text.startswith(b"%\nG1"), text.endswith(b"M2"), text.endswith(b"\n")) == (True, True, False)
+    assert text.index(b"X399999") == raw.index(b"X399999")
+    with pytest.raises(ValueError, match="does not occur"):
+        text.index(b"Y")
+    assert text.count(b"\n") == raw.count(b"\n")
+    assert text.count(b"\n", 7, 3_000_000) == raw.count(b"\n", 7, 3_000_000)
+    lines = raw.split(b"\n")
+    for number in (1, 2, 3, 200_000, 400_001, 400_002):
+        assert long_text.line_of(text, number) == long_text.line_of(raw, number) == lines[number - 1]
+    assert long_text.line_of(text, 400_003) is None
+    assert long_text.line_of(b"a\n", 2) == b""
+    assert long_text.line_of(b"", 1) == b""
+
+
+@pytest.mark.parametrize("name", ["posted.nc", "wing.cls", "fanuc_tilted.nc", "violates_tilt.nc"])
+def test_long_texts_are_told_the_same(
+    name: str, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = []
+    for limit in (1 << 22, 16):
+        monkeypatch.setattr(common, "LONG_TEXT", limit)
+        axes = tmp_path / f"{limit}.csv"
+        answers = [run("convert", SAMPLES / name, "--tool-length", 80, "-o", axes), run("check", SAMPLES / name)]
+        answers.append(run("check", SAMPLES / name, "--output-format", "sarif"))
+        answers.append(run("explain", f"{SAMPLES / name}:9"))
+        told.append([*((one.code, one.out, one.err) for one in answers), axes.exists() and axes.read_bytes()])
+    assert told[0] == told[1]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from verne_post import gcode
+from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
@@ -24,14 +25,14 @@ _LIFT_MM = 300.0
 
 
 def propose(
-    source: bytes, machine: Machine, options: Options, free: str = COORDINATES,
+    source: Text, machine: Machine, options: Options, free: str = COORDINATES,
     ranges: dict[str, tuple[float, float]] | None = None, *, least_time: bool = False,
 ) -> Proposal:  # fmt: skip
     """Find the work offset that leaves most room to every limit, or takes least time.
 
     Parameters
     ----------
-    source : bytes
+    source : Text
     machine : Machine
     options : Options
         Those of a conversion; ``wcs`` says where the part stands now.
@@ -90,7 +91,7 @@ def _rounded(place: Place) -> Place:
     return Place(x, y, z, RAD_PER_DEG * round(place.c / RAD_PER_DEG, DECIMALS))
 
 
-def _path_at(source: bytes, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
+def _path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
     moved = replace(
         options, wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)}
     )

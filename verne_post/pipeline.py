@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from verne_post import gcode
 from verne_post.base.columns import blocks
+from verne_post.base.long_text import Text
 from verne_post.gcode.read import interpreted_until_error, state_after
 from verne_post.gcode.restart import restart_at
 from verne_post.gcode.state import Setup, State
@@ -143,7 +144,7 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
     )
 
 
-def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
+def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
     """Moves as a plain interpreter sees them (`dump moves`), up to the first error, and the errors."""
     setup = gcode.interpreter_setup(
         tools=options.tools,
@@ -154,7 +155,7 @@ def interpreter_view(source: bytes, options: Options) -> tuple[Moves, tuple[Find
     return interpreted_until_error(source, setup)
 
 
-def read_program(source: bytes, machine: Machine, options: Options) -> Program:
+def read_program(source: Text, machine: Machine, options: Options) -> Program:
     """Read a program for a machine.
 
     Raises
@@ -250,7 +251,7 @@ def _contour(path: ToolPath, moves: Moves, machine: Machine, options: Options) -
     return smooth_contour(path, moves, Smoothing(options.smoothing == "spline", tip, axis))
 
 
-def modal_state(source: bytes, program: Program, line: int) -> State:
+def modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state behind a line of a program that has been read."""
     return state_after(source, machine_setup(program.machine, program.options), program.moves, line)
 
@@ -341,14 +342,14 @@ def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
 
 
 def convert(
-    source: bytes, machine: Machine, options: Options | None = None, sink: Sink | None = None,
+    source: Text, machine: Machine, options: Options | None = None, sink: Sink | None = None,
     progress: Progress | None = None,
 ) -> Result:  # fmt: skip
     """Convert a program to setpoints.
 
     Parameters
     ----------
-    source : bytes
+    source : Text
         G-code.
     machine : Machine
     options : Options, optional
@@ -414,7 +415,7 @@ def convert(
     return Result(True, 0, plan.findings, summary, setpoints)
 
 
-def check(source: bytes, machine: Machine, options: Options | None = None, progress: Progress | None = None) -> Result:
+def check(source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None) -> Result:
     """Judge a program without making setpoints; the summary has the machining time."""
     try:
         program = read_program(source, machine, options or Options())
@@ -479,7 +480,7 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     return within(0), tuple(Part(first, last, within(number)) for first, last, number in parts)
 
 
-def summarise(source: bytes, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
+def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
@@ -73,7 +74,7 @@ class _Frames:
         return values, line, np.asarray(row * self._cycle, dtype=np.float64), dict(zip(names, sizes, strict=True))
 
 
-def study(source: bytes, machine: Machine, options: Options, progress: Progress | None = None) -> Study:
+def study(source: Text, machine: Machine, options: Options, progress: Progress | None = None) -> Study:
     """Look at a program: convert it, or where that is refused, follow it as far as it can be read."""
     frames = _Frames()
     result = convert(source, machine, options, frames.take, progress)

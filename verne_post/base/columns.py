@@ -8,7 +8,7 @@ import mmap
 import tempfile
 import weakref
 from collections.abc import Iterator
-from typing import IO, Any, Final
+from typing import IO, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -17,6 +17,8 @@ from numpy.typing import DTypeLike, NDArray
 BLOCK_ROWS: Final = 1 << 16
 #: A column of more bytes goes to a file; some forty are held at a time.
 IN_MEMORY: Final = 1 << 21
+
+_Map = TypeVar("_Map", bound=mmap.mmap)
 
 _MAPS: "weakref.WeakSet[mmap.mmap]" = weakref.WeakSet()
 
@@ -34,6 +36,13 @@ def give_up() -> None:
     for each in tuple(_MAPS):
         if hasattr(each, "madvise"):
             each.madvise(mmap.MADV_DONTNEED)
+
+
+def mapped(file: IO[bytes], kind: type[_Map]) -> _Map:
+    """What lies in a file, to be read; it may be closed then. :func:`give_up` knows of it."""
+    whole = kind(file.fileno(), 0, access=mmap.ACCESS_READ)
+    _MAPS.add(whole)
+    return whole
 
 
 def running_sums(values: NDArray[Any]) -> NDArray[Any]:
@@ -98,10 +107,9 @@ class Growing:
             return self._blocks[0] if len(self._blocks) == 1 else np.concatenate(self._blocks)
         self._write()
         self._file.flush()
-        mapped = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        whole = mapped(self._file, mmap.mmap)
         self._file.close()
-        _MAPS.add(mapped)
-        return np.frombuffer(mapped, self.dtype).reshape(shape)
+        return np.frombuffer(whole, self.dtype).reshape(shape)
 
 
 class GrowingTable:

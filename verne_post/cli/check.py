@@ -1,12 +1,15 @@
 """`verne-post check`: judge programs, in any of the report formats."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from verne_post.cli.common import check_writable, load, program_text, progress_bar, refuse, shown_name, write_whole
 from verne_post.cli.options import build_options, keep_out_options, policy_of, program_options, settings_of, way_options
+
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
 
 
 @click.command("check")
@@ -93,7 +96,7 @@ def command(
     reports, statuses = [], []
     for name in inputs:
         shown = shown_name(name)
-        source = b""
+        source: Text = b""
         with progress_bar() as progress:
             try:
                 source, own = program_text(name, replace(options, source_name=shown), paths)

@@ -1,16 +1,18 @@
 """What several commands share: reading and writing files, findings and progress on standard error."""
 
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding, InputError
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
@@ -19,9 +21,11 @@ if TYPE_CHECKING:
 
 #: A zero byte in so much of a file tells that it is no text.
 _LOOKED_AT = 4096
+#: A text of more bytes is not held in memory.
+LONG_TEXT = 1 << 22
 
 
-def program_text(name: str, options: "Options", subroutine_path: tuple[str, ...]) -> tuple[bytes, "Options"]:
+def program_text(name: str, options: "Options", subroutine_path: tuple[str, ...]) -> "tuple[Text, Options]":
     """A program, and options with the files of subroutines that it may call.
 
     From standard input they come from the current folder, and only where ``--subroutine-path`` asks for them.
@@ -31,7 +35,7 @@ def program_text(name: str, options: "Options", subroutine_path: tuple[str, ...]
     from verne_post.cli.subroutines import gather
     from verne_post.model.findings import InputError, finding
 
-    source = read_bytes(name)
+    source = _text(name)
     if b"\0" in source[:_LOOKED_AT]:
         raise InputError(finding("VP022", f"{shown_name(name)} is not a text file"))
     if source.startswith(b"t_s,"):
@@ -47,6 +51,24 @@ def load(name: str) -> "Machine":
     from verne_post.config import load_machine
 
     return load_machine(name)
+
+
+def _text(name: str) -> "Text":
+    """A program's text, from standard input for ``-``; a long one in a copy, so that it stays what was there."""
+    from verne_post.base.long_text import text_in
+
+    try:
+        with nullcontext(sys.stdin.buffer) if name == "-" else Path(name).open("rb") as file:
+            beginning = file.read(LONG_TEXT)
+            if len(beginning) < LONG_TEXT:
+                return beginning
+            with tempfile.TemporaryFile() as copy:
+                copy.write(beginning)
+                shutil.copyfileobj(file, copy)
+                copy.flush()
+                return text_in(copy)
+    except OSError as error:
+        raise click.UsageError(f"{name}: {error.strerror or error}") from None
 
 
 def read_bytes(name: str) -> bytes:

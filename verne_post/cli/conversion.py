@@ -13,6 +13,7 @@ import click
 from verne_post.cli.common import check_writable, write_whole
 
 if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
     from verne_post.model.summary import Summary
@@ -90,7 +91,7 @@ class Files:
 
 
 def converted(
-    source: bytes, machine: "Machine", options: "Options", files: Files, progress: "Progress | None" = None
+    source: "Text", machine: "Machine", options: "Options", files: Files, progress: "Progress | None" = None
 ) -> "tuple[Result, str]":
     """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
     from verne_post.gcode.parameter_file import parameter_file

@@ -49,7 +49,9 @@ def command(what: str, machine_name: str, **given: Any) -> int:
     if not len(joints.contour):
         near = " and ".join(str(one) for one in lines_near(program.joints(), line))
         raise click.UsageError(f"{what}: line {line} has no motion; the nearest lines that have: {near}")
-    text = b"" if line == 0 else source.split(b"\n")[line - 1]
+    from verne_post.base.long_text import line_of
+
+    text = b"" if line == 0 else line_of(source, line) or b""
     state = None if line == 0 else modal_state(source, program, line)
     told = tuple(item for item in program.findings if item.line == line)
     shown = Line(line, text.decode("utf-8", errors="replace"), joints, program.moves, state, program.options, told)

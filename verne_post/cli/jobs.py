@@ -15,6 +15,7 @@ from verne_post.cli.conversion import Files, converted
 from verne_post.model.findings import Finding, InputError, finding
 
 if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
 
@@ -100,7 +101,7 @@ def _outcome(job: Job) -> Outcome:
     return done
 
 
-def _key(job: Job, source: bytes, options: "Options") -> str:
+def _key(job: Job, source: "Text", options: "Options") -> str:
     """The same for the same program, machine, options and version."""
     from verne_post import __version__
     from verne_post.output.summary import options_record

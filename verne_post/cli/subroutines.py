@@ -3,9 +3,13 @@
 import os
 import re
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import click
+
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
+
 
 #: Endings under which a file is looked for.
 ENDINGS: Final = (".ngc", ".nc")
@@ -17,12 +21,12 @@ _NUMBERED: Final = re.compile(
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
 
 
-def gather(source: bytes, folder: Path, paths: tuple[str, ...]) -> dict[str, bytes]:
+def gather(source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, bytes]:
     """Text of every file that the program, or a file that it calls, may call.
 
     Parameters
     ----------
-    source : bytes
+    source : Text
         The program.
     folder : Path
         Its folder; nothing outside is read.
@@ -40,7 +44,7 @@ def gather(source: bytes, folder: Path, paths: tuple[str, ...]) -> dict[str, byt
     if not _CALLS.search(source):
         return found
     known = _files(root, places)
-    waiting = [source]
+    waiting: list[Text] = [source]
     while waiting:
         text = waiting.pop()
         for name in _called(text, known):
@@ -50,7 +54,7 @@ def gather(source: bytes, folder: Path, paths: tuple[str, ...]) -> dict[str, byt
     return found
 
 
-def _called(text: bytes, known: dict[str, Path]) -> list[str]:
+def _called(text: "Text", known: dict[str, Path]) -> list[str]:
     """Names without ending of the files that a text may call."""
     if not _CALLS.search(text):
         return []

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from verne_post.base.long_text import Text
 from verne_post.gcode.offsets import CartesianCoordinates
 from verne_post.gcode.read import interpret_program
 from verne_post.gcode.state import Setup
@@ -40,7 +41,7 @@ def interpreter_setup(
     )  # fmt: skip
 
 
-def read_moves(source: bytes, **options: Any) -> Moves:
+def read_moves(source: Text, **options: Any) -> Moves:
     """Interpret a program as any interpreter would, without a machine; options of :func:`interpreter_setup`.
 
     Raises

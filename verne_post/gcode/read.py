@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from verne_post.base.long_text import Text
 from verne_post.base.tolerances import START_POSE_MM
 from verne_post.gcode.dialects import Dialect, chosen
 from verne_post.gcode.parameters import Parameters
@@ -11,12 +12,12 @@ from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
 
 
-def interpret_program(source: bytes, setup: Setup) -> Moves:
+def interpret_program(source: Text, setup: Setup) -> Moves:
     """Interpret a program.
 
     Parameters
     ----------
-    source : bytes
+    source : Text
         Text in the dialect that the setup names, or that is recognised.
     setup : Setup
         Coordinates, tools, offsets.
@@ -50,7 +51,7 @@ def interpret_program(source: bytes, setup: Setup) -> Moves:
     return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
 
 
-def interpreted_until_error(source: bytes, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
+def interpreted_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
     """As :func:`interpret_program` for an interpreter's view: the moves before the first error, and the errors."""
     dialect = chosen(setup.dialect, source)
     state = dialect.start(setup)
@@ -59,12 +60,12 @@ def interpreted_until_error(source: bytes, setup: Setup) -> tuple[Moves, tuple[F
     return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(done.errors)
 
 
-def state_after(source: bytes, setup: Setup, moves: Moves, line: int) -> State:
+def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     """The modal state behind one line of a program that :func:`interpret_program` has read, for explanations.
 
     Parameters
     ----------
-    source : bytes
+    source : Text
     setup : Setup
         As it was read with.
     moves : Moves
@@ -75,7 +76,7 @@ def state_after(source: bytes, setup: Setup, moves: Moves, line: int) -> State:
     return replayed(source, setup, moves, Stops(line=line))[0]
 
 
-def replayed(source: bytes, setup: Setup, moves: Moves, stops: Stops) -> tuple[State, Recorder]:
+def replayed(source: Text, setup: Setup, moves: Moves, stops: Stops) -> tuple[State, Recorder]:
     """Run a program that has been read once more from where it starts, up to ``stops``: the state there, and what was recorded."""
     dialect = chosen(setup.dialect, source)
     state = dialect.start(setup)
@@ -87,7 +88,7 @@ def replayed(source: bytes, setup: Setup, moves: Moves, stops: Stops) -> tuple[S
 # --- where the program starts -----------------------------------------------------------------
 
 
-def _start_position(source: bytes, setup: Setup, dialect: Dialect) -> list[float]:
+def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]:
     """Program position at which the machine must stand before the first block.
 
     Until the program has named an axis, it stands at the machine coordinate that it has in the

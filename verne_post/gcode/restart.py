@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from verne_post.base.long_text import Text
 from verne_post.gcode.read import replayed
 from verne_post.gcode.run import Stops, Trace
 from verne_post.gcode.state import Setup, State
@@ -20,12 +21,12 @@ class Restart:
     switched: tuple[Event, ...]
 
 
-def restart_at(source: bytes, setup: Setup, moves: Moves, line: int) -> Restart:
+def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     """Replay a program that has been read, up to a line.
 
     Parameters
     ----------
-    source : bytes
+    source : Text
     setup : Setup
         As it was read with.
     moves : Moves

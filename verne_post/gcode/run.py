@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from verne_post.base.long_text import Text
 from verne_post.gcode import plain
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import Flow
@@ -62,7 +63,7 @@ class Stops:
     trace: Trace | None = None
 
 
-def run_blocks(source: bytes, setup: Setup, state: State, stops: Stops, language: type[Interpreter]) -> Pass:
+def run_blocks(source: Text, setup: Setup, state: State, stops: Stops, language: type[Interpreter]) -> Pass:
     """Execute the blocks of a program from the first on, until it ends or a stop is met."""
     recorder = Recorder()
     run = Pass(state, recorder, [])

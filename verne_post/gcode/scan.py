@@ -6,11 +6,14 @@ block exactly; both obey one contract, and numbers are bit-identical to ``float(
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from verne_post.base.long_text import Text
 
 #: Bytes scanned at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK_BYTES: Final = 1 << 18
@@ -68,7 +71,7 @@ class WordTable:
     plain: NDArray[np.bool_]
 
 
-def whole_lines(source: bytes) -> Iterator[bytes]:
+def whole_lines(source: Text) -> Iterator[bytes]:
     """A text in chunks of whole lines."""
     start = 0
     while start < len(source):
@@ -77,7 +80,7 @@ def whole_lines(source: bytes) -> Iterator[bytes]:
         start = end
 
 
-def chunk_end(source: bytes, start: int) -> int:
+def chunk_end(source: Text, start: int) -> int:
     """Where the chunk of whole lines that begins at ``start`` ends."""
     if start + CHUNK_BYTES >= len(source):
         return len(source)

@@ -7,6 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar, Final, Protocol
 
+from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
@@ -83,7 +84,7 @@ class ProgramText:
         None for the program itself, else the file of a subroutine.
     """
 
-    def __init__(self, source: bytes, setup: Setup, language: type[Language], name: str | None = None) -> None:
+    def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         self.source, self.setup, self.name, self.language = source, setup, name, language
         self.opening, self.closing = _percent_lines(source, language.percent)
         self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
@@ -159,7 +160,7 @@ def decoded(raw: bytes) -> str:
         return raw.decode("latin-1")  # older CAM systems; it can only matter inside comments
 
 
-def _percent_lines(source: bytes, percent: bytes) -> tuple[int | None, int | None]:
+def _percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None]:
     """1-based lines of the opening and the closing ``%``; None where there are none."""
     opening = re.match(rb"\s*%" + percent + rb"(?:\n|$)", source)
     if opening is None:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from verne_post.base.long_text import Text
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Frame
 from verne_post.model.options import Options
@@ -86,7 +87,7 @@ class Summary:
         All events and dwells with their rows; empty where nothing was written.
     """
 
-    source: bytes
+    source: Text
     machine: Machine
     options: Options
     cycle_time: float

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from verne_post.base.long_text import Text, line_of
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -17,7 +18,7 @@ class Report:
     program: str
     findings: tuple[Finding, ...]
     cycle_time_s: float | None = None
-    source: bytes = b""
+    source: Text = b""
     remarks: tuple[str, ...] = ()
 
 
@@ -36,15 +37,15 @@ def text_line(program: str, item: Finding) -> str:
 _SHOWN: Final = 100
 
 
-def quoted(item: Finding, source: bytes, program: str) -> list[str]:
+def quoted(item: Finding, source: Text, program: str) -> list[str]:
     """The line of an error, a caret under the column, what the code means and what helps; nothing for other findings."""
     at = item.line if item.code.startswith("VP0") else item.worst_line or item.line
     if not at or (item.severity != "error" and not item.code.startswith("VP0")):
         return []
-    lines = source.split(b"\n")
-    if at > len(lines):
+    text = line_of(source, at)
+    if text is None:
         return []
-    line = lines[at - 1].decode("utf-8", errors="replace").rstrip("\r").replace("\t", " ")
+    line = text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " ")
     line = "".join(character if character.isprintable() else "?" for character in line)
     column = item.column or 1
     begin = max(0, column - 1 - _SHOWN // 2) if len(line) > _SHOWN else 0

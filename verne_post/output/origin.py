@@ -5,6 +5,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from verne_post.base.long_text import Text
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -34,7 +35,7 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
     return dict(data)
 
 
-def changed_since(side_car: dict[str, Any], source: bytes, machine: Machine, options: Options) -> list[Finding]:
+def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
     """VP414 for everything that is not what it was when the side-car was written.
 
     Lengths and offsets are named with both values. ``[length, diameter]`` of tools, ``[x, y, z, turn]`` of offsets.

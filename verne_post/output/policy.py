@@ -9,6 +9,7 @@ from pathlib import PurePath
 from typing import Final
 from urllib.parse import quote
 
+from verne_post.base.long_text import line_of
 from verne_post.model.codes import CODES, Severity
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.output.findings import Report
@@ -80,8 +81,8 @@ def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
 
     ``seen`` counts those of one report or run, so that the same mistake twice has two fingerprints.
     """
-    lines = report.source.split(b"\n")
-    text = b"".join(lines[item.line - 1].split()) if item.line and item.line <= len(lines) else b""
+    line = line_of(report.source, item.line) if item.line else None
+    text = b"".join((line or b"").split())
     parts = (uri(report.program), item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
     seen[key] += 1

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.long_text import Text
 from verne_post.kinematics.workspace import classify
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -32,14 +33,14 @@ _COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#d62728")
 _GRAVITY: Final = {"error": "#c0392b", "warning": "#d68910", "note": "#566573"}
 
 
-def page(program: str, source: bytes, machine: Machine, study: Study) -> str:
+def page(program: str, source: Text, machine: Machine, study: Study) -> str:
     """The page as text.
 
     Parameters
     ----------
     program : str
         Its name.
-    source : bytes
+    source : Text
         Its text, shown at the cursor.
     machine : Machine
     study : Study
@@ -47,7 +48,7 @@ def page(program: str, source: bytes, machine: Machine, study: Study) -> str:
     from plotly.offline import get_plotlyjs
 
     figures = {name: json.loads(figure.to_json()) for name, figure in _figures(machine, study).items()}
-    lines = source.split(b"\n")
+    lines = source[:].split(b"\n")
     used = sorted({int(line) for line in study.line if 0 < line <= len(lines)})
     data = {
         "figures": figures,

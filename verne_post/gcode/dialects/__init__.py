@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import aptcl, fanuc, rs274
 from verne_post.gcode.run import Pass, Stops
 from verne_post.gcode.state import Setup, State
@@ -33,10 +34,10 @@ class Dialect:
     """
 
     name: str
-    recognise: Callable[[bytes], bool]
+    recognise: Callable[[Text], bool]
     start: Callable[[Setup], State]
-    run: Callable[[bytes, Setup, State, Stops], Pass]
-    names: Callable[[bytes, str, Setup], bool]
+    run: Callable[[Text, Setup, State, Stops], Pass]
+    names: Callable[[Text, str, Setup], bool]
 
 
 def _dialect(name: str, module: object) -> Dialect:
@@ -48,7 +49,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = {
 }
 
 
-def chosen(name: str, source: bytes) -> Dialect:
+def chosen(name: str, source: Text) -> Dialect:
     """The dialect of that name; for "auto" the one that the text's beginning shows, else RS274/NGC."""
     if name != AUTO:
         return DIALECTS[name]

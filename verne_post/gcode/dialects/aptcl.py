@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.base.long_text import Text
 from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block
@@ -19,6 +20,7 @@ from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, all_known, may_restart, note
+from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.state import Recorder, Setup, State
 from verne_post.gcode.text import decoded
 from verne_post.model.findings import finding
@@ -437,10 +439,11 @@ def _numbers(statement: Statement, words: tuple[str, ...] | list[str]) -> list[f
 # --- text -> statements -----------------------------------------------------------------------------
 
 
-def _statements(source: bytes) -> Iterator[Statement | BlockError]:
+def _statements(source: Text) -> Iterator[Statement | BlockError]:
     """Statements in order; ``$`` at the end of a line goes on in the next, ``$$`` begins a remark."""
     begin, pending = 0, ""
-    for number, raw in enumerate(source.split(b"\n"), start=1):
+    lines = (raw for some in whole_lines(source) for raw in some.removesuffix(b"\n").split(b"\n"))
+    for number, raw in enumerate(lines, start=1):
         line = decoded(raw).rstrip("\r")
         free = not pending and re.match(r"\s*(" + "|".join(_FREE_TEXT) + r")\b", line, re.IGNORECASE) is not None
         if not free:
@@ -476,7 +479,7 @@ def _statement(text: str, line: int) -> Statement | BlockError:
 # --- the dialect --------------------------------------------------------------------------------------
 
 
-def recognise(source: bytes) -> bool:
+def recognise(source: Text) -> bool:
     """A statement as only CLDATA begins with."""
     return _HEADER.match(source[: 1 << 16]) is not None
 
@@ -489,7 +492,7 @@ def start(setup: Setup) -> State:
     return state
 
 
-def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
+def run(source: Text, setup: Setup, state: State, stops: Stops) -> Pass:
     """Execute the statements."""
     recorder = Recorder()
     result = Pass(state, recorder, [])
@@ -517,6 +520,6 @@ def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
     return result
 
 
-def names(source: bytes, letter: str, setup: Setup) -> bool:
+def names(source: Text, letter: str, setup: Setup) -> bool:
     """GOTO names every axis: the tool axis those that turn."""
     return letter in "XYZAC"

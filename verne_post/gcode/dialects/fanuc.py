@@ -12,6 +12,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
+from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
@@ -337,7 +338,7 @@ def _about_x(angle: float) -> np.ndarray:
 # --- the dialect ------------------------------------------------------------------------------------
 
 
-def recognise(source: bytes) -> bool:
+def recognise(source: Text) -> bool:
     """Text behind ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
@@ -358,9 +359,9 @@ def start(setup: Setup) -> State:
     return state
 
 
-def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
+def run(source: Text, setup: Setup, state: State, stops: Stops) -> Pass:
     """Execute the blocks."""
     return run_blocks(source, setup, state, stops, FanucInterpreter)
 
 
-names: Callable[[bytes, str, Setup], bool] = rs274.names
+names: Callable[[Text, str, Setup], bool] = rs274.names

@@ -2,13 +2,14 @@
 
 import re
 
+from verne_post.base.long_text import Text
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, run_blocks
 from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.state import Setup, State
 
 
-def recognise(source: bytes) -> bool:
+def recognise(source: Text) -> bool:
     """Nothing shows this dialect: it is what is left."""
     return False
 
@@ -18,12 +19,12 @@ def start(setup: Setup) -> State:
     return initial_state(setup)
 
 
-def run(source: bytes, setup: Setup, state: State, stops: Stops) -> Pass:
+def run(source: Text, setup: Setup, state: State, stops: Stops) -> Pass:
     """Execute the blocks."""
     return run_blocks(source, setup, state, stops, Interpreter)
 
 
-def names(source: bytes, letter: str, setup: Setup) -> bool:
+def names(source: Text, letter: str, setup: Setup) -> bool:
     """True when the letter stands anywhere outside comments: at least it may give the axis a place."""
     sought = letter.encode()
     if letter in "AC":  # tool axes name them

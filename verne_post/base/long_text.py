@@ -1,0 +1,58 @@
+"""Program texts of any length: bytes in memory, or in a temporary file and read like bytes."""
+
+import mmap
+from typing import IO, Final
+
+from verne_post.base.columns import mapped
+
+#: So many bytes are looked at together.
+_CHUNK: Final = 1 << 20
+
+
+class LongText(mmap.mmap):
+    """What ``bytes`` have and maps of files lack, as far as readers of programs need it."""
+
+    def count(self, byte: bytes, start: int = 0, end: int | None = None) -> int:
+        """How often one byte occurs in a stretch."""
+        last = len(self) if end is None else min(end, len(self))
+        return sum(self[at : min(at + _CHUNK, last)].count(byte) for at in range(start, last, _CHUNK))
+
+    def index(self, part: bytes) -> int:
+        """Where a part stands that occurs."""
+        at = self.find(part)
+        if at < 0:
+            raise ValueError(f"{part!r} does not occur")
+        return at
+
+    def startswith(self, part: bytes) -> bool:
+        """Whether the text begins with a part."""
+        return self[: len(part)] == part
+
+    def endswith(self, part: bytes) -> bool:
+        """Whether the text ends with a part."""
+        return self[-len(part) :] == part
+
+
+#: The text of a program.
+Text = bytes | LongText
+
+
+def text_in(file: IO[bytes]) -> LongText:
+    """The text in a file that nobody else can change."""
+    return mapped(file, LongText)
+
+
+def line_of(text: Text, number: int) -> bytes | None:
+    """Line ``number``, 1-based, without its end; None behind the last one."""
+    start, left = 0, number - 1
+    while left:
+        here = text[start : start + _CHUNK].count(b"\n")
+        if here < left and start + _CHUNK < len(text):
+            start, left = start + _CHUNK, left - here
+            continue
+        at = text.find(b"\n", start)
+        if at < 0:
+            return None
+        start, left = at + 1, left - 1
+    end = text.find(b"\n", start)
+    return text[start : len(text) if end < 0 else end]
