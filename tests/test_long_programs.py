@@ -1,5 +1,7 @@
 """Long programs are worked on block by block: the rows do not depend on the blocks, nor the memory on the length."""
 
+import errno
+import io
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -137,3 +139,18 @@ def test_long_texts_are_told_the_same(
         answers.append(run("explain", f"{SAMPLES / name}:9"))
         told.append([*((one.code, one.out, one.err) for one in answers), axes.exists() and axes.read_bytes()])
     assert told[0] == told[1]
+
+
+def test_a_full_folder_of_temporary_files_is_named(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Full(io.BytesIO):
+        def write(self, _part: object) -> int:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(columns, "IN_MEMORY", 0)
+    monkeypatch.setattr(columns.tempfile, "TemporaryFile", Full)
+    monkeypatch.setattr(columns.tempfile, "tempdir", "/short")
+    answer = run("convert", SAMPLES / "posted.nc", "--tool-length", 80, "-o", tmp_path / "axes.csv")
+    assert (answer.code, answer.err) == (2, "verne-post: /short: No space left on device\n")
+    assert not (tmp_path / "axes.csv").exists()

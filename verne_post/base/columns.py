@@ -65,6 +65,11 @@ class Growing:
     dtype :
     width : int
         Shape of a row.
+
+    Raises
+    ------
+    OSError
+        By what adds to it: the folder of temporary files, which it names, is full.
     """
 
     def __init__(self, dtype: DTypeLike, *width: int) -> None:
@@ -89,8 +94,12 @@ class Growing:
         if self._file is None:
             self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole, or nobody wants it
             weakref.finalize(self, self._file.close)
-        for block in self._blocks:
-            block.tofile(self._file)
+        try:
+            for block in self._blocks:
+                self._file.write(block.data.cast("B"))
+            self._file.flush()
+        except OSError as error:  # the file has no name that could be told: say which folder is full
+            raise OSError(error.errno, error.strerror, tempfile.gettempdir()) from None
         self._blocks, self._held = [], 0
 
     def copy(self, rows: NDArray[Any]) -> None:
@@ -106,7 +115,6 @@ class Growing:
                 return np.empty(shape, self.dtype)
             return self._blocks[0] if len(self._blocks) == 1 else np.concatenate(self._blocks)
         self._write()
-        self._file.flush()
         whole = mapped(self._file, mmap.mmap)
         self._file.close()
         return np.frombuffer(whole, self.dtype).reshape(shape)

@@ -1,9 +1,11 @@
 """Program texts of any length: bytes in memory, or in a temporary file and read like bytes."""
 
+import hashlib
 import mmap
+from collections.abc import Iterator
 from typing import IO, Final
 
-from verne_post.base.columns import mapped
+from verne_post.base.columns import give_up, mapped
 
 #: So many bytes are looked at together.
 _CHUNK: Final = 1 << 20
@@ -14,8 +16,7 @@ class LongText(mmap.mmap):
 
     def count(self, byte: bytes, start: int = 0, end: int | None = None) -> int:
         """How often one byte occurs in a stretch."""
-        last = len(self) if end is None else min(end, len(self))
-        return sum(self[at : min(at + _CHUNK, last)].count(byte) for at in range(start, last, _CHUNK))
+        return sum(part.count(byte) for part in parts(self, start, end))
 
     def index(self, part: bytes) -> int:
         """Where a part stands that occurs."""
@@ -35,6 +36,22 @@ class LongText(mmap.mmap):
 
 #: The text of a program.
 Text = bytes | LongText
+
+
+def parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]:
+    """A stretch of a text in parts; what was read of a file is given up behind each."""
+    last = len(text) if end is None else min(end, len(text))
+    for at in range(start, last, _CHUNK):
+        yield text[at : min(at + _CHUNK, last)]
+        give_up()
+
+
+def sha256(text: Text) -> str:
+    """Its digest in hexadecimal."""
+    digest = hashlib.sha256()
+    for part in parts(text):
+        digest.update(part)
+    return digest.hexdigest()
 
 
 def text_in(file: IO[bytes]) -> LongText:

@@ -104,10 +104,11 @@ def _outcome(job: Job) -> Outcome:
 def _key(job: Job, source: "Text", options: "Options") -> str:
     """The same for the same program, machine, options and version."""
     from verne_post import __version__
+    from verne_post.base.long_text import sha256
     from verne_post.output.summary import options_record
 
     parts = {
-        "version": __version__, "program": hashlib.sha256(source).hexdigest(), "machine": job.machine.sha256,
+        "version": __version__, "program": sha256(source), "machine": job.machine.sha256,
         "format": job.file_format, "options": options_record(options), "max_repeats": options.max_repeats,
         "cycle": options.cycle, "split": options.split_at_stops, "name": job.program,
     }  # fmt: skip

@@ -41,7 +41,9 @@ def gather(source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, by
     root = folder.resolve()
     places = _places(folder, root, paths)
     found: dict[str, bytes] = {}
-    if not _CALLS.search(source):
+    from verne_post.gcode.scan import whole_lines
+
+    if not any(_CALLS.search(text) for text in whole_lines(source)):
         return found
     known = _files(root, places)
     waiting: list[Text] = [source]

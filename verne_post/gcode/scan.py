@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.columns import give_up
 from verne_post.base.long_text import Text
 
 #: Bytes scanned at a time: the intermediate arrays then stay in the processor's cache.
@@ -71,12 +72,12 @@ class WordTable:
     plain: NDArray[np.bool_]
 
 
-def whole_lines(source: Text) -> Iterator[bytes]:
-    """A text in chunks of whole lines."""
-    start = 0
+def whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
+    """A text in chunks of whole lines, from an offset on; what was read of a file is given up behind each."""
     while start < len(source):
         end = chunk_end(source, start)
         yield source[start:end]
+        give_up()
         start = end
 
 

@@ -11,7 +11,7 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.scan import chunk_end, scan
+from verne_post.gcode.scan import chunk_end, scan, whole_lines
 from verne_post.gcode.state import Setup
 
 #: So many scanned chunks are kept: loops that stay within them are scanned once.
@@ -166,10 +166,14 @@ def _percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None
     if opening is None:
         return None, None
     first = source.count(b"\n", 0, source.index(b"%")) + 1
-    closing = re.compile(rb"^[ \t]*%" + percent + rb"$", re.MULTILINE).search(source, opening.end())
-    if closing is None:
-        return first, None
-    return first, source.count(b"\n", 0, closing.start()) + 1
+    sought = re.compile(rb"^[ \t]*%" + percent + rb"$", re.MULTILINE)
+    line = source.count(b"\n", 0, opening.end()) + 1
+    for text in whole_lines(source, opening.end()):
+        closing = sought.search(text)
+        if closing is not None:
+            return first, line + text.count(b"\n", 0, closing.start())
+        line += text.count(b"\n")
+    return first, None
 
 
 # --- the structure of O words -----------------------------------------------------------------

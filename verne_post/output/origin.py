@@ -1,11 +1,10 @@
 """Was a setpoint file made from what lies before us? Its side-car against program, machine file, offsets, tools, options."""
 
-import hashlib
 import json
 from collections.abc import Iterator
 from typing import Any
 
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, sha256
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -41,7 +40,7 @@ def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, opti
     Lengths and offsets are named with both values. ``[length, diameter]`` of tools, ``[x, y, z, turn]`` of offsets.
     """
     found = []
-    if side_car["program"]["sha256"] != hashlib.sha256(source).hexdigest():
+    if side_car["program"]["sha256"] != sha256(source):
         found.append(f"the program is not the one that it was made from ({side_car['program'].get('name')})")
     if side_car["machine"]["sha256"] != machine.sha256:
         found.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")

@@ -1,12 +1,12 @@
 """The paragraph that a conversion prints, and the side-car file of `--meta`."""
 
-import hashlib
 import json
 import textwrap
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.long_text import sha256
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.keep_out import Box
@@ -218,7 +218,7 @@ def meta(summary: Summary) -> str:
     data: dict[str, object] = {
         "schema": 1,
         "version": __version__,
-        "program": {"name": summary.options.source_name, "sha256": hashlib.sha256(summary.source).hexdigest()},
+        "program": {"name": summary.options.source_name, "sha256": sha256(summary.source)},
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": options_record(summary.options),
         "columns": {
@@ -290,7 +290,7 @@ def options_record(options: Options) -> dict[str, object]:
         "parameters": {str(index): value for index, value in sorted(options.parameters.items())},
         "parameter_mm": options.parameter_mm,
         "remap": dict(sorted(options.remap.items())),
-        "subroutines": {name: hashlib.sha256(text).hexdigest() for name, text in sorted(options.subroutines.items())},
+        "subroutines": {name: sha256(text) for name, text in sorted(options.subroutines.items())},
         "optional_stop": options.optional_stop,
         "tools": {
             str(number): [tool.offset[2], tool.diameter] for number, tool in sorted((options.tools or {}).items())
