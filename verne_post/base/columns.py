@@ -101,6 +101,7 @@ class Growing:
         except OSError as error:  # the file has no name that could be told: say which folder is full
             raise OSError(error.errno, error.strerror, tempfile.gettempdir()) from None
         self._blocks, self._held = [], 0
+        give_up()  # what has been read to make them
 
     def copy(self, rows: NDArray[Any]) -> None:
         """Add rows (m, *width) of another column, which may be long."""
