@@ -67,8 +67,10 @@ STUBBORN: Final = 0.9
 SHORTEST: Final = 12
 #: Rows whose joints are evaluated at a time.
 CHUNK_ROWS: Final = 1 << 15
-#: The same for rows that lie far apart: around each, something of every column is read.
-SCATTERED_ROWS: Final = 1 << 10
+#: The same for rows that lie far apart, and so many rows a stretch counts for at least: around each, the system reads 64 kB of
+#: every column.
+SCATTERED_ROWS: Final = 1 << 8
+STRETCH_ROWS: Final = 1 << 8
 #: The rows that are beyond their aims are found anew so often in one step.
 ACTIVE_SETS: Final = 4
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
@@ -252,7 +254,7 @@ def _mended_stretches(
     done = 0  # of the old rows
     rows, ratios = [], []
     lengths = high - low + more
-    group = np.cumsum(lengths) // CHUNK_ROWS
+    group = np.cumsum(np.maximum(lengths, STRETCH_ROWS)) // CHUNK_ROWS
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
         give_up()
         some = slice(first, last)
