@@ -13,7 +13,8 @@ import pytest
 from verne_post import Machine, Options, convert
 from verne_post.base import columns, long_text
 from verne_post.cli import common
-from verne_post.gcode import scan
+from verne_post.gcode import scan, state
+from verne_post.model.options import Tool
 from verne_post.timing import flowing, mending
 from verne_post.toolpath import fairing
 
@@ -43,7 +44,27 @@ def mixed() -> bytes:
     ]).encode()  # fmt: skip
 
 
+def compensated() -> bytes:
+    """Corners and arcs that are amended when the next motion comes, among lines that are not."""
+    lap = [
+        "G1 X10 Y0",
+        "X20 Y2",
+        "G3 X22 Y4 I0 J2",
+        "G1 Y10",
+        "G2 X20 Y12 I-2 J0",
+        "G1 X10 Y11",
+        "G2 X8 Y9 I0 J-2",
+        "G1 Y2",
+    ]
+    laps = [f"{line} (lap {k})" for k in range(4) for line in lap]
+    plain = [f"G1 X{k % 5} Y{k % 3}" for k in range(20)]
+    return "\n".join(
+        ["G21 G90 G17 F2000 G0 X0 Y0 Z60 A0 C0", *plain, "G41 D1 G1 X8 Y1", *laps, "G40 G1 X0 Y0", *plain, "M2\n"]
+    ).encode()
+
+
 PROGRAMS = {
+    "compensated": compensated(),
     "finishing": finishing(300),
     "mixed": mixed(),
     **{name: (SAMPLES / name).read_bytes() for name in ("posted.nc", "wing.cls", "inverse_time.nc")},
@@ -74,11 +95,16 @@ def told(source: bytes, machine: Machine, options: Options) -> tuple[Any, ...]:
 def test_rows_do_not_depend_on_the_blocks(
     program: str, option: str, machine: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    options = Options(tool_length=80.0, **OPTIONS[option])
-    whole = told(PROGRAMS[program], machine, options)
-    monkeypatch.setattr(columns, "BLOCK_ROWS", 7)
+    tool = Tool(number=1, pocket=1, offset=(0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), diameter=1.0)
+    length = {"tools": {1: tool}} if program == "compensated" else {"tool_length": 80.0}
+    source = PROGRAMS[program].replace(b"G21 ", b"T1 M6 G43 H1\nG21 ", 1) if "tools" in length else PROGRAMS[program]
+    options = Options(**length, **OPTIONS[option])
+    whole = told(source, machine, options)
+    monkeypatch.setattr(state, "BLOCK_ROWS", 23)
+    monkeypatch.setattr(state, "_KEPT_ROWS", 6)
+    monkeypatch.setattr(columns, "BLOCK_ROWS", 23)
     monkeypatch.setattr(columns, "IN_MEMORY", 0)
-    assert told(PROGRAMS[program], machine, options) == whole
+    assert told(source, machine, options) == whole
 
 
 def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:

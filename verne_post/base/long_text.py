@@ -63,13 +63,13 @@ def line_of(text: Text, number: int) -> bytes | None:
     """Line ``number``, 1-based, without its end; None behind the last one."""
     start, left = 0, number - 1
     while left:
-        here = text[start : start + _CHUNK].count(b"\n")
-        if here < left and start + _CHUNK < len(text):
-            start, left = start + _CHUNK, left - here
-            continue
-        at = text.find(b"\n", start)
-        if at < 0:
+        part = text[start : start + _CHUNK]
+        here = part.count(b"\n")
+        if here >= left:
+            start += len(part) - len(part.split(b"\n", left)[-1])
+            break
+        start, left = start + len(part), left - here
+        if start >= len(text):
             return None
-        start, left = at + 1, left - 1
     end = text.find(b"\n", start)
     return text[start : len(text) if end < 0 else end]

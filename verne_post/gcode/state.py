@@ -156,6 +156,9 @@ _LAYOUT: dict[str, tuple[Any, ...]] = {
 }  # fmt: skip
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
 _Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
+_ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
+    "plane": (np.int8,), "center": (float, 3), "turns": (np.int32,), "sweep": (float,)
+}  # fmt: skip
 #: Rows that are kept one by one, before they become arrays; cutter compensation amends the last few.
 _KEPT_ROWS = 50_000
 
@@ -190,9 +193,11 @@ class Recorder:
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
     count: int = 0
-    #: What is done with, and how many rows that is.
+    #: What is done with, and how many rows and arcs that is.
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**_LAYOUT))
+    arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
     settled: int = 0
+    settled_arcs: int = 0
 
     def frame_index(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
@@ -204,7 +209,7 @@ class Recorder:
         """Record one motion or dwell."""
         arc_row = -1
         if arc is not None:
-            arc_row = len(self.arcs)
+            arc_row = self.settled_arcs + len(self.arcs)
             self.arcs.append(arc)
         spindle = state.spindle_speed if state.spindle_on else 0.0
         control = self.controls.setdefault(state.control, len(self.controls))
@@ -217,7 +222,7 @@ class Recorder:
         self.places.append(self.count)
         self.count += 1
         if len(self.rows) >= 2 * _KEPT_ROWS:
-            self._flush(_KEPT_ROWS)
+            self._settle(_KEPT_ROWS)
 
     def amend(self, index: int, u: int, v: int, end: tuple[float, float], sweep: float | None) -> None:
         """Let the motion ``index`` (counted over all) end elsewhere in a plane; an arc turns ``sweep`` degrees more."""
@@ -227,13 +232,15 @@ class Recorder:
         point[u], point[v] = end
         self.rows[at] = row._replace(end=point)
         if sweep is not None:
-            arc = self.arcs[row.arc]
-            self.arcs[row.arc] = replace(arc, sweep=arc.sweep + sweep)
+            arc = self.arcs[row.arc - self.settled_arcs]
+            self.arcs[row.arc - self.settled_arcs] = replace(arc, sweep=arc.sweep + sweep)
 
     def repeat_as_arc(self, index: int, line: int, end: list[float], feed: float, arc: Arc) -> None:
         """Record an arc under the modes of the motion ``index``."""
         row = self.rows[bisect_left(self.places, index)]
-        self._keep(row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=len(self.arcs)))
+        self._keep(
+            row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=self.settled_arcs + len(self.arcs))
+        )
         self.arcs.append(arc)
 
     def add_many(self, state: State, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
@@ -242,7 +249,7 @@ class Recorder:
         if n == 0:
             return
         if len(self.rows) > _KEPT_ROWS:
-            self._flush()
+            self._flush(len(self.rows))
         shared = (
             state.feed_mode, state.spindle_speed if state.spindle_on else 0.0, self.frame_index(state.frame),
             self.controls.setdefault(state.control, len(self.controls)), -1, state.vector or NO_VECTOR,
@@ -262,8 +269,8 @@ class Recorder:
         """Record something that is not motion."""
         self.events.append(Event(line, kind, self.count, data))
 
-    def _flush(self, count: int | None = None) -> None:
-        """Turn the first rows, or all, of those that are kept one by one into a block."""
+    def _flush(self, count: int) -> None:
+        """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
         rows, places = self.rows[:count], self.places[:count]
         if not rows:
             return
@@ -276,30 +283,38 @@ class Recorder:
              np.array(end, dtype=float), np.array(feed, dtype=float), columns)
         )  # fmt: skip
         del self.rows[:count], self.places[:count]
+        arcs = self.arcs[: max(row.arc for row in rows) + 1 - self.settled_arcs]
+        del self.arcs[: len(arcs)]
+        self.settled_arcs += len(arcs)
+        self.arc_table.extend(
+            plane=np.array([arc.plane for arc in arcs], dtype=np.int8),
+            center=np.array([arc.center for arc in arcs], dtype=float).reshape(-1, 3),
+            turns=np.array([arc.turns for arc in arcs], dtype=np.int32),
+            sweep=np.array([arc.sweep for arc in arcs], dtype=float),
+        )
 
-    def _settle(self) -> None:
-        """Add everything recorded so far to the table."""
-        self._flush()
-        part = {name: np.empty((self.count - self.settled, *width), dtype) for name, (dtype, *width) in _LAYOUT.items()}
-        for place, line, kind, end, feed, own in self.blocks:
-            first = self.settled
+    def _settle(self, kept: int = 0) -> None:
+        """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
+        self._flush(len(self.rows) - kept)
+        first, end = self.settled, self.places[0] if self.places else self.count
+        part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in _LAYOUT.items()}
+        later = []
+        for block in self.blocks:
+            place, *columns, own = block
+            if (place.start if isinstance(place, slice) else place[0]) >= end:
+                later.append(block)
+                continue
             at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
-            for name, values in zip(part, (line, kind, end, feed, *own), strict=True):
+            for name, values in zip(part, (*columns, *own), strict=True):
                 part[name][at] = values
         self.table.extend(**part)
-        self.blocks, self.settled = [], self.count
+        self.blocks, self.settled = later, end
         give_up()  # the text so far
 
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""
         self._settle()
-        table = self.table.columns()
-        arcs = Arcs(
-            np.array([arc.plane for arc in self.arcs], dtype=np.int8),
-            np.array([arc.center for arc in self.arcs], dtype=float).reshape(-1, 3),
-            np.array([arc.turns for arc in self.arcs], dtype=np.int32),
-            np.array([arc.sweep for arc in self.arcs], dtype=float),
-        )
+        table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
         return Moves(
             arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, **table,
