@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import blocks
-from verne_post.model.toolpath import ToolPath, run_begins
+from verne_post.model.toolpath import ToolPath
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -141,7 +141,7 @@ class Contour:
     @property
     def run_begins(self) -> NDArray[np.intp]:
         """First segment of each run, and the number of segments after the last (n_runs + 1,)."""
-        return run_begins(self.run)
+        return np.searchsorted(self.run, np.arange(self.n_runs + 1))
 
     def only(self, segments: NDArray[np.integer]) -> "Contour":
         """Some segments, in order, as a contour of their own without dwells; each run keeps its segments together."""

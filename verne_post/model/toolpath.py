@@ -142,11 +142,6 @@ class ToolPath:
         """Number of runs."""
         return int(self.run[-1]) + 1 if len(self.run) else 0
 
-    @property
-    def run_begins(self) -> NDArray[np.intp]:
-        """First piece of each run, and the number of pieces after the last (n_runs + 1,)."""
-        return run_begins(self.run)
-
     def tool_length_at(self, line: NDArray[np.integer]) -> Array:
         """Tool length (n,) of rows by their source lines (n,): that of the first piece of the line, or of the line before it."""
         lines, first = np.unique(self.line, return_index=True)
@@ -206,8 +201,3 @@ class ToolPath:
 PIECE_COLUMNS: Final = (
     "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "circle", "free", "joint", "move", "run",
 )  # fmt: skip
-
-
-def run_begins(run: Ints) -> NDArray[np.intp]:
-    """First row of each run in a column of run numbers (n,), and n after the last."""
-    return np.searchsorted(run, np.arange(run[-1] + 2 if len(run) else 1))

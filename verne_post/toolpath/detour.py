@@ -128,32 +128,16 @@ def metric_length(delta: Array) -> Array:
 
 def part(path: ToolPath, first: int, last: int) -> ToolPath:
     """Pieces ``first`` to ``last`` (excluded), with the dwells before the first of their runs and between them."""
-    rows = slice(first, last)
     before = path.dwell_piece  # piece that a dwell stands before
     mine = (before >= first) & ((before < last) | (last == len(path)))
     if first == last:
         mine[:] = False
-    run = np.cumsum(np.diff(path.run[rows], prepend=-1) != 0).astype(np.int32) - 1
+    run = np.cumsum(np.diff(path.run[first:last], prepend=-1) != 0).astype(np.int32) - 1
     dwell_run = np.append(run, run[-1] + 1 if len(run) else 0)[np.clip(before[mine] - first, 0, last - first)]
     return replace(
-        path,
-        line=path.line[rows],
-        kind=path.kind[rows],
-        start=path.start[rows],
-        end=path.end[rows],
-        tool_length=path.tool_length[rows],
-        feed_time=path.feed_time[rows],
-        length=path.length[rows],
-        arc=path.arc[rows],
-        circle=path.circle[rows],
-        free=path.free[rows],
-        joint=path.joint[rows],
-        move=path.move[rows],
-        run=run,
-        dwell_run=dwell_run.astype(np.int32),
-        dwell_seconds=path.dwell_seconds[mine],
-        dwell_line=path.dwell_line[mine],
-    )
+        path.part(first, last), run=run, dwell_run=dwell_run.astype(np.int32),
+        dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
+    )  # fmt: skip
 
 
 def joined(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
