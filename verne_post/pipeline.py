@@ -372,9 +372,7 @@ def convert(
             machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
             drives=drives_of(machine, options),
         )  # fmt: skip
-        # of a long program the moves are a fifth of what is held in memory, most of it places that the path has as well
-        plan = plan_program(replace(program, moves=program.moves.without_places()), progress)
-        program = plan.program
+        plan = plan_program(program, progress)
     except InputError as error:
         return failed(error)
     verifier = verifier_of(program, fmt)
@@ -488,14 +486,14 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
     feeds = reached = 0
     used: set[int] = set()
     tools: dict[tuple[int, float], None] = {}
-    move_of_piece = path.move_reached
+    move_of_piece, first_move = path.move_reached, path.first_move
     for begin, end in blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
         reached += int((feeding & plan.laws.reached[begin:end]).sum())
         move = path.move[begin:end]
         used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
-        number = tool_at(move_of_piece[begin:end], path.first_move, moves)
+        number = tool_at(move_of_piece[begin:end], first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
         tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))

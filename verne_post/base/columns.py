@@ -103,10 +103,12 @@ class Growing:
         self._blocks, self._held = [], 0
         give_up()  # what has been read to make them
 
-    def copy(self, rows: NDArray[Any]) -> None:
-        """Add rows (m, *width) of another column, which may be long."""
+    def copy(self, rows: NDArray[Any], before: int = 0, behind: int = 0) -> None:
+        """Add rows (m, *width) of another column, which may be long; the first and last as often again before and behind."""
+        self.extend(rows[:1].repeat(before, axis=0))
         for first, last in blocks(len(rows)):
             self.extend(rows[first:last])
+        self.extend(rows[-1:].repeat(behind, axis=0))
 
     def column(self) -> NDArray[Any]:
         """Everything that was added; nothing can be added any more."""

@@ -283,7 +283,7 @@ class Recorder:
              np.array(end, dtype=float), np.array(feed, dtype=float), columns)
         )  # fmt: skip
         del self.rows[:count], self.places[:count]
-        arcs = self.arcs[: max(row.arc for row in rows) + 1 - self.settled_arcs]
+        arcs = self.arcs[: max(max(row.arc for row in rows) + 1 - self.settled_arcs, 0)]
         del self.arcs[: len(arcs)]
         self.settled_arcs += len(arcs)
         self.arc_table.extend(

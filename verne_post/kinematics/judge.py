@@ -133,9 +133,10 @@ def judge(joints: JointPath, progress: Callable[[int], None] | None = None) -> t
     below_table = Worst()
     unreachable: dict[int, str] = {}
     for chunk in chunks(n):
-        row = np.cumsum(stopping[contour.run[chunk]]) - 1  # of the bounds of this chunk
+        own = stopping[contour.run[chunk]]
+        row = np.cumsum(own) - 1  # of the bounds of this chunk
         bounds = JointBounds(*(np.zeros((int(row[-1]) + 1, n_joints)) for _ in range(3)))
-        bounded = _Bounded(bounds, int(chunk[0]), np.where(stopping[contour.run[chunk]], row, -1))
+        bounded = _Bounded(bounds, int(chunk[0]), np.where(own, row, -1))
         for piece, low, high, depth in first_cover(contour, chunk):
             _judge_spans(joints, piece, low, high, depth, bounded, checks, worst, below_table, unreachable)
         every.extend(**vars(bounds))

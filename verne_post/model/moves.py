@@ -245,10 +245,6 @@ class Moves:
         start_frame = self.frames[self.frame[first - 1]]
         return replace(self, **rows, events=(*switched, *kept), start=self.end[first - 1], start_frame=start_frame)
 
-    def without_places(self) -> "Moves":
-        """The moves for who needs their lines, kinds and states only: ``end`` and ``vector`` are empty."""
-        return replace(self, end=self.end[:0].copy(), vector=self.vector[:0].copy())
-
 
 #: What Moves keep for every motion or dwell.
 MOVE_COLUMNS: Final = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")

@@ -155,8 +155,7 @@ class ToolPath:
 
     def dwells_among(self, run: Ints) -> Ints:
         """``dwell_run`` (d,) where the same pieces have new run numbers (n,): dwells stand before the same pieces."""
-        piece, n = self.dwell_piece, len(run)
-        return np.where(piece < n, run[np.minimum(piece, n - 1)], run[-1] + 1).astype(np.int32)
+        return runs_at(run, self.dwell_piece)
 
     @property
     def move_reached(self) -> Ints:
@@ -201,3 +200,11 @@ class ToolPath:
 PIECE_COLUMNS: Final = (
     "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "circle", "free", "joint", "move", "run",
 )  # fmt: skip
+
+
+def runs_at(run: Ints, row: NDArray[np.integer]) -> Ints:
+    """Runs (d,) of rows (d,) of a column of run numbers (n,); the next run for rows behind the last."""
+    n = len(run)
+    if not n:
+        return np.zeros(len(row), dtype=np.int32)
+    return np.where(row < n, run[np.minimum(row, n - 1)], run[-1] + 1).astype(np.int32)

@@ -288,9 +288,7 @@ def _stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple[Int
 def at_rest(s: Array) -> Array:
     """Rows s (n,) with those of rest at both ends that the differences count as well."""
     rows = Growing(float)
-    rows.extend(s[:1].repeat(REST))
-    rows.copy(s)
-    rows.extend(s[-1:].repeat(REST))
+    rows.copy(s, REST, REST)
     return rows.column()
 
 
@@ -365,10 +363,10 @@ def _shifted(s: Array, lengths: Ints, reach: int, run: Run, limits: Limits, cycl
         taken = taken[:-1] & (owner[1:] == owner[:-1])
         rows.cap[here[:-1][taken]] = tried.rows.cap[taken]
         damping = np.where(better, np.maximum(0.1 * damping, DAMPING), 100.0 * damping)
-        beyond = np.flatnonzero(np.where(better[owner], left, model.squares(ACCEPTED)) > 0.0)
-        if not len(beyond):
+        still = np.flatnonzero(np.where(better[owner], left, model.squares(ACCEPTED)) > 0.0)
+        if not len(still):
             break
-        bad, of = here[beyond], owner[beyond]
+        bad, of = here[still], owner[still]
         low, high = _stretches(bad, np.full_like(bad, reach), low[of], high[of])
         damping = damping[of[np.searchsorted(bad, low)]]
     return rows

@@ -178,9 +178,7 @@ def plan_contour(
         s = law.s
         before, after = run > 0, run + 1 < len(flowing) and not flowing[run + 1]
         flow_first[run] = flow_s.count
-        flow_s.extend(s[:1].repeat(REST_ROWS * before))
-        flow_s.copy(s)
-        flow_s.extend(s[-1:].repeat(REST_ROWS * after))
+        flow_s.copy(s, REST_ROWS * before, REST_ROWS * after)
         cycles[run] = flow_s.count - flow_first[run] - 1
         for begin, end in blocks(len(s) - 1):
             for row in range(begin, end, CHUNK_ROWS):

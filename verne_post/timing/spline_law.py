@@ -58,9 +58,7 @@ class Law:
     def of_samples(cls, samples: Array, step: float) -> "Law":
         """Use samples from rest to rest as coefficients: monotone samples give a monotone law."""
         coefficients = Growing(float)
-        coefficients.extend(samples[:1].repeat(REST))
-        coefficients.copy(samples)
-        coefficients.extend(samples[-1:].repeat(REST))
+        coefficients.copy(samples, REST, REST)
         return cls(coefficients.column(), step)
 
     @classmethod

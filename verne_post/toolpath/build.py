@@ -23,7 +23,7 @@ from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, Frame, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import ArcPieces, GreatCircles, PieceKind, ToolPath
+from verne_post.model.toolpath import ArcPieces, GreatCircles, PieceKind, ToolPath, runs_at
 from verne_post.toolpath.evaluate import arc_derivatives
 
 Array = NDArray[np.float64]
@@ -93,7 +93,7 @@ def _kept_moves(
     before = after_kept = (
         first[None],
         np.array([first_length]),
-    )  # end and tool length of the last move, and of the last kept
+    )  # pose and tool length behind the last move, and the last kept
     for begin, stop in blocks(len(moves)):
         rows = np.arange(begin, stop)
         number = moves.frame[begin:stop]
@@ -170,7 +170,7 @@ def _assembled(
         arcs=ArcPieces(**arcs.columns()),
         circles=GreatCircles(**circles.columns()),
         joints=np.empty((0, 2, 0)),
-        dwell_run=_runs_behind(columns["run"], dwell_before),
+        dwell_run=runs_at(columns["run"], dwell_before),
         dwell_seconds=moves.feed[dwell],
         dwell_line=moves.line[dwell],
         first_pose=first,
@@ -188,13 +188,6 @@ _ARCS: Final = {
     "center": (float, 3), "e1": (float, 3), "e2": (float, 3), "rise": (float, 3), "r0": (float,), "r1": (float,), "sweep": (float,),
 }  # fmt: skip
 _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
-
-
-def _runs_behind(run: NDArray[np.int32], piece: Rows) -> NDArray[np.int32]:
-    """Runs (d,) of pieces (d,) by their numbers; behind the last piece the next run."""
-    n = len(run)
-    inside = run[np.minimum(piece, n - 1)] if n else np.zeros(len(piece), np.int32)
-    return np.where(piece < n, inside, run[-1] + 1 if n else 0).astype(np.int32)
 
 
 @dataclass(frozen=True)

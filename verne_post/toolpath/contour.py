@@ -10,7 +10,7 @@ from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves, PathControl, PathMode
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import PieceKind, ToolPath, runs_at
 from verne_post.toolpath import corners as rounding
 from verne_post.toolpath.blend import STRETCH, blend_distances, tangent
 from verne_post.toolpath.build import ROTARY_METRIC_MM
@@ -132,9 +132,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     found = _contour(
         path, shape, segments, pieces, Corners(s, **corners.columns()) if bumped else None, controls.column(), path.dwell_run
     )  # fmt: skip
-    piece = path.dwell_piece
-    before = found.run[np.searchsorted(found.piece, np.minimum(piece, n - 1))]
-    return replace(found, dwell_run=np.where(piece < n, before, found.n_runs).astype(np.int32))
+    return replace(found, dwell_run=runs_at(found.run, np.searchsorted(found.piece, path.dwell_piece)))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import PieceKind, ToolPath, runs_at
 from verne_post.toolpath.branches import Change
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 
@@ -133,9 +133,9 @@ def part(path: ToolPath, first: int, last: int) -> ToolPath:
     if first == last:
         mine[:] = False
     run = np.cumsum(np.diff(path.run[first:last], prepend=-1) != 0).astype(np.int32) - 1
-    dwell_run = np.append(run, run[-1] + 1 if len(run) else 0)[np.clip(before[mine] - first, 0, last - first)]
+    dwell_run = runs_at(run, np.clip(before[mine] - first, 0, last - first))
     return replace(
-        path.part(first, last), run=run, dwell_run=dwell_run.astype(np.int32),
+        path.part(first, last), run=run, dwell_run=dwell_run,
         dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
     )  # fmt: skip
 
