@@ -12,7 +12,7 @@ from verne_post.base.columns import BLOCK_ROWS, GrowingTable, give_up
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.parameters import Store
-from verne_post.model.moves import Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Vector9
+from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Vector9
 from verne_post.model.options import TextOptions, Tool
 from verne_post.model.protocols import Coordinates
 
@@ -147,13 +147,8 @@ class State:
     floating: tuple[int, ...] = ()
 
 
-#: Columns behind line, kind, end and feed, which a block of moves may share.
-_OWN_NAMES = ("feed_mode", "spindle", "frame", "control", "arc", "vector")
-_OWN_TYPES: tuple[type, ...] = (np.int8, float, np.int32, np.int32, np.int32, float)
-_LAYOUT: dict[str, tuple[Any, ...]] = {
-    "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,),
-    **{name: (dtype, 3) if name == "vector" else (dtype,) for name, dtype in zip(_OWN_NAMES, _OWN_TYPES, strict=True)},
-}  # fmt: skip
+#: Types of the columns behind line, kind, end and feed, which a block of moves may share.
+_OWN_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
 _Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
 _ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
@@ -194,7 +189,7 @@ class Recorder:
     fixes_c: int | None = None
     count: int = 0
     #: What is done with, and how many rows and arcs that is.
-    table: GrowingTable = field(default_factory=lambda: GrowingTable(**_LAYOUT))
+    table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
     arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
     settled: int = 0
     settled_arcs: int = 0
@@ -297,7 +292,7 @@ class Recorder:
         """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
         self._flush(len(self.rows) - kept)
         first, end = self.settled, self.places[0] if self.places else self.count
-        part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in _LAYOUT.items()}
+        part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
         later = []
         for block in self.blocks:
             place, *columns, own = block

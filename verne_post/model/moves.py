@@ -8,7 +8,7 @@ X Y Z A B C U V W. Every row knows its source line.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -246,5 +246,8 @@ class Moves:
         return replace(self, **rows, events=(*switched, *kept), start=self.end[first - 1], start_frame=start_frame)
 
 
-#: What Moves keep for every motion or dwell.
-MOVE_COLUMNS: Final = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "vector")
+#: What Moves keep for every motion or dwell: type, and width where it is not one number.
+MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
+    "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,), "spindle": (float,),
+    "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "vector": (float, 3),
+}  # fmt: skip

@@ -4,9 +4,10 @@ A *piece* is one programmed motion, with parameter u from 0 to 1. A *run* is a s
 between two standstills; its path parameter s adds up the lengths of its pieces.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,10 +197,12 @@ class ToolPath:
         )  # fmt: skip
 
 
-#: What a tool path keeps for every piece.
-PIECE_COLUMNS: Final = (
-    "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "circle", "free", "joint", "move", "run",
-)  # fmt: skip
+#: What a tool path keeps for every piece: type, and width where it is not one number.
+PIECE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
+    "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
+    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
+    "move": (np.int32,), "run": (np.int32,),
+}  # fmt: skip
 
 
 def runs_at(run: Ints, row: NDArray[np.integer]) -> Ints:

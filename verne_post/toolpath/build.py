@@ -23,7 +23,7 @@ from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, Frame, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import ArcPieces, GreatCircles, PieceKind, ToolPath, runs_at
+from verne_post.model.toolpath import PIECE_COLUMNS, ArcPieces, GreatCircles, PieceKind, ToolPath, runs_at
 from verne_post.toolpath.evaluate import arc_derivatives
 
 Array = NDArray[np.float64]
@@ -147,7 +147,7 @@ def _assembled(
     """The tool path of pieces whose poses are known."""
     dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
     dwell_before = np.searchsorted(row, dwell)
-    pieces, arcs, circles = GrowingTable(**_PIECES), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
+    pieces, arcs, circles = GrowingTable(**PIECE_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
     run = n_arcs = n_circles = 0
     for begin, stop in blocks(len(row)):
         seen = max(begin - 1, 0)  # whether a piece goes on depends on the one before
@@ -178,12 +178,7 @@ def _assembled(
     )
 
 
-#: Columns of a tool path that are made block by block.
-_PIECES: Final = {
-    "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
-    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
-    "move": (np.int32,), "run": (np.int32,),
-}  # fmt: skip
+#: Columns of the arcs and great circles of a tool path.
 _ARCS: Final = {
     "center": (float, 3), "e1": (float, 3), "e2": (float, 3), "rise": (float, 3), "r0": (float,), "r1": (float,), "sweep": (float,),
 }  # fmt: skip
