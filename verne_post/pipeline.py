@@ -38,7 +38,8 @@ from verne_post.timing.plan import Planning, RunPlan, plan_contour
 from verne_post.timing.playback import playback
 from verne_post.timing.sample import Timeline, rows, timeline
 from verne_post.toolpath.branch_choice import branch_findings, on_branches
-from verne_post.toolpath.contour import Smoothing, contour_pose, exact_contour, smooth_contour, speed_cap
+from verne_post.toolpath.contour import Smoothing, exact_contour, smooth_contour
+from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.detour import with_detours
 from verne_post.toolpath.free_turn import with_free_turn
 from verne_post.toolpath.lift import lifted

@@ -16,9 +16,9 @@ def random_polynomials(seed, n=50):
 
 
 def sampled(coefficients, at=None):
-    """Values (n, len(at), 1) at the samples."""
+    """Values (len(at), n, 1) at the samples."""
     at = spans.SAMPLES if at is None else at
-    return np.polynomial.polynomial.polyval(at, coefficients)[:, :, None]
+    return np.polynomial.polynomial.polyval(at, coefficients).T[:, :, None]
 
 
 def test_samples_lie_inside_the_span_and_are_symmetric():
@@ -58,7 +58,7 @@ def test_the_enclosure_closes_in_when_a_span_is_halved(order):
 
 @pytest.mark.parametrize("slope", [-2.0, 0.0, 3.0])
 def test_a_straight_line_is_enclosed_exactly(slope):
-    values = (1.0 + slope * spans.SAMPLES)[None, :, None]
+    values = (1.0 + slope * spans.SAMPLES)[:, None, None]
     lower, upper = spans.enclosure(values)
     assert lower[0, 0] == pytest.approx(min(1.0, 1.0 + slope), abs=ROUNDING[0])
     assert upper[0, 0] == pytest.approx(max(1.0, 1.0 + slope), abs=ROUNDING[0])
@@ -70,7 +70,7 @@ def test_the_tail_is_nothing_for_low_degrees_and_grows_with_what_is_missed():
     low = np.random.default_rng(2).normal(size=(6, 20))
     assert spans.tail(sampled(low)).max() < ROUNDING[0]
     short, long = np.cos(0.5 * spans.SAMPLES), np.cos(8.0 * spans.SAMPLES)
-    tails = spans.tail(np.stack([short, long])[:, :, None])[:, 0]
+    tails = spans.tail(np.stack([short, long], axis=1)[:, :, None])[:, 0]
     assert tails[0] < 1e-7 < 1e-3 < tails[1]
 
 

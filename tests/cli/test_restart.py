@@ -14,7 +14,7 @@ import verne_post
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options, Tool
 from verne_post.pipeline import Program, read_program
-from verne_post.toolpath.contour import contour_pose
+from verne_post.toolpath.contour_pose import contour_pose
 
 FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
 #: Samples that convert; their headers say with which options.

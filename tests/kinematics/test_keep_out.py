@@ -269,11 +269,11 @@ def test_bounds_by_convexity_are_bounds() -> None:
         def convex(u: np.ndarray, slopes=slopes, offsets=offsets, bend=bend, middle=middle) -> np.ndarray:
             return np.max(slopes[:, None] * u + offsets[:, None], axis=0) + bend * (u - middle) ** 2
 
-        bound = _by_convexity(convex(at)[None, :, None], np.array([np.inf]))[0, 0]
+        bound = _by_convexity(convex(at)[:, None, None], np.array([np.inf]))[0, 0]
         assert bound <= convex(x).min() + 1e-9
         assert bound >= convex(at).min() - 40
-    assert _by_convexity(np.full((1, len(at), 1), 3.0), np.array([np.inf]))[0, 0] == pytest.approx(3.0)
-    assert _by_convexity(np.full((1, len(at), 1), 3.0), np.array([2.0]))[0, 0] == -np.inf
+    assert _by_convexity(np.full((len(at), 1, 1), 3.0), np.array([np.inf]))[0, 0] == pytest.approx(3.0)
+    assert _by_convexity(np.full((len(at), 1, 1), 3.0), np.array([2.0]))[0, 0] == -np.inf
 
 
 def test_a_tool_without_a_length_in_force_is_still_there() -> None:

@@ -6,7 +6,7 @@ import verne_post
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options, WorkOffset
 from verne_post.pipeline import read_program
-from verne_post.toolpath.contour import contour_pose
+from verne_post.toolpath.contour_pose import contour_pose
 
 MACHINE = verne_post.load_machine()
 

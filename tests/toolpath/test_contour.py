@@ -8,7 +8,7 @@ from verne_post.model.options import Options, WorkOffset
 from verne_post.model.toolpath import PieceKind
 from verne_post.pipeline import read_program
 from verne_post.toolpath.build import ROTARY_METRIC_MM
-from verne_post.toolpath.contour import contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
 
 from .polylines import MACHINE, contour_of, jumps

@@ -47,9 +47,15 @@ def _enclosures() -> list[Array]:
 _ENCLOSE: Final[list[Array]] = _enclosures()
 
 
+def across(matrix: Array, values: Array) -> Array:
+    """A matrix (r, NODES) applied to the samples of every span: values (NODES, n, k) -> (r, n, k)."""
+    found = np.einsum("rj,jm->rm", matrix, values.reshape(len(values), -1))
+    return np.asarray(found.reshape(len(matrix), *values.shape[1:]))
+
+
 def tail(values: Array) -> Array:
-    """Size of the last two Chebyshev coefficients: values (n, NODES, k) -> (n, k)."""
-    return np.abs(np.einsum("cj,njk->nck", _TO_CHEBYSHEV[-2:], values)).sum(axis=1)
+    """Size of the last two Chebyshev coefficients: values (NODES, n, k) -> (n, k)."""
+    return np.asarray(np.abs(across(_TO_CHEBYSHEV[-2:], values)).sum(axis=0))
 
 
 def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
@@ -57,10 +63,10 @@ def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    values : ndarray, shape (n, NODES, k)
+    values : ndarray, shape (NODES, n, k)
         Samples.
     order : int
         0 to 3.
     """
-    coefficients = np.einsum("cj,njk->nck", _ENCLOSE[order], values)
-    return coefficients.min(axis=1), coefficients.max(axis=1)
+    coefficients = across(_ENCLOSE[order], values)
+    return coefficients.min(axis=0), coefficients.max(axis=0)

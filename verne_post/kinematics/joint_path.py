@@ -1,6 +1,8 @@
 """JointPath: the actuated joints along a contour, exactly: q(segment, w)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,9 @@ from verne_post.model.toolpath import PieceKind
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
+
+#: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.
+EVALUATED_ROWS: Final = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +79,22 @@ class JointPath:
 
     def q(self, segment: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
-        tip, angles, length, joint, q_joint = self._asked(segment, w)
-        q = self.machine.five_axis.joints(tip, angles, length)
-        q[joint] = q_joint
-        return q
+        found = np.empty((len(w), len(self.machine.columns)))
+        for part in _parts(len(w)):
+            tip, angles, length, joint, q_joint = self._asked(segment[part], w[part])
+            found[part] = self.machine.five_axis.joints(tip, angles, length)
+            found[part][joint] = q_joint
+        return found
 
     def speed_cap(self, segment: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
-        return self.speed(self.contour, segment, w)
+        found = np.empty(len(w))
+        for part in _parts(len(w)):
+            found[part] = self.speed(self.contour, segment[part], w[part])
+        return found
+
+
+def _parts(n: int) -> Iterator[slice]:
+    """Rows evaluated at a time, of n."""
+    for first in range(0, n, EVALUATED_ROWS):
+        yield slice(first, first + EVALUATED_ROWS)

@@ -16,6 +16,7 @@ from verne_post.base import spans
 from verne_post.base.columns import GrowingTable, blocks
 from verne_post.base.ragged import ragged
 from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rows import row_max
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.codes import CODES, Severity
@@ -176,32 +177,34 @@ def _judge_spans(
     n_joints = len(machine.columns)
     tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
     while len(piece):
-        u = low[:, None] + spans.WITH_ENDS * (high - low)[:, None]
-        solved = joints.solve(np.repeat(piece, u.shape[1]), u.ravel())
-        solvable = solved.ok.reshape(u.shape).all(axis=1)
+        u = low + spans.WITH_ENDS[:, None] * (high - low)
+        solved = joints.solve(np.tile(piece, len(u)), u.ravel())
+        solvable = solved.ok.reshape(u.shape).all(axis=0)
         if not solvable.all():
             _note_unreachable(joints, piece, u, solved, unreachable)
         quantities = np.concatenate([solved.q, machine.module.geometry_margins(solved.position, solved.alpha)], axis=1)
-        every = quantities.reshape(len(piece), u.shape[1], -1)[solvable]
-        values = every[:, : spans.NODES]
+        every = quantities.reshape(*u.shape, -1)
+        if not solvable.all():
+            every = every[:, solvable]
+        values = every[: spans.NODES]
         kept = np.flatnonzero(solvable)
         halve = np.zeros(len(piece), dtype=bool)
         # Spans next to an unsolvable one are judged too; the unsolvable ones are already a finding.
         rough = spans.tail(values)
-        coarse = (rough[:, :n_joints] > tails).any(axis=1)
+        coarse = row_max(rough[:, :n_joints] - tails) > 0.0
         deep = depth[kept] >= MAX_DEPTH
         halve[kept] |= coarse & ~deep
         fine = (~coarse | deep) & (bounded.row[piece[kept] - bounded.first] >= 0)
         if fine.any():
             some = kept[fine]
-            _collect(joints, bounded, piece[some], low[some], high[some], values[fine, :, :n_joints])
+            _collect(joints, bounded, piece[some], low[some], high[some], values[:, fine, :n_joints])
         lower, upper = spans.enclosure(values)
         for check, found in zip(checks, worst, strict=True):
             k = check.quantity
             if check.sign > 0:
-                certain, seen = lower[:, k] - rough[:, k] - check.warn, every[:, :, k].min(axis=1) - check.warn
+                certain, seen = lower[:, k] - rough[:, k] - check.warn, every[:, :, k].min(axis=0) - check.warn
             else:
-                certain, seen = check.warn - upper[:, k] - rough[:, k], check.warn - every[:, :, k].max(axis=1)
+                certain, seen = check.warn - upper[:, k] - rough[:, k], check.warn - every[:, :, k].max(axis=0)
             open_ = np.flatnonzero(certain < -check.slack)
             if not len(open_):
                 continue
@@ -239,11 +242,11 @@ def _collect(joints: JointPath, bounded: _Bounded, piece: Ints, low: Array, high
         own = 0.5 * width[short]
         turn = SPAN_ANGLE / np.maximum(contour.turn[piece[short]], 1e-12)
         half = np.maximum(0.5 * np.minimum(MIN_SPAN_MM / contour.length[piece[short]], turn), own)
-        around = (0.5 * (low + high)[short] - half)[:, None] + spans.SAMPLES * (2 * half)[:, None]
-        q = joints.q(np.repeat(piece[short], spans.NODES), around.ravel()).reshape(len(short), spans.NODES, -1)
-        solved = np.isfinite(q).all(axis=(1, 2))
+        around = 0.5 * (low + high)[short] - half + spans.SAMPLES[:, None] * (2 * half)
+        q = joints.q(np.tile(piece[short], spans.NODES), around.ravel()).reshape(*around.shape, -1)
+        solved = np.isfinite(q).all(axis=(0, 2))
         values, width = values.copy(), width.copy()
-        values[short[solved]], width[short[solved]] = q[solved], 2 * half[solved]
+        values[:, short[solved]], width[short[solved]] = q[:, solved], 2 * half[solved]
     bounds, row = bounded.bounds, bounded.row[piece - bounded.first]
     for order, target in enumerate((bounds.first, bounds.second, bounds.third), start=1):
         lower, upper = spans.enclosure(values, order)
@@ -253,28 +256,26 @@ def _collect(joints: JointPath, bounded: _Bounded, piece: Ints, low: Array, high
 def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, halve: Mask, found: Worst) -> None:
     """VP210: tip or nose below z = 0 of the table frame within the table's radius."""
     radius = joints.machine.table_radius
-    n = len(piece)
-    each = len(spans.WITH_ENDS)
-    axis = axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
-    nose = solved.tip + joints.contour.tool_length(np.repeat(piece, each))[:, None] * axis
-    for point in (solved.tip + joints.lift * axis, nose):
-        height = point[:, 2].reshape(n, each, 1)
-        if height.min() > SPAN_MM:
+    shape = (len(spans.WITH_ENDS), len(piece), 1)
+    tool_length = joints.contour.tool_length(np.tile(piece, shape[0]))
+    upwards = np.cos(solved.angles[:, 0])
+    for along in (np.full(len(upwards), joints.lift), tool_length):
+        if (solved.tip[:, 2] + along * upwards).min() > SPAN_MM:
             continue
-        away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(n, each, 1)
-        low_height, low_away = (
-            spans.enclosure(height[:, : spans.NODES])[0][:, 0],
-            spans.enclosure(away[:, : spans.NODES])[0][:, 0],
-        )
+        point = solved.tip + along[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+        height = point[:, 2].reshape(shape)
+        away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(shape)
+        low_height, low_away = (spans.enclosure(one[: spans.NODES])[0][:, 0] for one in (height, away))
         open_ = (low_height < -LIMIT_SLACK_MM) & (low_away < radius**2)
         under = (height[:, :, 0] < -LIMIT_SLACK_MM) & (away[:, :, 0] < radius**2)
-        broken = np.flatnonzero(under.any(axis=1))
+        anywhere = under.any(axis=0)
+        broken = np.flatnonzero(anywhere)
         if len(broken):
-            deepest = np.where(under[broken], height[broken, :, 0], np.inf).min(axis=1)
+            deepest = np.where(under[:, broken], height[:, broken, 0], np.inf).min(axis=0)
             found.note(piece[broken], deepest, deepest)
-        limit = np.where(under.any(axis=1), WORST_DEPTH, MAX_DEPTH)
-        gap = height[:, :, 0].min(axis=1) - low_height
-        halve |= open_ & (depth < limit) & ((gap > LIMIT_SLACK_MM) | ~under.any(axis=1))
+        limit = np.where(anywhere, WORST_DEPTH, MAX_DEPTH)
+        gap = height[:, :, 0].min(axis=0) - low_height
+        halve |= open_ & (depth < limit) & ((gap > LIMIT_SLACK_MM) | ~anywhere)
 
 
 # --- findings ------------------------------------------------------------------------------
@@ -282,7 +283,7 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
 
 def _note_unreachable(joints: JointPath, piece: Ints, u: Array, solved: Solved, unreachable: dict[int, str]) -> None:
     bad = np.flatnonzero(~solved.ok)
-    owner = np.repeat(piece, u.shape[1])[bad]
+    owner = np.tile(piece, len(u))[bad]
     new, first = np.unique(owner, return_index=True)
     fresh = [k for k, p in enumerate(new) if int(p) not in unreachable]
     if not fresh:

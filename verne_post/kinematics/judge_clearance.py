@@ -94,19 +94,18 @@ def _undecided(
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Which spans (n,) have to be halved; notes what is broken."""
     limits = np.array([margin.error_below for margin in clearance.names])
-    u = low[:, None] + spans.WITH_ENDS * (high - low)[:, None]
-    each = u.shape[1]
-    owner = np.repeat(piece, each)
+    u = low + spans.WITH_ENDS[:, None] * (high - low)
+    owner = np.tile(piece, len(u))
     solved = joints.solve(owner, u.ravel())
     margins, points = clearance.evaluate(joints.bodies(owner, solved))
-    margins = margins.reshape(len(piece), each, -1)
-    moved = {group: _travel(part.reshape(len(piece), each, -1)) for group, part in points.items()}
-    seen = margins.min(axis=1) - limits
+    margins = margins.reshape(*u.shape, -1)
+    moved = {group: _travel(part.reshape(*u.shape, -1)) for group, part in points.items()}
+    seen = margins.min(axis=0) - limits
     certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
     rigid = np.flatnonzero(straight[piece])
     if len(rigid) and np.isfinite(clearance.convex_below).any():
-        certain[rigid] = np.maximum(certain[rigid], _by_convexity(margins[rigid], clearance.convex_below) - limits)
-    solvable = np.isfinite(margins).all(axis=(1, 2))  # the others are findings of their own
+        certain[rigid] = np.maximum(certain[rigid], _by_convexity(margins[:, rigid], clearance.convex_below) - limits)
+    solvable = np.isfinite(margins).all(axis=(0, 2))  # the others are findings of their own
     halve = np.zeros(len(piece), dtype=bool)
     for k, found in enumerate(worst):
         open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
@@ -130,34 +129,34 @@ def _straight(joints: JointPath) -> NDArray[np.bool_]:
 
 
 def _by_convexity(margins: Array, below: Array) -> Array:
-    """Lower bounds (n, k) of convex functions, from values (n, samples, k) at the samples of a span with its ends.
+    """Lower bounds (n, k) of convex functions, from values (samples, n, k) at the samples of spans with their ends.
 
     Between two samples a convex function lies above both lines through the samples before and behind. Minus infinity
     where a value is not ``below`` (k,) and so no exact one.
     """
     order = np.argsort(spans.WITH_ENDS)
-    x, f = spans.WITH_ENDS[order], margins[:, order]
-    found = np.full((len(f), f.shape[2]), np.inf)
-    slope = np.diff(f, axis=1) / np.diff(x)[:, None]
+    x, f = spans.WITH_ENDS[order], margins[order]
+    found = np.full(f.shape[1:], np.inf)
+    slope = np.diff(f, axis=0) / np.diff(x)[:, None, None]
     last = len(x) - 2
     for i in range(last + 1):
-        here, there, width = f[:, i], f[:, i + 1], x[i + 1] - x[i]
+        here, there, width = f[i], f[i + 1], x[i + 1] - x[i]
         if i == 0:
-            lowest = there - slope[:, 1] * width
+            lowest = there - slope[1] * width
         elif i == last:
-            lowest = here + slope[:, i - 1] * width
+            lowest = here + slope[i - 1] * width
         else:
-            before, behind = slope[:, i - 1], slope[:, i + 1]
+            before, behind = slope[i - 1], slope[i + 1]
             rises = behind > before  # else the stretch is straight, up to rounding
             # where the line that goes on from the left meets the one that comes from the right
             meet = (there - behind * width - here) / np.where(rises, before - behind, -1.0)
             lowest = np.where(rises, here + before * np.clip(meet, 0.0, width), here)
         found = np.minimum(found, np.minimum(lowest, np.minimum(here, there)))
-    return np.where((f < below).all(axis=1), found, -np.inf)
+    return np.where((f < below).all(axis=0), found, -np.inf)
 
 
 def _travel(points: Array) -> Array:
-    """How far a point of spans (n, samples, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
-    low, high = spans.enclosure(points[:, : spans.NODES], 1)
-    speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(points), -1, 3)
+    """How far a point of spans (samples, n, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
+    low, high = spans.enclosure(points[: spans.NODES], 1)
+    speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(low), -1, 3)
     return np.asarray(HALF_GAP * np.linalg.norm(speed, axis=-1).max(axis=1))

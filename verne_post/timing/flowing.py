@@ -466,10 +466,31 @@ def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
         return tuple(np.concatenate([row, -row]) for row in upper)
     reach = RESERVE * (upper[-1] / upper[-1].max(axis=0))
     sides = []
+    points = np.arange(reach.shape[1])
     for sign in (1.0, -1.0):
-        chosen = np.argpartition(-(sign * upper[0] + reach), count - 1, axis=0)[:count]
-        sides.append([sign * np.take_along_axis(row, chosen, axis=0) for row in upper])
+        chosen = largest(sign * upper[0] + reach, count) * len(points) + points
+        sides.append([sign * row.take(chosen) for row in upper])
     return tuple(np.concatenate(pair) for pair in zip(*sides, strict=True))
+
+
+def largest(scores: Array, count: int) -> NDArray[np.int64]:
+    """Rows (count, points) in which the largest of scores (m, points) stand, the largest first.
+
+    Every score carries the number of its row in its last bits, so that ordering the scores orders the rows: scores that are
+    equal but for these bits are as good as equal.
+    """
+    mask = (1 << (len(scores) - 1).bit_length()) - 1
+    keys = scores.copy()
+    bits = keys.view(np.int64)
+    bits &= ~mask
+    bits |= np.arange(len(scores))[:, None]
+    found = np.full((count, scores.shape[1]), -np.inf)
+    for key in keys:
+        for place in found:
+            lower = np.minimum(place, key)
+            np.maximum(place, key, out=place)
+            key = lower  # what gives way may be larger than the next
+    return found.view(np.int64) & mask
 
 
 def _by_phase(a: Array, k: int) -> Array:

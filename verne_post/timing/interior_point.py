@@ -192,8 +192,8 @@ class _Iteration:
         out[self.a] += 1.0
         return out
 
-    def factor(self, root: Array, ratio: Rows, dual: Rows) -> Array | None:
-        """Cholesky factor of the normal matrix, ``root`` being X^(-1/2) at the points; None where rounding has spoilt it."""
+    def factor(self, root_bend: Array, ratio: Rows, dual: Rows) -> Array | None:
+        """Cholesky factor of the normal matrix, X^(-1/2) having this second derivative; None where rounding has spoilt it."""
         w_acc, w_jerk = ratio[self.a], ratio[self.j]
         g0, (_j0, j1, j2) = self._j_gradient, self.jerk
         local = np.empty((6, self.points))
@@ -213,9 +213,11 @@ class _Iteration:
         local[5] = _dot(np.multiply(w_jerk, j2, out=work), j2)
         # the jerk constraints bend the other way than the objective; a share of its curvature always stays
         bend = np.maximum(self.weight - dual[self.j].sum(axis=0), 0.1 * self.weight)
-        local[0] += ratio[0] + ratio[1] + 0.75 * root**2 * root**2 * root * bend
+        bend *= root_bend
+        local[0] += bend
+        local[0] += ratio[0] + ratio[1]
         parts = _product(self.band_weights, local.reshape(-1, self.n))
-        band = np.zeros((4, self.n + 3), order="F")
+        band = np.zeros((4, self.n + 3))
         row = 0
         for i in range(4):
             for k in range(i, 4):
@@ -230,14 +232,15 @@ class _Iteration:
                 return factor
         return None
 
-    def direction(self, root: Array, factor: Array, push: Rows) -> Array:
+    def direction(self, root_slope: Array, factor: Array, push: Rows) -> Array:
         """Change of the coefficients for weights ``push`` on the gradients of the slacks; not finite where they are not."""
         jerk = push[self.j]
         pull = np.empty((3, self.points))
-        pull[0] = push[1] - push[0] + 0.5 * self.weight * root**2 * root
-        pull[0] -= _dot(push[self.a], self.acc[0]) + _dot(jerk, self._j_gradient)
-        pull[1] = -_dot(push[self.a], self.acc[1]) - _dot(jerk, self.jerk[1])
-        pull[2] = -_dot(jerk, self.jerk[2])
+        acc = push[self.a]
+        np.multiply(root_slope, -self.weight, out=pull[0])
+        pull[0] += push[1] - push[0] - _dot(acc, self.acc[0]) - _dot(jerk, self._j_gradient)
+        np.negative(_dot(acc, self.acc[1]) + _dot(jerk, self.jerk[1]), out=pull[1])
+        np.negative(_dot(jerk, self.jerk[2]), out=pull[2])
         rhs = self.gathered(pull)
         rhs[self.held] = 0.0
         change, _info = _PBTRS(factor, rhs, lower=1)
@@ -268,17 +271,18 @@ class _Iteration:
             if (legal and complementarity < gap * objective) or done == iterations:
                 break
             done += 1
-            root_slope = -0.5 * root**2 * root
+            inverse_x = root * root
+            root_slope = -0.5 * inverse_x * root
             np.subtract(self.jerk[0], root_slope.astype(np.float32), out=self._j_gradient)
             np.divide(1.0, slack, out=inverse)
             np.multiply(dual, inverse, out=ratio)
-            factor = self.factor(root, ratio, dual)
+            factor = self.factor(-1.5 * inverse_x * root_slope, ratio, dual)
             if factor is None:
                 break
             # predictor: towards complementarity zero; relative to what there is, slacks change by r and duals by -1 - r
             settled = np.multiply(ratio, infeasible, out=work)
             push = np.negative(settled, out=self._push)
-            change = self.direction(root, factor, push)
+            change = self.direction(root_slope, factor, push)
             dy = self.at_points(change)
             relative = self._changes(d_slack, dy, root_slope * dy[0])
             relative += infeasible
@@ -299,7 +303,7 @@ class _Iteration:
             target *= dual
             target += np.multiply(np.float32(mu), inverse, out=push)
             np.subtract(target, settled, out=push)
-            change = self.direction(root, factor, push)
+            change = self.direction(root_slope, factor, push)
             if not np.isfinite(change).all():
                 break
             dy = self.at_points(change)

@@ -18,6 +18,7 @@ from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.columns import Growing, blocks, give_up
 from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_max, row_sum
 from verne_post.model.machine import Limits
 from verne_post.timing.run_path import Run, joints_at
 
@@ -199,7 +200,7 @@ def _excess(rows: "_Rows", limits: Limits, cycle: float) -> Array:
     difference = rows.q
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
         difference = np.diff(difference, axis=0)
-        ratio = (np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * ACCEPTED[order]))).max(axis=1)
+        ratio = row_max(np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * ACCEPTED[order])))
         worst = np.maximum(worst, ratio[:count])
     return worst
 
@@ -228,7 +229,7 @@ def mended(
         width = reach * (2 + attempt) // 2
         added = np.where(ratio > FAR, min(FAR_ROWS, 1 + len(z) // FAR_SHARE), 0)
         added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
-        around = np.clip(bad[:, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
+        around = np.clip(bad[added > 0, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
         gentle = 0.5 * np.cbrt(GENTLE * added * _pace(run, z, around, limits, cycle))
         low, high = _stretches(
             bad, np.maximum(width, np.round(gentle)).astype(np.intp), np.zeros_like(bad), np.full_like(bad, len(z))
@@ -398,7 +399,8 @@ class _Model:
             self.gains.append(slope * scale)
         self.by_feed = np.where(owner[1:] == owner[:-1], 1.0 / (cycle * rows.cap), 0.0)
         self.feed = np.diff(rows.s) * self.by_feed
-        self.strain = np.maximum(np.abs(self.gains[2]).max(axis=1), SMALLEST_STRAIN * np.abs(self.gains[2]).max())
+        strain = row_max(np.abs(self.gains[2]))
+        self.strain = np.maximum(strain, SMALLEST_STRAIN * strain.max())
         self.weight = np.where(owner[1:] == owner[:-1], np.minimum(self.strain[1:], self.strain[:-1]), 0.0)
         self.forward = np.diff(rows.s) * self.weight
         edge = np.ones(self.n, dtype=bool)
@@ -410,7 +412,7 @@ class _Model:
         total = np.zeros(self.n)
         total[:-1] = np.maximum(self.feed - bounds[0], 0.0) ** 2
         for order, values in enumerate(self.values, start=1):
-            total[:-order] += (np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2).sum(axis=1)
+            total[:-order] += row_sum(np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2)
         return total
 
     def shifts(self, damping: Array) -> Array:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.base import spans
 from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_max
 
 Array = NDArray[np.float64]
 
@@ -20,6 +21,8 @@ TAIL_NOISE: Final = 1e-9
 #: The Chebyshev points of a span that become points of the grid where there are many spans: evenly spread.
 KEPT: Final = [1, 3, 4, 6]
 MANY_SPANS: Final = 200
+#: Spans derived at a time: what it takes then stays in the processor's cache.
+CHUNK_SPANS: Final = 1 << 10
 #: Joints are known to this share of their largest value.
 ROUNDING: Final = 3e-14
 #: Spans are halved at most so often.
@@ -96,25 +99,26 @@ def grid_along(run: Run, first: int = 0, last: int | None = None) -> Grid:
     q = _samples(run, low, width)
     done: list[tuple[Array, Array, Array]] = []
     for halving in range(HALVINGS + 1):
-        motion = q.max(axis=1) - q.min(axis=1)
-        rough = (spans.tail(q) > TAIL_SHARE * motion + TAIL_NOISE).any(axis=1)
+        motion = q.max(axis=0) - q.min(axis=0)
+        rough = row_max(spans.tail(q) - TAIL_SHARE * motion) > TAIL_NOISE
         if halving == HALVINGS:
             rough[:] = False
-        done.append((low[~rough], width[~rough], q[~rough]))
         if not rough.any():
+            done.append((low, width, q))
             break
+        done.append((low[~rough], width[~rough], q[:, ~rough]))
         half = 0.5 * width[rough]
         low, width = np.concatenate([low[rough], low[rough] + half]), np.concatenate([half, half])
         q = _samples(run, low, width)
-    low, width, q = (np.concatenate(column) for column in zip(*done, strict=True))
-    order = np.argsort(low, kind="stable")
-    low, width, q = low[order], width[order], q[order]
+    lows, widths, samples = zip(*done, strict=True)
+    order = np.argsort(np.concatenate(lows), kind="stable")
+    low, width = (np.concatenate(column)[order] for column in (lows, widths))
     kept = KEPT if len(low) > MANY_SPANS else list(range(spans.NODES))
-    per_mm = (1.0 / width)[:, None, None]
-    noise = ROUNDING * np.abs(q).max()
+    noise = ROUNDING * max(float(np.abs(q).max(initial=0.0)) for q in samples)
+    derived = [_derivatives(some, wide, kept, noise) for some, wide in zip(samples, widths, strict=True)]
     d1, d2, d3 = (
-        (_beyond(_DERIVE[k - 1][kept] @ q, noise * _NOISE_GAIN[k - 1]) * per_mm**k).reshape(-1, q.shape[2])
-        for k in (1, 2, 3)
+        np.concatenate(part).take(order, axis=0).reshape(len(order) * len(kept), -1)
+        for part in zip(*derived, strict=True)
     )
     s = (low[:, None] + spans.SAMPLES[kept] * width[:, None]).ravel()
     speed = np.asarray(run.speed(s), dtype=float)
@@ -142,18 +146,32 @@ def joints_at(run: Run, s: Array) -> Array:
     return q
 
 
-def _beyond(values: Array, noise: float) -> Array:
-    """What values have beyond the noise: tiny spans would otherwise seem to bend."""
-    return np.sign(values) * np.maximum(np.abs(values) - noise, 0.0)
-
-
 def _samples(run: Run, low: Array, width: Array) -> Array:
-    """Joints (m, nodes, n_joints) at the Chebyshev points of spans."""
-    s = (low[:, None] + spans.SAMPLES * width[:, None]).ravel()
-    return joints_at(run, s).reshape(len(low), spans.NODES, -1)
+    """Joints (nodes, m, n_joints) at the Chebyshev points of spans."""
+    s = low + spans.SAMPLES[:, None] * width
+    return joints_at(run, s.ravel()).reshape(*s.shape, -1)
 
 
-def _derivatives() -> list[Array]:
+def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[Array]:
+    """First three derivatives by s, each (m, len(kept), n_joints), of joints (nodes, m, n_joints) at samples of spans (m,).
+
+    Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.
+    """
+    found = [np.empty((q.shape[1], len(kept), q.shape[2])) for _ in _DERIVE]
+    for first in range(0, len(width), CHUNK_SPANS):
+        part = slice(first, first + CHUNK_SPANS)
+        per_mm = (1.0 / width[part])[:, None]
+        some = np.ascontiguousarray(q[:, part])
+        for order, (matrix, out) in enumerate(zip(_DERIVE, found, strict=True), start=1):
+            values = spans.across(matrix[kept], some)
+            bound = noise * _NOISE_GAIN[order - 1]
+            values -= np.clip(values, -bound, bound)
+            values *= per_mm**order
+            out[part] = values.transpose(1, 0, 2)
+    return found
+
+
+def _deriving() -> list[Array]:
     """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
     monomials = np.linalg.inv(np.vander(spans.SAMPLES, spans.NODES, increasing=True))
     found = []
@@ -163,5 +181,5 @@ def _derivatives() -> list[Array]:
     return found
 
 
-_DERIVE: Final = _derivatives()
+_DERIVE: Final = _deriving()
 _NOISE_GAIN: Final = [float(np.abs(matrix).sum(axis=1).max()) for matrix in _DERIVE]

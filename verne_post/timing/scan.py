@@ -20,6 +20,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rows import row_max, row_min
 from verne_post.model.machine import Limits
 from verne_post.timing.run_path import Grid
 
@@ -76,14 +77,14 @@ def duration(s: Array, x: Array) -> float:
 def speed_caps(grid: Grid, limits: Limits) -> Array:
     """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = np.minimum(grid.speed**2, ((limits.velocity / np.abs(grid.d1)) ** 2).min(axis=1))
+        x = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
         return np.minimum(x, X_UNBOUNDED)
 
 
 def jerk_caps(grid: Grid, limits: Limits) -> Array:
     """The x (n,) at which even motion alone takes the whole jerk, (J / |third derivative|)^(2/3)."""
     with np.errstate(divide="ignore"):
-        return np.cbrt((limits.jerk / np.abs(grid.d3)) ** 2).min(axis=1)
+        return np.cbrt(row_min(limits.jerk / np.abs(grid.d3)) ** 2)
 
 
 def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
@@ -99,9 +100,11 @@ def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
 def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     """Offset and gain of the bounds x <= offset + gain K that rise with K; the others are infinite."""
     a, b = lines
-    rising = (a * b <= 0) & (np.abs(a) < STEEP * np.abs(b))
-    size = np.where(rising, np.abs(b), 1.0)
-    return np.where(rising, 1.0 / size, np.inf), np.where(rising, np.abs(a) / size, 0.0)
+    steep, size = np.abs(a), np.abs(b)
+    # as a factor: which lines rise is as good as random, and choosing by a mask waits for every guess that is wrong
+    rising = ((a * b <= 0) & (steep < STEEP * size)).astype(float)
+    with np.errstate(divide="ignore"):
+        return 1.0 / (size * rising), steep * rising / np.maximum(size, np.finfo(float).tiny)
 
 
 def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -125,7 +128,7 @@ def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
     a, b = lines
     found = np.full(len(a), np.inf)
     # where even motion at the cap keeps all limits, x = K = cap is possible
-    tight = np.flatnonzero((np.abs(a + b).max(axis=1) * cap) > 1.0)
+    tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
     for first in range(0, len(tight), CHUNK):
         rows = tight[first : first + CHUNK]
         found[rows] = _corners_of(a[rows], b[rows])

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rows import row_min
 from verne_post.model.machine import Limits
 from verne_post.timing.run_path import Grid
 
@@ -46,7 +47,7 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
     from toppra.constraint import DiscretizationType, JointAccelerationConstraint, LinearConstraint
 
     with np.errstate(divide="ignore"):
-        x_cap = np.minimum(grid.speed**2, ((limits.velocity / np.abs(grid.d1)) ** 2).min(axis=1))
+        x_cap = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
     finite = x_cap[np.isfinite(x_cap)]
     scale = LARGEST_SPEED / np.sqrt(finite.max()) if len(finite) else LARGEST_SPEED / float(grid.s[-1])
     scaled = grid.s * scale

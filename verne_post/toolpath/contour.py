@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
+from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves, PathControl, PathMode
@@ -14,7 +15,6 @@ from verne_post.model.toolpath import PieceKind, ToolPath, runs_at
 from verne_post.toolpath import corners as rounding
 from verne_post.toolpath.blend import STRETCH, blend_distances, tangent
 from verne_post.toolpath.build import ROTARY_METRIC_MM
-from verne_post.toolpath.evaluate import bernstein, bernstein_slope, pose
 from verne_post.toolpath.fairing import faired, features
 
 Array = NDArray[np.float64]
@@ -233,8 +233,8 @@ def _rounded(path: ToolPath, shape: ToolPath, s: Array, marks: _Marks, smoothing
     tip_tolerance, axis_tolerance = marks.tip_tolerance, marks.axis_tolerance
     shift = shape.end[:-1] - path.end[:-1]
     moved = np.asarray(shift.any(axis=1))
-    tip_left = tip_tolerance - rounding.largest_around(np.linalg.norm(shift[:, :3], axis=1))
-    axis_left = axis_tolerance - rounding.largest_around(np.linalg.norm(shift[:, 3:], axis=1))
+    tip_left = tip_tolerance - rounding.largest_around(row_norm(shift[:, :3]))
+    axis_left = axis_tolerance - rounding.largest_around(row_norm(shift[:, 3:]))
     slope = rounding.polyline_slopes(shape.start, shape.end, shape.length)
     bend = rounding.bends(slope)
     bend[~lines] = 0.0
@@ -382,8 +382,8 @@ def _turn(path: ToolPath) -> Array:
 def feeds_of(path: ToolPath) -> Feeds:
     """The feed of the tip along lines and arcs, of the table angles where the tip stands."""
     delta = path.end - path.start
-    turn = np.linalg.norm(delta[:, 3:], axis=1)
-    tip = np.linalg.norm(delta[:, :3], axis=1)
+    turn = row_norm(delta[:, 3:])
+    tip = row_norm(delta[:, :3])
     arc = path.arc >= 0
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
     by_tip = tip > ZERO_LENGTH_MM
@@ -391,65 +391,3 @@ def feeds_of(path: ToolPath) -> Feeds:
     seconds = np.where(fed, path.feed_time, 1.0)
     rate = np.where(fed, np.where(by_tip, tip, turn) / seconds, np.inf)
     return Feeds(rate, by_tip, np.where(fed, path.length / seconds, np.inf))
-
-
-def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Array]:
-    """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
-    at = _along(contour, segment, w)
-    piece = contour.piece[segment]
-    tip, angles = pose(contour.shape, piece, at)
-    bumped = np.flatnonzero(contour.bumped[segment])
-    if contour.corners is not None and len(bumped):
-        own = piece[bumped]
-        corner = own + contour.corners.shift
-        s = contour.corners.s[corner] + at[bumped] * contour.shape.length[own]
-        off = rounding.displacement(contour.corners, corner, s)
-        tip[bumped] += off[:, :3]
-        angles[bumped] += off[:, 3:]
-    curve = contour.curve[segment]
-    curved = np.flatnonzero(curve >= 0)
-    if len(curved):
-        point = bernstein(contour.controls[curve[curved]], at[curved])
-        tip[curved], angles[curved] = point[:, :3], point[:, 3:]
-    return tip, angles
-
-
-def _along(contour: Contour, segment: Ints, w: Array) -> Array:
-    """Parameter (n,) of the piece or curve at parameter w (n,) of segments (n,)."""
-    low = contour.low[segment]
-    return np.asarray(low + w * (contour.high[segment] - low))
-
-
-def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
-    """Largest ds/dt (n,) at which the tool keeps to the programmed feed, mm/s; infinite for rapids.
-
-    On a piece the tip moves evenly with s. In a corner it moves slower than s, by how much follows from the derivative of
-    the curve; for pieces whose tip stands still the table angles count.
-    """
-    feeds, shape = contour.feeds, contour.shape
-    piece = contour.piece[segment]
-    cap = feeds.even[piece]
-    rate = feeds.rate[piece]
-    uneven = np.flatnonzero((contour.bumped[segment] | (contour.curve[segment] >= 0)) & np.isfinite(rate))
-    if not len(uneven):
-        return cap
-    row, own = segment[uneven], piece[uneven]
-    at = _along(contour, row, w[uneven])
-    length = shape.length[own]
-    slope = (shape.end[own] - shape.start[own]) / length[:, None]
-    if contour.corners is not None:
-        corner = own + contour.corners.shift
-        off = rounding.displacement_slope(
-            contour.corners, corner, contour.corners.s.take(corner, mode="clip") + at * length
-        )
-        slope += off
-    curved = np.flatnonzero(contour.curve[row] >= 0)
-    if len(curved):
-        some = row[curved]
-        slope[curved] = bernstein_slope(contour.controls[contour.curve[some]], at[curved])
-        slope[curved] *= ((contour.high[some] - contour.low[some]) / contour.length[some])[:, None]
-    square = slope * slope
-    of_tip = square[:, 0] + square[:, 1] + square[:, 2]
-    with np.errstate(divide="ignore"):
-        cap[uneven] = rate[uneven] / np.sqrt(np.where(feeds.by_tip[own], of_tip, square[:, 3] + square[:, 4]))
-    return cap

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rows import row_norm
 from verne_post.model.contour import Corners
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 
@@ -80,7 +81,7 @@ def turning_back(slope: Array) -> Mask:
 
 def room(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """Largest reach (n,) of single corners by their tolerances (mm, rad); infinite where nothing bends."""
-    tip, angle = np.linalg.norm(bend[:, :3], axis=1), np.linalg.norm(bend[:, 3:], axis=1)
+    tip, angle = row_norm(bend[:, :3]), row_norm(bend[:, 3:])
     with np.errstate(divide="ignore", invalid="ignore"):
         by_tip = np.where(tip > 0, USED_SHARE * tip_tolerance / (APEX * tip), np.inf)
         by_axis = np.where(angle > 0, USED_SHARE * axis_tolerance / (APEX * angle), np.inf)
@@ -167,9 +168,7 @@ def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tol
                 for bound in (tip_tolerance, axis_tolerance)
             )
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.maximum(
-                    np.linalg.norm(off[:, :3], axis=1) / tip_bound, np.linalg.norm(off[:, 3:], axis=1) / axis_bound
-                )
+                ratio = np.maximum(row_norm(off[:, :3]) / tip_bound, row_norm(off[:, 3:]) / axis_bound)
             ratio = np.where(np.isfinite(ratio), ratio / USED_SHARE, 0.0)
             for shift in range(-PIECES, PIECES + 2):
                 near = np.clip(owner + shift, 0, n)
@@ -186,7 +185,9 @@ def displacement(corners: Corners, piece: Ints, at: Array) -> Array:
     """Sum of the bumps (m, 5) at path parameters ``at`` (m,), which lie on pieces (m,)."""
     total = np.zeros((len(at), 5))
     for corner, width, x in _near(corners, piece, at):
-        total += (width * bump(x))[:, None] * corners.bend.take(corner, axis=0, mode="clip")
+        bend = corners.bend.take(corner, axis=0, mode="clip")
+        bend *= (width * bump(x))[:, None]
+        total += bend
     return total
 
 
@@ -194,7 +195,9 @@ def displacement_slope(corners: Corners, piece: Ints, at: Array) -> Array:
     """Derivative of :func:`displacement` by s."""
     total = np.zeros((len(at), 5))
     for corner, _width, x in _near(corners, piece, at):
-        total += bump_slope(x)[:, None] * corners.bend.take(corner, axis=0, mode="clip")
+        bend = corners.bend.take(corner, axis=0, mode="clip")
+        bend *= bump_slope(x)[:, None]
+        total += bend
     return total
 
 

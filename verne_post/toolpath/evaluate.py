@@ -13,6 +13,12 @@ Ints = NDArray[np.integer]
 
 
 def pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) and nominal angles (n, 2): the :func:`coordinates` apart."""
+    found = coordinates(path, piece, u)
+    return found[:, :3], found[:, 3:]
+
+
+def coordinates(path: ToolPath, piece: Ints, u: Array) -> Array:
     """Tip and nominal angles at parameter u of pieces (LINE and ARC).
 
     Parameters
@@ -24,21 +30,21 @@ def pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
 
     Returns
     -------
-    tip : ndarray, shape (n, 3)
-        Table frame, mm.
-    angles : ndarray, shape (n, 2)
-        Nominal A and C, rad, workpiece sense.
+    ndarray, shape (n, 5)
+        Tip in the table frame, mm; nominal A and C, rad, workpiece sense.
     """
-    start, end = path.start[piece], path.end[piece]
-    at = start + u[:, None] * (end - start)
-    tip, angles = at[:, :3], at[:, 3:]
-    curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
-    if len(curved):
-        tip[curved] = arc_tip(path.arcs, path.arc[piece[curved]], u[curved])
-    swung = np.flatnonzero(path.circle[piece] >= 0)
-    if len(swung):
-        angles[swung] = circle_angles(path, piece[swung], u[swung])
-    return tip, angles
+    start = path.start.take(piece, axis=0)
+    found = path.end.take(piece, axis=0)
+    found -= start
+    found *= u[:, None]
+    found += start
+    if len(path.arcs.sweep):
+        curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+        found[curved, :3] = arc_tip(path.arcs, path.arc[piece[curved]], u[curved])
+    if len(path.circles.angle):
+        swung = np.flatnonzero(path.circle[piece] >= 0)
+        found[swung, 3:] = circle_angles(path, piece[swung], u[swung])
+    return found
 
 
 def circle_angles(path: ToolPath, piece: Ints, u: Array) -> Array:

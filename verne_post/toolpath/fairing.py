@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing
+from verne_post.base.rows import row_norm
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -75,9 +76,9 @@ def features(vertex: Array, s: Array) -> Mask:
     """Vertices that are sharp corners of the part, or stand beside a piece far longer than its neighbours."""
     found = np.zeros(len(s), dtype=bool)
     way = np.diff(vertex[:, :3], axis=0)
-    size = np.linalg.norm(way, axis=1)
+    size = row_norm(way)
     cosine = np.sum(way[1:] * way[:-1], axis=1)
-    sine = np.linalg.norm(np.cross(way[1:], way[:-1]), axis=1)
+    sine = row_norm(np.cross(way[1:], way[:-1]))
     found[1:-1] = (np.arctan2(sine, cosine) > FEATURE) & (size[1:] > 0) & (size[:-1] > 0)
     length = np.diff(s)
     longer = np.maximum(length[1:], length[:-1]) > LONG_PIECE * np.minimum(length[1:], length[:-1])
@@ -96,8 +97,8 @@ def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Ar
         change = _smoothing(vertex, s, held, lam)
         soft = np.flatnonzero(~held)
         ratio = np.maximum(
-            np.linalg.norm(change[soft, :3], axis=1) / tip_bound[soft],
-            np.linalg.norm(change[soft, 3:], axis=1) / axis_bound[soft],
+            row_norm(change[soft, :3]) / tip_bound[soft],
+            row_norm(change[soft, 3:]) / axis_bound[soft],
         )
         far = soft[ratio > 1.0]
         if not len(far):

@@ -18,7 +18,8 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
 from verne_post.model.toolpath import ToolPath
-from verne_post.toolpath.contour import contour_pose, exact_contour, feeds_of
+from verne_post.toolpath.contour import exact_contour, feeds_of
+from verne_post.toolpath.contour_pose import contour_pose
 from verne_post.toolpath.detour import Step, joined, part, pieces_of
 
 Array = NDArray[np.float64]

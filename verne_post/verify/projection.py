@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
 
@@ -123,7 +124,7 @@ def _swung_u(path: ToolPath, piece: Ints, tip: Array, axis: Array) -> Array:
 def _swing(path: ToolPath, piece: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of pieces, and the angle between them."""
     k0, k1 = tool_axis(path.start[piece, 3:]), tool_axis(path.end[piece, 3:])
-    return k0, k1, np.arctan2(np.linalg.norm(np.cross(k0, k1), axis=1), np.sum(k0 * k1, axis=1))
+    return k0, k1, np.arctan2(row_norm(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
 
 
 def chord_lengths(path: ToolPath) -> Array:
@@ -133,7 +134,7 @@ def chord_lengths(path: ToolPath) -> Array:
     """
     length = np.where(path.kind == PieceKind.JOINT, 0.0, path.length)
     swung = np.flatnonzero(path.circle >= 0)
-    tip = np.linalg.norm(path.end[swung, :3] - path.start[swung, :3], axis=1)
+    tip = row_norm(path.end[swung, :3] - path.start[swung, :3])
     length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
     return length
 
@@ -144,8 +145,8 @@ def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     Per mm of the tip; where that stands, per rad of A and C together; and on a great circle per rad of the tool axis.
     """
     delta = path.end - path.start
-    turn = np.linalg.norm(delta[:, 3:], axis=1)
-    tip = np.linalg.norm(delta[:, :3], axis=1)
+    turn = row_norm(delta[:, 3:])
+    tip = row_norm(delta[:, :3])
     arc = np.flatnonzero(path.arc >= 0)
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
     by_tip = tip > ZERO_LENGTH_MM
@@ -204,8 +205,8 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
     For JOINT pieces: sliders (mm), and twice the larger table angle.
     """
     tip, angles = programmed_pose(path, piece, u)
-    tip_off = np.linalg.norm(measured.tip - tip, axis=1)
-    axis_off = np.linalg.norm(tool_axis(measured.angles) - tool_axis(angles), axis=1)
+    tip_off = row_norm(measured.tip - tip)
+    axis_off = row_norm(tool_axis(measured.angles) - tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     swung = np.flatnonzero(path.circle[piece] >= 0)
     moved = rotary_off[swung] * np.abs(np.sin(angles[swung, 0]))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import (
     ACCELERATION_RATIO,
     FEED_RATIO,
@@ -421,7 +422,7 @@ class Verifier:
         budget = np.where(self.measures.rounded[piece] & ~dwell, chord, budget)
         self._judge_feed(block, budget, slack)
         self._count_slow(budget + slack)
-        self._judge_chords(block, np.linalg.norm(moved, axis=1), way)
+        self._judge_chords(block, row_norm(moved), way)
 
     def _judge_feed(self, block: SetpointBlock, budget: Array, slack: Array) -> None:
         """Time at the programmed feed that rows take, over one row and over many: rounding weighs less over many."""
@@ -468,15 +469,15 @@ class Verifier:
         axis = tool_axis(angles)
         before = np.vstack([axis[:1] if self.axis is None else self.axis[None], axis[:-1]])
         self.axis = axis[-1]
-        return np.linalg.norm(axis - before, axis=1)
+        return row_norm(axis - before)
 
     def _chord_time(self, piece: Ints, moved: Array, swung: Array) -> Array:
         """Seconds (n,) that steps take at the feed of pieces (n,), 0 for rapids.
 
         Steps are given by tip and weighted angles (n, 5), and by the angle of the tool axis (n,).
         """
-        by_tip = np.linalg.norm(moved[:, :3], axis=1) * self.measures.tip_pace[piece]
-        by_turn = np.linalg.norm(moved[:, 3:], axis=1) / RADIAN_MM * self.measures.turn_pace[piece]
+        by_tip = row_norm(moved[:, :3]) * self.measures.tip_pace[piece]
+        by_turn = row_norm(moved[:, 3:]) / RADIAN_MM * self.measures.turn_pace[piece]
         return np.asarray(by_tip + by_turn + swung * self.measures.swing_pace[piece])
 
     def _passed(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Ints, Ints, Array]:
@@ -520,7 +521,7 @@ class Verifier:
         if not len(row):
             return
         tip, angles = programmed_pose(self.path, piece, u)
-        size = np.stack([np.linalg.norm(moved[:, :3], axis=1), np.linalg.norm(moved[:, 3:], axis=1)])
+        size = np.stack([row_norm(moved[:, :3]), row_norm(moved[:, 3:])])
         last = np.stack([np.linalg.norm(self.moved[:3]), np.linalg.norm(self.moved[3:])])
         size = np.maximum(size, np.concatenate([last[:, None], size[:, :-1]], axis=1))[:, row]
         # the pieces that a step passes share their corners, and each corner its tolerance

@@ -13,7 +13,7 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import BRACKET_STEPS, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
+from verne_post.base.tolerances import BRACKET_STEPS, LEAN_STEP, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
 from verne_post.kinematics.mobility import Joint, rod_pairs
 from verne_post.kinematics.modules import verne_modes, verne_rods
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
@@ -25,11 +25,11 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
-CHUNK: Final = 8192
+CHUNK: Final = 4096
 #: Share of rod L1 below which leg I's drop is small enough for two leans to be near each other.
 FLAT_LEG: Final = 0.01
-#: Newton steps from alpha = 0; four reach 2e-13 almost everywhere, the rest goes to the bracket.
-INVERSE_STEPS: Final = 6
+#: Halley's steps behind the first; one reaches 1e-16 where the machine works, the rest goes to the bracket.
+INVERSE_STEPS: Final = 4
 #: Newton steps of the forward solution from the middle of the workspace (rim: 8).
 FORWARD_STEPS: Final = 25
 
@@ -102,8 +102,7 @@ class VerneModule:
         g = np.asarray(gauge, dtype=float).reshape(-1, 3)
         gx, gy, gz = g[:, 0], g[:, 1], g[:, 2]
         # F Rx(alpha) (gx, gy, gz) = (gx, -(c gy - s gz), -(s gy + c gz))
-        y0 = np.full(len(g), float(pivot[1]))
-        z0 = np.full(len(g), float(pivot[2]))
+        y0, z0 = (np.broadcast_to(float(pivot[k]), len(g)) for k in (1, 2))
         rho, alpha, ok = self._solve(pivot[0] + gx, y0, -gy, gz, z0, -gz, -gy)
         shape = np.shape(gauge)[:-1]
         return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
@@ -115,35 +114,38 @@ class VerneModule:
         n = len(x)
         rho = np.empty((n, 3))
         alpha = np.empty(n)
-        ok = np.empty(n, dtype=bool)
         for first in range(0, n, CHUNK):
             part = slice(first, first + CHUNK)
             x_leg1 = x[part] + self.leg1_x_offset
-            a, good = self._newton(x_leg1, y0[part], yc[part], ys[part])
-            if not good.all():
-                a[~good] = np.nan
-                given = np.isfinite(x_leg1) & np.isfinite(y0[part]) & np.isfinite(yc[part]) & np.isfinite(ys[part])
-                bad = np.flatnonzero(~good & given)
-                a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
-            c, s = np.cos(a), np.sin(a)
-            y = y0[part] + yc[part] * c + ys[part] * s
-            radicands = self._radicands(x[part], y, c)
-            if self._prefer_closed_legs(a, radicands, x[part], y0[part], yc[part], ys[part]):
-                c, s = np.cos(a), np.sin(a)
+            with np.errstate(invalid="ignore"):
+                s, good = self._lean(x_leg1, y0[part], yc[part], ys[part])
+                a = np.arcsin(s)
+                if not good.all():
+                    a[~good] = np.nan
+                    given = np.isfinite(x_leg1) & np.isfinite(y0[part]) & np.isfinite(yc[part]) & np.isfinite(ys[part])
+                    bad = np.flatnonzero(~good & given)
+                    a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
+                    s = np.sin(a)
+                c = np.sqrt(1.0 - s * s)  # the lean is less than a quarter turn
                 y = y0[part] + yc[part] * c + ys[part] * s
                 radicands = self._radicands(x[part], y, c)
-            z = z0[part] + zc[part] * c + zs[part] * s
-            self._refuse_unclosed(radicands, a, y)
-            with np.errstate(invalid="ignore"):
+                if self._prefer_closed_legs(a, radicands, x[part], y0[part], yc[part], ys[part]):
+                    c, s = np.cos(a), np.sin(a)
+                    y = y0[part] + yc[part] * c + ys[part] * s
+                    radicands = self._radicands(x[part], y, c)
+                z = z0[part] + zc[part] * c + zs[part] * s
+                self._refuse_unclosed(radicands, a, y)
                 drop = np.sqrt(radicands)
             rho[part, 0] = z - drop[0]
             rho[part, 1] = z - self.R2 * s - drop[1]
             rho[part, 2] = z + self.R2 * s - drop[2]
             alpha[part] = a
-            ok[part] = np.isfinite(rho[part, 0]) & np.isfinite(rho[part, 1]) & np.isfinite(rho[part, 2])
-        if not ok.all():
-            rho[~ok] = np.nan
-            alpha[~ok] = np.nan
+        solved = np.isfinite(rho)
+        if solved.all():
+            return rho, alpha, np.ones(n, dtype=bool)
+        ok = solved[:, 0] & solved[:, 1] & solved[:, 2]
+        rho[~ok] = np.nan
+        alpha[~ok] = np.nan
         return rho, alpha, ok
 
     def _refuse_unclosed(self, radicands: Array, alpha: Array, y: Array) -> None:
@@ -169,11 +171,11 @@ class VerneModule:
         found[2] = self.L3**2 - x2**2 - (y + arm) ** 2
         return found
 
-    def _newton(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Mask]:
-        """Newton on (14) in the working mode; False where it did not converge inside.
+    def _lean(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> tuple[Array, Mask]:
+        """Sine s of the lean that solves (14) in the working mode, by Halley's steps from s = 0; False where they fail.
 
-        f = y (R1 cos a - r1) + R1 sin a sqrt(M),  M the radicand of (11). It begins where the parabola through f, f' and f''
-        at a = 0, which need no sines, is nearly zero (Halley's step).
+        f = y (R1 cos a - r1) + R1 sin a sqrt(M),  M the radicand of (11). With c = sqrt(1 - s^2), df/ds = f' / c, ' = d/da,
+        so that no step needs a trigonometric function. The first one is written out for s = 0, c = 1.
         """
         R1, r1 = self.R1, self.r1
         const = self.L1**2 - R1**2 - r1**2 - x_leg1**2
@@ -181,22 +183,28 @@ class VerneModule:
             y = y0 + yc
             root = np.sqrt(const + 2 * R1 * r1 - y * y)
             f, df = y * (R1 - r1), ys * (R1 - r1) + R1 * root
-            bend = -yc * (R1 - r1) - R1 * y * (1 + 2 * ys / root)
-            a = -f * df / (df * df - 0.5 * f * bend)
+            ddf = -yc * (R1 - r1) - R1 * y * (1 + 2 * ys / root)
+            s = -f * df / (df * df - 0.5 * f * ddf)
+            c = np.sqrt(1.0 - s * s)
             for _ in range(INVERSE_STEPS):
-                c, s = np.cos(a), np.sin(a)
                 y = y0 + yc * c + ys * s
-                dy = ys * c - yc * s
+                dy, ddy = ys * c - yc * s, y0 - y
+                arm = R1 * c - r1
                 root = np.sqrt(const + 2 * R1 * r1 * c - y * y)
-                f = y * (R1 * c - r1) + R1 * s * root
-                df = dy * (R1 * c - r1) - y * R1 * s + R1 * c * root - R1 * s * (R1 * r1 * s + y * dy) / root
-                step = f / df
-                a = a - step
+                droot = -(R1 * r1 * s + y * dy) / root
+                ddroot = -(R1 * r1 * c + dy * dy + y * ddy + droot * droot) / root
+                f = y * arm + R1 * s * root
+                df = dy * arm + R1 * (c * root + s * (droot - y))
+                ddf = ddy * arm + R1 * (c * (2 * droot - y) + s * (ddroot - root - 2 * dy))
+                step = c * f * df / (df * df - 0.5 * f * (ddf + df * s / c))
+                s = s - step
+                c = np.sqrt(1.0 - s * s)
                 # written so that NaN counts as not converged
-                if bool((np.abs(step) < NEWTON_STEP).all()):
+                small = np.abs(step) < LEAN_STEP
+                if bool(small.all()):
                     break
-            good = (np.abs(step) < NEWTON_STEP) & (np.abs(a) < self.crossing_angle)
-        return a, good
+            good = small & (R1 * c > r1)
+        return s, good
 
     def _bracketed(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> Array:
         """Rows where Newton failed: every real root of the squared equation, by bracket or closed form."""
@@ -439,17 +447,17 @@ class VerneModule:
 
         The determinant counts positive on the side of the middle of the workspace.
         """
-        c = np.cos(alpha)
+        c, s = np.cos(alpha), np.sin(alpha)
         drops = np.sqrt(np.maximum(self._radicands(position[..., 0], position[..., 1], c), 0.0))
-        determinant = self._determinant_side * verne_rods.parallel_determinant(self, position, alpha, drops)
+        determinant = self._determinant_side * verne_rods.parallel_determinant(self, position, (c, s), drops)
         return np.stack([drops[0], drops[1], drops[2], self.R1 * c - self.r1, determinant], axis=-1)
 
     @cached_property
     def _determinant_side(self) -> float:
         """Sign of the parallel determinant in the middle of the workspace."""
         x, _drop = self._forward_start()
-        middle, upright = np.array([x, 0.0, 0.0]), np.array(0.0)
-        drops = np.sqrt(np.maximum(self._radicands(middle[0], middle[1], np.array(1.0)), 0.0))
+        middle, upright = np.array([x, 0.0, 0.0]), (np.array(1.0), np.array(0.0))
+        drops = np.sqrt(np.maximum(self._radicands(middle[0], middle[1], upright[0]), 0.0))
         return 1.0 if verne_rods.parallel_determinant(self, middle, upright, drops) >= 0 else -1.0
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:

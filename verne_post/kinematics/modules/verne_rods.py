@@ -132,7 +132,7 @@ def conditioning(module: "VerneModule", position: Array, alpha: Array, rho: Arra
     return values[0][..., -1] / values[0][..., 0], values[1][..., -1] / values[1][..., 0]
 
 
-def parallel_determinant(module: "VerneModule", position: Array, alpha: Array, drops: Array) -> Array:
+def parallel_determinant(module: "VerneModule", position: Array, lean: tuple[Array, Array], drops: Array) -> Array:
     """Determinant of the scaled parallel Jacobian in the working mode, shape (...); zero at a parallel singularity.
 
     Rows over their rod, the column of alpha over the arm of :func:`scales`. Written out, because every pose of a
@@ -142,11 +142,12 @@ def parallel_determinant(module: "VerneModule", position: Array, alpha: Array, d
     ----------
     module : VerneModule
     position : ndarray, shape (..., 3)
-    alpha : ndarray, shape (...)
+    lean : tuple of 2 ndarrays, shape (...)
+        Cosine and sine of alpha.
     drops : ndarray, shape (3, ...)
         Vertical drops of the legs, mm.
     """
-    c, s = np.cos(alpha), np.sin(alpha)
+    c, s = lean
     offset, radius, base, _rod = _lengths(module)
     rod, arm = scales(module)
     leans = (s * module.R1, -s * module.R1, 0.0, 0.0)

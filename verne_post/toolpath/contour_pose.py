@@ -1,0 +1,84 @@
+"""The contour evaluated at any of its places: where the tool is, and how fast the feed lets it go.
+
+Every row and every point that is planned or judged comes through here, a few thousand at a time.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.contour import Contour
+from verne_post.toolpath.corners import displacement, displacement_slope
+from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinates
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+
+def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
+    at = _along(contour, segment, w)
+    piece = contour.piece.take(segment)
+    found = coordinates(contour.shape, piece, at)
+    if contour.corners is not None and (bumped := contour.bumped.take(segment)).any():
+        some = _rows(bumped)
+        own = piece[some]
+        corner = own + contour.corners.shift
+        s = contour.corners.s.take(corner) + at[some] * contour.shape.length.take(own)
+        found[some] += displacement(contour.corners, corner, s)
+    if len(contour.controls):
+        curve = contour.curve.take(segment)
+        curved = np.flatnonzero(curve >= 0)
+        found[curved] = bernstein(contour.controls[curve[curved]], at[curved])
+    return found[:, :3], found[:, 3:]
+
+
+def _along(contour: Contour, segment: Ints, w: Array) -> Array:
+    """Parameter (n,) of the piece or curve at parameter w (n,) of segments (n,)."""
+    low = contour.low.take(segment)
+    return np.asarray(low + w * (contour.high.take(segment) - low))
+
+
+def _rows(wanted: Mask) -> slice | Ints:
+    """Rows that are wanted, of which there are some; if all are, as a slice, which copies nothing."""
+    return slice(None) if wanted.all() else np.flatnonzero(wanted)
+
+
+def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
+    """Largest ds/dt (n,) at which the tool keeps to the programmed feed, mm/s; infinite for rapids.
+
+    On a piece the tip moves evenly with s. In a corner it moves slower than s, by how much follows from the derivative of
+    the curve; for pieces whose tip stands still the table angles count.
+    """
+    feeds, shape = contour.feeds, contour.shape
+    piece = contour.piece.take(segment)
+    cap = feeds.even.take(piece)
+    rate = feeds.rate.take(piece)
+    uneven = (contour.bumped.take(segment) | (contour.curve.take(segment) >= 0)) & np.isfinite(rate)
+    if not uneven.any():
+        return cap
+    some = _rows(uneven)
+    row, own = segment[some], piece[some]
+    at = _along(contour, row, w[some])
+    length = shape.length.take(own)
+    slope = shape.end.take(own, axis=0)
+    slope -= shape.start.take(own, axis=0)
+    slope /= length[:, None]
+    if contour.corners is not None:
+        corner = own + contour.corners.shift
+        s = contour.corners.s.take(corner, mode="clip") + at * length
+        slope += displacement_slope(contour.corners, corner, s)
+    if len(contour.controls):
+        curve = contour.curve.take(row)
+        curved = np.flatnonzero(curve >= 0)
+        on = row[curved]
+        slope[curved] = bernstein_slope(contour.controls[curve[curved]], at[curved])
+        slope[curved] *= ((contour.high[on] - contour.low[on]) / contour.length[on])[:, None]
+    slope *= slope
+    of_tip = slope[:, 0] + slope[:, 1] + slope[:, 2]
+    by_tip = feeds.by_tip.take(own)
+    if not by_tip.all():
+        of_tip = np.where(by_tip, of_tip, slope[:, 3] + slope[:, 4])
+    with np.errstate(divide="ignore"):
+        cap[some] = rate[some] / np.sqrt(of_tip)
+    return cap
