@@ -103,8 +103,11 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     steep, size = np.abs(a), np.abs(b)
     # as a factor: which lines rise is as good as random, and choosing by a mask waits for every guess that is wrong
     rising = ((a * b <= 0) & (steep < STEEP * size)).astype(float)
+    steep *= rising
+    steep /= np.maximum(size, np.finfo(float).tiny)
+    size *= rising
     with np.errstate(divide="ignore"):
-        return 1.0 / (size * rising), steep * rising / np.maximum(size, np.finfo(float).tiny)
+        return np.divide(1.0, size, out=size), steep
 
 
 def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -200,10 +203,9 @@ def _run(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
     falling = np.asarray((gain < 0).any(axis=(1, 2)))
     bound = np.empty((2, *gain.shape[1:]))
     for i in range(len(cap)):
+        np.multiply(gain[i], y[:, None], out=bound)
         if falling[i]:
-            np.multiply(gain[i], np.where(gain[i] < 0, y[::-1, None], y[:, None]), out=bound)
-        else:
-            np.multiply(gain[i], y[:, None], out=bound)
+            bound[0], bound[1] = np.minimum(bound[0], bound[1]), np.maximum(bound[0], bound[1])
         bound += offset[i]
         y = found[i]
         np.minimum(cap[i], bound.min(axis=1), out=y)
