@@ -260,12 +260,15 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
     tool_length = joints.contour.tool_length(np.tile(piece, shape[0]))
     upwards = np.cos(solved.angles[:, 0])
     for along in (np.full(len(upwards), joints.lift), tool_length):
-        if (solved.tip[:, 2] + along * upwards).min() > SPAN_MM:
+        height = (solved.tip[:, 2] + along * upwards).reshape(shape)
+        if height.min() > SPAN_MM:
+            continue
+        low_height = spans.enclosure(height[: spans.NODES])[0][:, 0]
+        if min(height.min(), low_height.min()) >= -LIMIT_SLACK_MM:
             continue
         point = solved.tip + along[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
-        height = point[:, 2].reshape(shape)
         away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(shape)
-        low_height, low_away = (spans.enclosure(one[: spans.NODES])[0][:, 0] for one in (height, away))
+        low_away = spans.enclosure(away[: spans.NODES])[0][:, 0]
         open_ = (low_height < -LIMIT_SLACK_MM) & (low_away < radius**2)
         under = (height[:, :, 0] < -LIMIT_SLACK_MM) & (away[:, :, 0] < radius**2)
         anywhere = under.any(axis=0)

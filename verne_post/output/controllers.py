@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.output.fixed_point import lines_of
 from verne_post.output.setpoints import headings
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 
@@ -24,9 +25,8 @@ PVT_ERROR: Final = 1e-4
 
 def linuxcnc(rows: WrittenRows) -> Iterator[bytes]:
     """For halstreamer: the joints alone, separated by blanks, a line a cycle, no header."""
-    text = " ".join(f"%.{d}f" for d in rows.format.decimals) + "\n"
     for block in rows.blocks():
-        yield ((text * len(block.written)) % tuple(block.written.ravel().tolist())).encode()
+        yield lines_of(block.written.T, rows.format.decimals, " ").encode()
 
 
 def twincat(rows: WrittenRows) -> Iterator[bytes]:

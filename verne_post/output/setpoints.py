@@ -11,6 +11,7 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.cells import first_wrong
+from verne_post.output.fixed_point import lines_of
 from verne_post.output.rounding import MAX_DECIMALS, heading, places_of, time_decimals
 
 _READ_ROWS: Final = 8192
@@ -29,11 +30,8 @@ def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> s
 def csv_rows(block: SetpointBlock) -> str:
     """Rows of a block as text."""
     fmt = block.format
-    row = ",".join([f"%.{fmt.time_decimals}f", *(f"%.{d}f" for d in fmt.decimals), "%d"]) + "\n"
-    n = len(block.values)
-    time = (block.first + np.arange(n)) * fmt.cycle
-    table = np.column_stack([time, block.written, block.line])
-    return (row * n) % tuple(table.ravel().tolist())
+    time = (block.first + np.arange(len(block.values))) * fmt.cycle
+    return lines_of([time, *block.written.T, block.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
 
 
 def read_csv(
