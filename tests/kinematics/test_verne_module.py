@@ -287,6 +287,22 @@ def test_inverse_closes_the_rods_in_the_working_mode(lengths):
     assert in_working_mode(position[ok], alpha[ok], rho[ok], lengths).all()
 
 
+def test_far_from_the_pivot_the_rods_close_near_the_serial_singularity_of_leg_one_too():
+    """A geometry whose equation for the lean bends much where leg I hangs down by a few hundredths of its rod only."""
+    lengths = dict(zip(LENGTHS, (82.0, 486.0, 192.0, 451.0, -129.0, 373.0, 210.0, 720.0, 723.0), strict=True))
+    pivot = np.array([160.0, 40.0, 690.0])
+    gauge = np.random.default_rng(1).uniform(-541, 541, (40_000, 3))
+    rho, alpha, ok = VerneModule(**lengths).inverse_leaning(pivot, gauge)
+    rho, alpha, (x, y, z) = rho[ok], alpha[ok], gauge[ok].T
+    c, s = np.cos(alpha), np.sin(alpha)
+    position = pivot + np.stack([x, -(c * y - s * z), -(s * y + c * z)], axis=-1)  # P = pivot + F Rx(alpha) g
+    assert in_working_mode(position, alpha, rho, lengths).all()
+    hanging = drops(position, alpha, rho, lengths)[:, 0] / lengths["L1"]
+    assert np.count_nonzero((hanging > 0.03) & (hanging < 0.1)) > 1000
+    residual = np.abs(rods(position, alpha, rho, lengths)).max(axis=-1)
+    assert residual[hanging > 0.03].max() < 10 * RESIDUAL_MM2
+
+
 @pytest.mark.parametrize("lengths", [LENGTHS, SKEW], ids=["verne", "skew"])
 def test_forward_returns_the_working_mode_or_nothing(lengths):
     """Slider values at random, most of which no pose of the working mode closes."""

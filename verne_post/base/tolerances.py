@@ -19,9 +19,12 @@ ZERO_ANGLE: Final = 2e-9
 #: Newton on the platform's pose stops when the step is below this (rad, and this share of a rod's length); the next one
 #: would be below the spacing of doubles, because the iteration is quadratic.
 NEWTON_STEP: Final = 1e-9
-#: The iteration for the sine of the platform's lean stops when the step is below this: it is cubic, the next step would
-#: be some 0.3 times this cubed, below the spacing of doubles.
+#: The iteration for the sine of the platform's lean stops when its step is below this. It is cubic: in the middle of the
+#: workspace the next step would be 0.3 times this cubed, below the spacing of doubles.
 LEAN_STEP: Final = 5e-6
+#: Near leg I's serial singularity the equation bends more: the step times the square of its relative correction by the second
+#: derivative, which is the size of the next one, has to be below this too.
+LEAN_ERROR: Final = 1e-17
 #: Bisection of the tilt ends here: 2**-53 of the bracket, there is nothing left to gain.
 BRACKET_STEPS: Final = 60
 #: A root of the squared equation counts as real below this imaginary part; a double root splits

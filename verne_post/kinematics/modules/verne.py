@@ -13,7 +13,14 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import BRACKET_STEPS, LEAN_STEP, NEWTON_STEP, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2
+from verne_post.base.tolerances import (
+    BRACKET_STEPS,
+    LEAN_ERROR,
+    LEAN_STEP,
+    NEWTON_STEP,
+    REAL_ROOT_IMAG,
+    ROD_RESIDUAL_MM2,
+)
 from verne_post.kinematics.mobility import Joint, rod_pairs
 from verne_post.kinematics.modules import verne_modes, verne_rods
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
@@ -29,7 +36,7 @@ CHUNK: Final = 4096
 #: Share of rod L1 below which leg I's drop is small enough for two leans to be near each other.
 FLAT_LEG: Final = 0.01
 #: Halley's steps behind the first; one reaches 1e-16 where the machine works, the rest goes to the bracket.
-INVERSE_STEPS: Final = 4
+INVERSE_STEPS: Final = 5
 #: Newton steps of the forward solution from the middle of the workspace (rim: 8).
 FORWARD_STEPS: Final = 25
 
@@ -196,11 +203,13 @@ class VerneModule:
                 f = y * arm + R1 * s * root
                 df = dy * arm + R1 * (c * root + s * (droot - y))
                 ddf = ddy * arm + R1 * (c * (2 * droot - y) + s * (ddroot - root - 2 * dy))
-                step = c * f * df / (df * df - 0.5 * f * (ddf + df * s / c))
+                newton = f / df
+                bend = 0.5 * newton * (ddf / df + s / c)
+                step = c * newton / (1.0 - bend)
                 s = s - step
                 c = np.sqrt(1.0 - s * s)
                 # written so that NaN counts as not converged
-                small = np.abs(step) < LEAN_STEP
+                small = (np.abs(step) < LEAN_STEP) & (np.abs(step) * bend * bend < LEAN_ERROR)
                 if bool(small.all()):
                     break
             good = small & (R1 * c > r1)
