@@ -27,10 +27,9 @@ from verne_post.timing.run_path import Grid
 Array = NDArray[np.float64]
 
 #: Grid points per window: enough steps to forget the start, few enough Python steps.
-WINDOW: Final = 96
-#: Where windows are still uncertain after so many rounds, which every other step would repeat, longer ones take over.
-ROUNDS: Final = 3
-LONGER: Final = 4
+WINDOW: Final = 64
+#: Steps of a window that are scanned again before it is looked which windows have forgotten their start.
+STRETCHES: Final = ((0, 8), (8, 16), (16, 32), (32, 64), (64, 1 << 62))
 #: A line of (x, K) whose slope is beyond this bounds K or x alone.
 STEEP: Final = 1e9
 #: Stands for the squared speed where nothing bounds it.
@@ -165,49 +164,53 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
 
     caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
     offset, gain = (steps_first(line) for line in lines)
-    values = np.empty((window, windows))
-    low, high = np.zeros(windows + 1), np.append(start, caps[-1])
+    low, high = np.zeros(windows), np.append(start, caps[-1, :-1])
     low[0] = start
-    rows = np.arange(windows)
-    for _ in range(ROUNDS):
-        certain = low[rows] == high[rows]
-        every = len(rows) == windows
-        some = (caps, offset, gain) if every else (caps[:, rows], offset[:, :, rows], gain[:, :, rows])
-        both = _run(*some, np.stack([low[rows], high[rows]]))
-        values[:, rows] = both[:, 1]
-        low[rows + 1], high[rows + 1] = both[-1]
-        # a window is final once its start was certain; the first of the others becomes so in every round
-        rows = rows[~certain]
-        if not len(rows):
-            return np.asarray(values.T.ravel()[:n])
-    return _scan_windows(cap, lines, LONGER * window, start)
+    bracket = _run(caps, offset, gain, np.stack([low, high]))
+    values = bracket[:, 1]
+    uncertain = np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)  # steps until the start is forgotten
+    begin = np.append(start, values[-1, :-1])
+    rows = np.flatnonzero(np.append(True, uncertain[:-1] < window))  # windows whose start is known
+    while len(rows):
+        for first, last in STRETCHES:
+            some = rows[uncertain[rows] > first]
+            if not len(some) or first >= window:
+                break
+            steps = slice(first, min(last, window))
+            at = slice(None) if len(some) == windows else some
+            before = values[first - 1, some] if first else begin[some]
+            values[steps, some] = _run(caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None])[:, 0]
+        # a window that forgets nothing goes on in the next one
+        rows = rows[uncertain[rows] == window] + 1
+        rows = rows[rows < windows]
+        begin[rows] = values[-1, rows - 1]
+    return np.asarray(values.T.ravel()[:n])
 
 
 def _run(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
-    """Scan windows side by side from the low and the high start values.
-
-    A bound that falls takes the other end of the bracket.
+    """Scan windows side by side, from one start value or from both ends of a bracket.
 
     Parameters
     ----------
     cap : ndarray, shape (m, w)
     offset, gain : ndarray, shape (m, lines, w)
-    start : ndarray, shape (2, w)
+    start : ndarray, shape (1 or 2, w)
 
     Returns
     -------
-    ndarray, shape (m, 2, w)
+    ndarray, shape (m, 1 or 2, w)
     """
     y = start
     found = np.empty((len(cap), *start.shape))
-    falling = np.asarray((gain < 0).any(axis=(1, 2)))
-    bound = np.empty((2, *gain.shape[1:]))
-    for i in range(len(cap)):
-        np.multiply(gain[i], y[:, None], out=bound)
-        if falling[i]:
+    # a bound that falls turns a bracket over
+    turning = (gain.min(axis=(1, 2), initial=0.0) < 0).tolist() if len(start) == 2 else [False] * len(cap)
+    bound = np.empty((len(start), *gain.shape[1:]))
+    for turns, limit, one_offset, one_gain, out in zip(turning, cap, offset, gain, found, strict=True):
+        np.multiply(one_gain, y[:, None], out=bound)
+        if turns:
             bound[0], bound[1] = np.minimum(bound[0], bound[1]), np.maximum(bound[0], bound[1])
-        bound += offset[i]
-        y = found[i]
-        np.minimum(cap[i], bound.min(axis=1), out=y)
+        np.add(bound, one_offset, out=bound)
+        y = np.minimum.reduce(bound, axis=1, out=out)
+        np.minimum(limit, y, out=y)
         np.maximum(y, 0.0, out=y)
     return found
