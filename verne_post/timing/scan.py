@@ -27,7 +27,10 @@ from verne_post.timing.run_path import Grid
 Array = NDArray[np.float64]
 
 #: Grid points per window: enough steps to forget the start, few enough Python steps.
-WINDOW: Final = 64
+WINDOW: Final = 96
+#: Windows whose start is not known when those before them have been scanned are scanned from the narrower bracket that these
+#: leave, up to so many brackets in all; what then is left goes one window after the other.
+BRACKETINGS: Final = 3
 #: Steps of a window that are scanned again before it is looked which windows have forgotten their start.
 STRETCHES: Final = ((0, 8), (8, 16), (16, 32), (32, 64), (64, 1 << 62))
 #: A line of (x, K) whose slope is beyond this bounds K or x alone.
@@ -164,14 +167,22 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
 
     caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
     offset, gain = (steps_first(line) for line in lines)
-    low, high = np.zeros(windows), np.append(start, caps[-1, :-1])
+    values = np.empty((window, windows))
+    uncertain = np.empty(windows, dtype=np.intp)  # steps until the start of a window is forgotten
+    low, high = np.zeros(windows + 1), np.append(start, caps[-1])  # brackets of starts
     low[0] = start
-    bracket = _run(caps, offset, gain, np.stack([low, high]))
-    values = bracket[:, 1]
-    uncertain = np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)  # steps until the start is forgotten
-    begin = np.append(start, values[-1, :-1])
-    rows = np.flatnonzero(np.append(True, uncertain[:-1] < window))  # windows whose start is known
-    while len(rows):
+    rows = np.arange(windows)
+    for _ in range(BRACKETINGS):
+        at = slice(None) if len(rows) == windows else rows
+        bracket = _run(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
+        values[:, rows], uncertain[rows] = bracket[:, 1], np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)
+        low[rows + 1], high[rows + 1] = bracket[-1]
+        rows = np.flatnonzero(low[:-1] != high[:-1])
+        if not len(rows):
+            break
+    rows = np.flatnonzero(low[:-1] == high[:-1])
+    begin = high[:-1]
+    while len(rows):  # windows whose start is known
         for first, last in STRETCHES:
             some = rows[uncertain[rows] > first]
             if not len(some) or first >= window:
