@@ -186,3 +186,7 @@ def test_a_full_folder_of_temporary_files_is_named(
     answer = run("convert", SAMPLES / "posted.nc", "--tool-length", 80, "-o", tmp_path / "axes.csv")
     assert (answer.code, answer.err) == (2, "verne-post: /short: No space left on device\n")
     assert not (tmp_path / "axes.csv").exists()
+    monkeypatch.setattr(columns, "IN_MEMORY", 1 << 30)
+    monkeypatch.setattr(common, "LONG_TEXT", 64)  # now only the text is copied
+    answer = run("convert", SAMPLES / "posted.nc", "--tool-length", 80, "-o", tmp_path / "axes.csv")
+    assert (answer.code, answer.err) == (2, "verne-post: /short: No space left on device\n")

@@ -8,6 +8,7 @@ import mmap
 import tempfile
 import weakref
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import IO, Any, Final, TypeVar
 
 import numpy as np
@@ -57,6 +58,15 @@ def running_sums(values: NDArray[Any]) -> NDArray[Any]:
     return sums.column()
 
 
+@contextmanager
+def temporary_storage() -> Iterator[None]:
+    """What goes wrong with a temporary file, which has no name, is told with the name of the folder that is full."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, tempfile.gettempdir()) from None
+
+
 class Growing:
     """A column to which blocks are added at the end.
 
@@ -91,15 +101,13 @@ class Growing:
             self._write()
 
     def _write(self) -> None:
-        if self._file is None:
-            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole, or nobody wants it
-            weakref.finalize(self, self._file.close)
-        try:
+        with temporary_storage():
+            if self._file is None:
+                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole, or nobody wants it
+                weakref.finalize(self, self._file.close)
             for block in self._blocks:
                 self._file.write(block.data.cast("B"))
             self._file.flush()
-        except OSError as error:  # the file has no name that could be told: say which folder is full
-            raise OSError(error.errno, error.strerror, tempfile.gettempdir()) from None
         self._blocks, self._held = [], 0
         give_up()  # what has been read to make them
 

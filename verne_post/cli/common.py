@@ -1,7 +1,6 @@
 """What several commands share: reading and writing files, findings and progress on standard error."""
 
 import os
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -55,18 +54,33 @@ def load(name: str) -> "Machine":
 
 def _text(name: str) -> "Text":
     """A program's text, from standard input for ``-``; a long one in a copy, so that it stays what was there."""
+    from verne_post.base.columns import temporary_storage
     from verne_post.base.long_text import text_in
 
+    with _reading(name):
+        opened = nullcontext(sys.stdin.buffer) if name == "-" else Path(name).open("rb")  # noqa: SIM115 - closed below
+    with opened as file:
+        with _reading(name):
+            part = file.read(LONG_TEXT)
+        if len(part) < LONG_TEXT:
+            return part
+        with temporary_storage():
+            copy = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
+        with copy:
+            while part:
+                with temporary_storage():
+                    copy.write(part)
+                    copy.flush()
+                with _reading(name):
+                    part = file.read(LONG_TEXT)
+            return text_in(copy)
+
+
+@contextmanager
+def _reading(name: str) -> Iterator[None]:
+    """What goes wrong with a file is told with its name."""
     try:
-        with nullcontext(sys.stdin.buffer) if name == "-" else Path(name).open("rb") as file:
-            beginning = file.read(LONG_TEXT)
-            if len(beginning) < LONG_TEXT:
-                return beginning
-            with tempfile.TemporaryFile() as copy:
-                copy.write(beginning)
-                shutil.copyfileobj(file, copy)
-                copy.flush()
-                return text_in(copy)
+        yield
     except OSError as error:
         raise click.UsageError(f"{name}: {error.strerror or error}") from None
 
@@ -75,10 +89,8 @@ def read_bytes(name: str) -> bytes:
     """A file, or standard input for ``-``."""
     if name == "-":
         return sys.stdin.buffer.read()
-    try:
+    with _reading(name):
         return Path(name).read_bytes()
-    except OSError as error:
-        raise click.UsageError(f"{name}: {error.strerror or error}") from None
 
 
 def check_writable(path: Path | None, option: str) -> None:
