@@ -39,7 +39,7 @@ CHUNK_DENSE: Final = 1024
 #: An iteration that has not ended by then has failed.
 MOST_STEPS: Final = 50
 #: It ends when no angle moves by more than this (rad) and no length by more than this times the rod. Convergence is
-#: quadratic, so the error is then that of rounding. The product's own iterations end at the same step.
+#: quadratic, so the error is then that of rounding. The product's forward solution ends at the same step.
 SMALL_STEP: Final = 1e-9
 #: Where an iterate has left every machine, mm over the rod: it will not come back.
 LOST: Final = 1e6
