@@ -13,19 +13,24 @@ Array = NDArray[np.float64]
 
 def row_max(table: Array) -> Array:
     """Largest value of each row."""
-    return np.asarray(reduce(np.maximum, table.T))
+    return _reduced(np.maximum, table)
 
 
 def row_min(table: Array) -> Array:
     """Smallest value of each row."""
-    return np.asarray(reduce(np.minimum, table.T))
+    return _reduced(np.minimum, table)
 
 
 def row_sum(table: Array) -> Array:
     """Sum of each row."""
-    return np.asarray(reduce(np.add, table.T))
+    return _reduced(np.add, table)
 
 
 def row_norm(table: Array) -> Array:
     """Euclidean length of each row."""
     return np.sqrt(row_sum(table * table))
+
+
+def _reduced(pair: np.ufunc, table: Array) -> Array:
+    first, *others = table.T
+    return np.asarray(reduce(pair, others, first.copy()))
