@@ -324,6 +324,19 @@ def test_out_of_reach_in_the_middle_of_a_motion(machine_with):
     assert [(item.code, item.line, item.count) for item in findings if item.code == "VP110"] == [("VP110", 3, 1)]
 
 
+def test_the_first_pose_out_of_reach_says_why(machine_with):
+    """Deeper in the unreachable the reason is another one."""
+    machine = machine_with({})
+    motion = Line((0, 0, 190, 0, 0), (-562.011, 562.565, 148.472, 0, 0))
+    poses = motion.poses(np.linspace(0.0, 1.0, 2001))
+    tip, angles = poses[:, :3], np.radians(poses[:, 3:])
+    out = ~machine.five_axis.solve(tip, angles, TOOL)[3]
+    why = machine.five_axis.why_not(tip[out], angles[out], TOOL)
+    assert (why[0], why[-1]) == ("VP201", "VP110")
+    codes = [item.code for item in judged(program_of(motion), machine)[1]]
+    assert ("VP201" in codes, "VP110" in codes) == (True, False)
+
+
 # --- merging --------------------------------------------------------------------------------------
 
 

@@ -70,6 +70,7 @@ def test_tiny_segments_do_not_look_curved() -> None:
     ("run", "said"),
     [
         (Curve(5.0, lambda s: [np.where(s > 2, np.nan, s)]), "not finite at s = 2"),
+        (Curve(100.0, lambda s: [np.where(s > 25, np.nan, s)]), "not finite at s = 25.9"),  # the first of several spans
         (Curve(5.0, lambda s: [s], feed=0.0), "allows no speed"),
         (Curve(np.nan, lambda s: [s]), "finite length"),
         (Curve(0.0, lambda s: [s]), "finite length"),

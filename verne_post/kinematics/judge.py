@@ -285,9 +285,9 @@ def _judge_table(joints: JointPath, piece: Ints, solved: Solved, depth: Ints, ha
 
 
 def _note_unreachable(joints: JointPath, piece: Ints, u: Array, solved: Solved, unreachable: dict[int, str]) -> None:
-    bad = np.flatnonzero(~solved.ok)
-    owner = np.tile(piece, len(u))[bad]
-    new, first = np.unique(owner, return_index=True)
+    span, sample = np.nonzero(~solved.ok.reshape(u.shape).T)
+    bad = sample * len(piece) + span
+    new, first = np.unique(piece[span], return_index=True)  # the first one along the way says why
     fresh = [k for k, p in enumerate(new) if int(p) not in unreachable]
     if not fresh:
         return

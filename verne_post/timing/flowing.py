@@ -474,7 +474,7 @@ def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
 
 
 def largest(scores: Array, count: int) -> NDArray[np.int64]:
-    """Rows (count, points) in which the largest of scores (m, points) stand, the largest first.
+    """Rows (count, points) in which the largest of finite scores (m, points) stand, the largest first.
 
     Every score carries the number of its row in its last bits, so that ordering the scores orders the rows: scores that are
     equal but for these bits are as good as equal.

@@ -141,7 +141,7 @@ def joints_at(run: Run, s: Array) -> Array:
     """
     q = np.asarray(run.q(s), dtype=float)
     if not np.isfinite(q).all():
-        bad = s[np.argmin(np.isfinite(q).all(axis=1))]
+        bad = s[~np.isfinite(q).all(axis=1)].min()
         raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the run")
     return q
 
