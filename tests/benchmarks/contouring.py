@@ -42,7 +42,7 @@ from verne_post.timing.plan import ContourRun, Planning, plan_contour
 from verne_post.timing.run_path import grid_along
 
 Array = NDArray[np.float64]
-Measured = TypeVar("Measured")
+Answer = TypeVar("Answer")
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The third-order reference is planned for programs of at most so much motion, s.
@@ -141,27 +141,28 @@ def sample(name: str) -> bytes:
 # --- measuring -------------------------------------------------------------------------------------
 
 
-def converted(part: Part, machine: Machine) -> tuple[str, Summary, float]:
-    """The written file, its summary, and the CPU seconds from text to verified CSV."""
+def converted(part: Part, machine: Machine) -> tuple[str, Summary]:
+    """From text to verified CSV: the written file, and its summary."""
     out = io.StringIO()
     out.write(csv_header(machine.columns))
 
     def sink(block: SetpointBlock) -> None:
         out.write(csv_rows(block))
 
-    begin = time.process_time()
     result = convert(part.source, machine, part.options, sink)
-    spent = time.process_time() - begin
     assert result.ok and result.summary is not None, f"{part.name}: {result.findings}"
-    return out.getvalue(), result.summary, spent
+    return out.getvalue(), result.summary
 
 
-def repeated(measure: Callable[[], Measured]) -> Iterator[Measured]:
-    """What is measured again and again."""
-    begin, done = time.process_time(), 0
-    while done < REPEATS or time.process_time() - begin < REPEATS_S:
-        yield measure()
-        done += 1
+def least(call: Callable[[], Answer]) -> tuple[float, Answer]:
+    """Least CPU seconds of a call that is made again and again, and what it returns."""
+    begin = time.process_time()
+    spent: list[float] = []
+    while len(spent) < REPEATS or time.process_time() - begin < REPEATS_S:
+        start = time.process_time()
+        answer = call()
+        spent.append(time.process_time() - start)
+    return min(spent), answer
 
 
 def programmed_feeds(source: bytes) -> dict[int, float]:
@@ -245,15 +246,13 @@ def law_cost(plan: Plan) -> float:
     """CPU of the time laws, microseconds for one millisecond of motion."""
     program = plan.program
     bounds, _findings = judge_program(program)
-
-    def spent() -> float:
-        begin = time.process_time()
-        plan_contour(
-            program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits, Planning(program.cycle)
+    spent, _law = least(
+        partial(
+            plan_contour, program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits,
+            Planning(program.cycle),
         )
-        return time.process_time() - begin
-
-    return 1e3 * min(repeated(spent)) / moving_time(plan)
+    )  # fmt: skip
+    return 1e3 * spent / moving_time(plan)
 
 
 # --- tables ----------------------------------------------------------------------------------------
@@ -278,7 +277,7 @@ def contour_tables(machine: Machine) -> tuple[str, str]:
     converted(Part("start-up", zigzag(90, moves=3), Options(tool_length=50.0)), machine)
     for part in parts():
         print(f"... {part.name}", file=sys.stderr)
-        text, summary, cpu = min(repeated(partial(converted, part, machine)), key=lambda found: found[2])
+        cpu, (text, summary) = least(partial(converted, part, machine))
         verdict = summary.verification
         assert verdict is not None
         velocity, acceleration, jerk, feed = ratios(text, part, machine)
@@ -325,16 +324,9 @@ def toppra_table(machine: Machine) -> str:
         grid, limits = grid_along(run), machine.limits
         if len(grid.s) > TOPPRA_POINTS:
             continue
-
-        def timed(solve: Callable[[], Array]) -> tuple[float, Array]:
-            begin = time.process_time()
-            x = solve()
-            return time.process_time() - begin, x
-
-        ours, x = min(repeated(partial(timed, partial(scan.solve, grid, limits))), key=lambda found: found[0])
+        ours, x = least(partial(scan.solve, grid, limits))
         try:
-            toppra = partial(timed, partial(toppra_backend.solve, grid, limits))
-            theirs, other = min(repeated(toppra), key=lambda found: found[0])
+            theirs, other = least(partial(toppra_backend.solve, grid, limits))
         except RuntimeError as error:
             rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", "-", "-", str(error)])
             continue

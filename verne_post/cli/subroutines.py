@@ -38,11 +38,11 @@ def gather(source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, by
     click.UsageError
         For a path that leaves the folder, or does not exist.
     """
+    from verne_post.gcode.scan import whole_lines
+
     root = folder.resolve()
     places = _places(folder, root, paths)
     found: dict[str, bytes] = {}
-    from verne_post.gcode.scan import whole_lines
-
     if not any(_CALLS.search(text) for text in whole_lines(source)):
         return found
     known = _files(root, places)

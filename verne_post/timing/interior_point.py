@@ -237,10 +237,10 @@ class _Iteration:
         jerk = push[self.j]
         pull = np.empty((3, self.points))
         acc = push[self.a]
-        np.multiply(root_slope, -self.weight, out=pull[0])
+        pull[0] = -self.weight * root_slope
         pull[0] += push[1] - push[0] - _dot(acc, self.acc[0]) - _dot(jerk, self._j_gradient)
-        np.negative(_dot(acc, self.acc[1]) + _dot(jerk, self.jerk[1]), out=pull[1])
-        np.negative(_dot(jerk, self.jerk[2]), out=pull[2])
+        pull[1] = -_dot(acc, self.acc[1]) - _dot(jerk, self.jerk[1])
+        pull[2] = -_dot(jerk, self.jerk[2])
         rhs = self.gathered(pull)
         rhs[self.held] = 0.0
         change, _info = _PBTRS(factor, rhs, lower=1)

@@ -114,7 +114,7 @@ def grid_along(run: Run, first: int = 0, last: int | None = None) -> Grid:
     order = np.argsort(np.concatenate(lows), kind="stable")
     low, width = (np.concatenate(column)[order] for column in (lows, widths))
     kept = KEPT if len(low) > MANY_SPANS else list(range(spans.NODES))
-    noise = ROUNDING * max(float(np.abs(q).max(initial=0.0)) for q in samples)
+    noise = ROUNDING * max(float(np.abs(some).max(initial=0.0)) for some in samples)
     derived = [_derivatives(some, wide, kept, noise) for some, wide in zip(samples, widths, strict=True)]
     d1, d2, d3 = (
         np.concatenate(part).take(order, axis=0).reshape(len(order) * len(kept), -1)
@@ -171,7 +171,7 @@ def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[
     return found
 
 
-def _deriving() -> list[Array]:
+def _derivative_matrices() -> list[Array]:
     """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
     monomials = np.linalg.inv(np.vander(spans.SAMPLES, spans.NODES, increasing=True))
     found = []
@@ -181,5 +181,5 @@ def _deriving() -> list[Array]:
     return found
 
 
-_DERIVE: Final = _deriving()
+_DERIVE: Final = _derivative_matrices()
 _NOISE_GAIN: Final = [float(np.abs(matrix).sum(axis=1).max()) for matrix in _DERIVE]

@@ -6,6 +6,7 @@ Every row and every point that is planned or judged comes through here, a few th
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.rows import row_sum
 from verne_post.model.contour import Contour
 from verne_post.toolpath.corners import displacement, displacement_slope
 from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinates
@@ -75,10 +76,10 @@ def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
         slope[curved] = bernstein_slope(contour.controls[curve[curved]], at[curved])
         slope[curved] *= ((contour.high[on] - contour.low[on]) / contour.length[on])[:, None]
     slope *= slope
-    of_tip = slope[:, 0] + slope[:, 1] + slope[:, 2]
+    square = row_sum(slope[:, :3])
     by_tip = feeds.by_tip.take(own)
     if not by_tip.all():
-        of_tip = np.where(by_tip, of_tip, slope[:, 3] + slope[:, 4])
+        square = np.where(by_tip, square, row_sum(slope[:, 3:]))
     with np.errstate(divide="ignore"):
-        cap[some] = rate[some] / np.sqrt(of_tip)
+        cap[some] = rate[some] / np.sqrt(square)
     return cap

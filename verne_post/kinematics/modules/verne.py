@@ -114,6 +114,7 @@ class VerneModule:
         shape = np.shape(gauge)[:-1]
         return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
 
+    @np.errstate(invalid="ignore")  # what has no solution is NaN on the way
     def _solve(
         self, x: Array, y0: Array, yc: Array, ys: Array, z0: Array, zc: Array, zs: Array
     ) -> tuple[Array, Array, Mask]:
@@ -124,25 +125,24 @@ class VerneModule:
         for first in range(0, n, CHUNK):
             part = slice(first, first + CHUNK)
             x_leg1 = x[part] + self.leg1_x_offset
-            with np.errstate(invalid="ignore"):
-                s, good = self._lean(x_leg1, y0[part], yc[part], ys[part])
-                a = np.arcsin(s)
-                if not good.all():
-                    a[~good] = np.nan
-                    given = np.isfinite(x_leg1) & np.isfinite(y0[part]) & np.isfinite(yc[part]) & np.isfinite(ys[part])
-                    bad = np.flatnonzero(~good & given)
-                    a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
-                    s = np.sin(a)
-                c = np.sqrt(1.0 - s * s)  # the lean is less than a quarter turn
+            s, good = self._lean(x_leg1, y0[part], yc[part], ys[part])
+            a = np.arcsin(s)
+            if not good.all():
+                a[~good] = np.nan
+                given = np.isfinite(x_leg1) & np.isfinite(y0[part]) & np.isfinite(yc[part]) & np.isfinite(ys[part])
+                bad = np.flatnonzero(~good & given)
+                a[bad] = self._bracketed(x_leg1[bad], y0[part][bad], yc[part][bad], ys[part][bad])
+                s = np.sin(a)
+            c = np.sqrt(1.0 - s * s)  # the lean is less than a quarter turn
+            y = y0[part] + yc[part] * c + ys[part] * s
+            radicands = self._radicands(x[part], y, c)
+            if self._prefer_closed_legs(a, radicands, x[part], y0[part], yc[part], ys[part]):
+                c, s = np.cos(a), np.sin(a)
                 y = y0[part] + yc[part] * c + ys[part] * s
                 radicands = self._radicands(x[part], y, c)
-                if self._prefer_closed_legs(a, radicands, x[part], y0[part], yc[part], ys[part]):
-                    c, s = np.cos(a), np.sin(a)
-                    y = y0[part] + yc[part] * c + ys[part] * s
-                    radicands = self._radicands(x[part], y, c)
-                z = z0[part] + zc[part] * c + zs[part] * s
-                self._refuse_unclosed(radicands, a, y)
-                drop = np.sqrt(radicands)
+            z = z0[part] + zc[part] * c + zs[part] * s
+            self._refuse_unclosed(radicands, a, y)
+            drop = np.sqrt(radicands)
             rho[part, 0] = z - drop[0]
             rho[part, 1] = z - self.R2 * s - drop[1]
             rho[part, 2] = z + self.R2 * s - drop[2]
@@ -156,15 +156,14 @@ class VerneModule:
         return rho, alpha, ok
 
     def _refuse_unclosed(self, radicands: Array, alpha: Array, y: Array) -> None:
-        """Where leg I is all but horizontal two leans merge and Newton may stop short of them: NaN where (14) fails.
+        """Where leg I is all but horizontal two leans merge and the iteration may stop short of them: NaN where (14) fails.
 
         Changes ``alpha`` and leg I's radicand in place.
         """
-        with np.errstate(invalid="ignore"):
-            flat = np.flatnonzero(radicands[0] < (FLAT_LEG * self.L1) ** 2)
-            c, s = np.cos(alpha[flat]), np.sin(alpha[flat])
-            miss = y[flat] * (self.R1 * c - self.r1) + self.R1 * s * np.sqrt(radicands[0, flat])
-            open_ = flat[~(np.abs(miss) < 0.5 * ROD_RESIDUAL_MM2 * max(self.L1 / 850.0, 1.0) ** 2)]
+        flat = np.flatnonzero(radicands[0] < (FLAT_LEG * self.L1) ** 2)
+        c, s = np.cos(alpha[flat]), np.sin(alpha[flat])
+        miss = y[flat] * (self.R1 * c - self.r1) + self.R1 * s * np.sqrt(radicands[0, flat])
+        open_ = flat[~(np.abs(miss) < 0.5 * ROD_RESIDUAL_MM2 * max(self.L1 / 850.0, 1.0) ** 2)]
         alpha[open_] = radicands[0, open_] = np.nan
 
     def _radicands(self, x: Array, y: Array, cos_alpha: Array) -> Array:
@@ -186,7 +185,7 @@ class VerneModule:
         """
         R1, r1 = self.R1, self.r1
         const = self.L1**2 - R1**2 - r1**2 - x_leg1**2
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             y = y0 + yc
             root = np.sqrt(const + 2 * R1 * r1 - y * y)
             f, df = y * (R1 - r1), ys * (R1 - r1) + R1 * root
@@ -216,7 +215,7 @@ class VerneModule:
         return s, good
 
     def _bracketed(self, x_leg1: Array, y0: Array, yc: Array, ys: Array) -> Array:
-        """Rows where Newton failed: every real root of the squared equation, by bracket or closed form."""
+        """Rows where the iteration failed: every real root of the squared equation, by bracket or closed form."""
         lo = np.full_like(x_leg1, -self.crossing_angle)
         hi = -lo
         for _ in range(BRACKET_STEPS):
@@ -227,8 +226,7 @@ class VerneModule:
             lo = np.where(above, lo, mid)
         a = 0.5 * (lo + hi)
         _f, radicand = self._loop(a, x_leg1, y0, yc, ys)
-        with np.errstate(invalid="ignore"):
-            lost = ~(radicand > 0)
+        lost = ~(radicand > 0)
         a[lost] = np.nan
         for row in np.flatnonzero(lost):
             inside = self._working(x_leg1[row], y0[row], yc[row], ys[row])
@@ -242,9 +240,8 @@ class VerneModule:
         Close to leg I's serial singularity (14) has two working roots. Changes ``a`` in place; True where it did.
         """
         changed = False
-        with np.errstate(invalid="ignore"):
-            # leg I has a second lean only where its drop is small; 0.25 L1 is generous
-            open_ = np.isfinite(a) & ~(radicands > 0).all(axis=0) & (radicands[0] < (0.25 * self.L1) ** 2)
+        # leg I has a second lean only where its drop is small; 0.25 L1 is generous
+        open_ = np.isfinite(a) & ~(radicands > 0).all(axis=0) & (radicands[0] < (0.25 * self.L1) ** 2)
         for row in np.flatnonzero(open_):
             others = self._working(float(x[row] + self.leg1_x_offset), float(y0[row]), float(yc[row]), float(ys[row]))
             y = y0[row] + yc[row] * np.cos(others) + ys[row] * np.sin(others)
