@@ -16,7 +16,7 @@ from verne_post.base import columns, long_text
 from verne_post.cli import common
 from verne_post.gcode import scan, state
 from verne_post.model.options import Tool
-from verne_post.timing import flowing, mending
+from verne_post.timing import first_law, flowing, mending
 from verne_post.toolpath import fairing
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
@@ -113,7 +113,7 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
     monkeypatch.setattr(scan, "CHUNK_BYTES", 1 << 16)
-    monkeypatch.setattr(flowing, "SECTION", 1024)
+    monkeypatch.setattr(first_law, "SECTION", 1024)
     monkeypatch.setattr(mending, "CHUNK_ROWS", 1024)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
     *passes, last, switching = (

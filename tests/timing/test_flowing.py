@@ -7,7 +7,8 @@ import pytest
 
 from verne_post.timing import flowing, mending
 from verne_post.timing.exact_stop import duration
-from verne_post.timing.flowing import NORMAL, QUALITY, first_law, flowing_law, retimed
+from verne_post.timing.first_law import first_law
+from verne_post.timing.flowing import NORMAL, QUALITY, flowing_law, retimed
 from verne_post.timing.interior_point import X_MIN, Found, Problem
 from verne_post.timing.run_path import grid_along
 from verne_post.timing.scan import duration as law_duration

@@ -1,11 +1,10 @@
 """Time laws of runs that flow: near the time optimum, inside every limit on the differences of the rows.
 
-A first law comes from the second-order scan, smoothed. It need not be legal: the interior point method
+A first law (:mod:`first_law`) comes from the second-order scan. It need not be legal: the interior point method
 re-times it in a few passes, coarse to fine, each on the law of the pass before. Only s(t) changes, so the tool
 stays on the path whatever happens here. Rows that are still beyond a limit are mended one stretch at a time.
 """
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -15,39 +14,22 @@ from numpy.typing import NDArray
 from verne_post.base.columns import Growing, give_up
 from verne_post.model.machine import Limits
 from verne_post.timing import scan
+from verne_post.timing.first_law import Solver, first_law
 from verne_post.timing.interior_point import X_MIN, Problem, solve
 from verne_post.timing.mending import FAR, at_rest, beyond, excess, legal_rows, mended
 from verne_post.timing.playback import Playback
-from verne_post.timing.run_path import Grid, Run, grid_along, joints_at
+from verne_post.timing.run_path import Run, joints_at
 from verne_post.timing.spline_law import Law, Times, positions
 
 Array = NDArray[np.float64]
 
 #: The finest time scale of the law; a longer control cycle takes its place.
 UNIT_S: Final = 1e-3
-#: Short runs have a finer scale. A run of so many units, more than it takes without jerk limits by so many, counts as
-#: long; the scale is no finer than this share.
-LONG_RUN: Final = 200
-SHORT_RUN: Final = 20
-FINEST: Final = 0.25
 #: Differences of shorter cycles are taken over this many units: they see the same law.
 SHORTEST_DIFFERENCE: Final = 0.125
-#: Spacing of the first law's samples, in units, and how many of them are averaged.
-START_STEP: Final = 4
-START_SMOOTH: Final = 10
 #: A window that is re-timed to take so many times as long has lost its way: the problem is not convex. A first law at a high
 #: feed has to be slowed down by half at sharp corners; a solution that all but stands takes up to a hundred times as long.
 CRAWLING: Final = 5.0
-#: Speeds below this (mm/s) are crossed at it where the first law is sampled.
-SLOWEST: Final = 1e-12
-#: The first law is made over so many segments at a time, with a look-ahead over so many more. A look-ahead that is
-#: shorter than the way to stop costs the first law some speed, which the passes give back.
-SECTION: Final = 16384
-LOOK_AHEAD: Final = 2048
-#: The first law may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
-START_EXCESS: Final = 4.0
-#: It is slowed down by this factor: knots are even in its time, and the slow spots of the law need many.
-START_SLOWER: Final = 1.5
 #: A virtual joint with Q' = 1 keeps X from jumping where the real joints rest: its acceleration and jerk
 #: limits, times the unit and its square. X changes by its own size in no less than some 20 units.
 VIRTUAL_ACCELERATION: Final = 0.3
@@ -166,10 +148,6 @@ QUALITY: Final = Effort(
 )
 
 
-#: Solvers of the second-order problem: grid, limits, and the x to start with; see ``scan.solve``.
-Solver = Callable[..., Array]
-
-
 @dataclass(frozen=True, eq=False)
 class FlowingLaw:
     """The law of one run.
@@ -241,16 +219,6 @@ def flowing_law(
     return FlowingLaw(legal_rows(run, rows, limits, cycle, unit), bound)
 
 
-def second_order_bound(run: Run, limits: Limits, solver: Solver) -> float:
-    """Time of the second-order optimum of a run, s."""
-    bound, x_end = 0.0, 0.0
-    for first, last, seen in _sections(run):
-        grid = grid_along(run, first, seen)
-        s, x = _kept(run, grid, solver(grid, limits, start=x_end), last)
-        bound, x_end = bound + scan.duration(s, x), float(x[-1])
-    return bound
-
-
 def law_of(law: Law, times: Times, unit: float) -> Law:
     """A law that has been re-timed, as a law of its own."""
     count = int(np.ceil(times.total / unit)) + 1
@@ -258,77 +226,6 @@ def law_of(law: Law, times: Times, unit: float) -> Law:
     for part in positions(law, times, count, lambda number: np.minimum(unit * number, times.total)):
         samples.extend(part)
     return Law.through_samples(samples.column(), unit)
-
-
-def first_law(run: Run, limits: Limits, unit: float, solver: Solver) -> tuple[Law, float, float]:
-    """The scan's law sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
-
-    The run is scanned section by section, each with a look-ahead that ends at rest. Where even motion would take far more
-    than the jerk allowed, the law is cut off to that speed; how it gets there is left to the passes.
-    """
-    smooth = _Smooth(START_SMOOTH)
-    smooth.add(np.zeros(START_SMOOTH))
-    t_end, bound, x_end = 0.0, 0.0, 0.0
-    for first, last, seen in _sections(run):
-        grid = grid_along(run, first, seen)
-        x = solver(grid, limits, start=x_end)
-        s, fastest = _kept(run, grid, x, last)
-        bound, x_end = bound + scan.duration(s, fastest), float(fastest[-1])
-        s, x = _kept(run, grid, np.minimum(x, START_EXCESS * scan.jerk_caps(grid, limits)), last)
-        x = x / START_SLOWER**2
-        if not first:
-            unit *= min(max((scan.duration(s, x) / unit + SHORT_RUN) / LONG_RUN, FINEST), 1.0)
-        part, t_end = _sampled(s, x, START_STEP * unit, t_end)
-        smooth.add(part)
-    smooth.add(np.full(START_SMOOTH, run.length))
-    smooth.averages.extend(np.array([max(smooth.largest, run.length)]))
-    return Law.of_samples(smooth.averages.column(), START_STEP * unit), unit, bound
-
-
-class _Smooth:
-    """Averages of each so many neighbouring samples, which are added part by part; they never fall."""
-
-    def __init__(self, count: int) -> None:
-        self.kernel, self.last, self.largest = np.full(count, 1.0 / count), np.empty(0), 0.0
-        self.averages = Growing(float)
-
-    def add(self, samples: Array) -> None:
-        known = np.concatenate([self.last, samples])
-        if len(known) >= len(self.kernel):
-            averages = np.append(self.largest, np.convolve(known, self.kernel, mode="valid"))
-            averages = np.maximum.accumulate(averages)[1:]
-            self.averages.extend(averages)
-            self.largest = float(averages[-1])
-        self.last = known[-len(self.kernel) + 1 :]
-
-
-def _sections(run: Run) -> Iterator[tuple[int, int, int]]:
-    """First and last segment of every section, and the end of what it looks ahead to; the latter two excluded."""
-    segments = len(run.breaks) - 1
-    for first in range(0, segments, SECTION):
-        give_up()
-        last = min(first + SECTION, segments)
-        yield first, last, min(last + LOOK_AHEAD, segments)
-
-
-def _kept(run: Run, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
-    """Grid points s and x = sd^2 of a law, without what it does beyond segment ``last``, where it looks ahead."""
-    end = float(run.breaks[last])
-    kept = grid.s < end
-    # even acceleration between grid points: x is linear in s
-    return np.append(grid.s[kept], end), np.append(x[kept], np.interp(end, grid.s, x))
-
-
-def _sampled(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
-    """Positions at the multiples of ``step`` in a law that begins at time ``begin``, and when it ends."""
-    speed = np.sqrt(x)
-    dt = 2 * np.diff(s) / np.maximum(speed[:-1] + speed[1:], SLOWEST)
-    t = begin + np.append(0.0, np.cumsum(dt))
-    at = step * np.arange(np.ceil(begin / step), np.ceil(t[-1] / step))
-    interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(dt) - 1)
-    tau = np.minimum(at - t[interval], dt[interval])
-    acceleration = (speed[interval + 1] - speed[interval]) / np.maximum(dt[interval], np.finfo(float).tiny)
-    return np.clip(s[interval] + speed[interval] * tau + 0.5 * acceleration * tau**2, s[0], s[-1]), float(t[-1])
 
 
 # --- one pass ------------------------------------------------------------------------------------

@@ -162,6 +162,7 @@ def plan_contour(
             continue
         # scipy, and toppra even more so, are only imported where they are needed
         from verne_post.timing import flowing as flow
+        from verne_post.timing.first_law import second_order_bound
 
         run_path = ContourRun(joints, int(begins[run]), int(begins[run + 1]))
         try:
@@ -169,7 +170,7 @@ def plan_contour(
             law = flow.flowing_law(run_path, limits, cycle, effort, _solver(planning.solver), played, begin_s)
             flow_bound += law.bound
             if planning.solver == "both":
-                other_bound += flow.second_order_bound(run_path, limits, _solver("toppra"))
+                other_bound += second_order_bound(run_path, limits, _solver("toppra"))
         except (ValueError, RuntimeError) as error:
             line = int(contour.line(begins[run : run + 1])[0])
             text = f"no time law found for the motion that begins in line {line}: {error}"
