@@ -239,11 +239,11 @@ def test_an_inode_that_was_given_up_is_nobodys(tmp_path: Path) -> None:
     os.link(old, other)
     files = RunFiles()
     files.claims(old, "-o")
-    with pytest.raises(FileError, match="--meta .*: this is the file of -o"):
+    with pytest.raises(FileError, match=r"--meta .*: this is the file of -o"):
         files.claims(other, "--meta")
     files.write(old, "-o", ["new"])
     files.claims(other, "--meta")
-    with pytest.raises(FileError, match="--events .*: this is the file of -o"):
+    with pytest.raises(FileError, match=r"--events .*: this is the file of -o"):
         files.claims(tmp_path / "sub" / ".." / "old", "--events")
 
 
@@ -254,5 +254,5 @@ def test_the_order_in_which_files_are_named_does_not_matter(tmp_path: Path, firs
     one, two = calls if first == "reads" else calls[::-1]
     one()
     one()
-    with pytest.raises(FileError, match="-o .*: this is the file of INPUT"):
+    with pytest.raises(FileError, match=r"-o .*: this is the file of INPUT"):
         two()
