@@ -19,6 +19,7 @@ import pytest
 from hypothesis import settings
 
 import verne_post
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
 from verne_post.pipeline import Program, read_program
 
@@ -76,7 +77,7 @@ def laid_out(machine: verne_post.Machine, sample_words: Callable[[str], list[str
                     given["tool_table"] = Path(value)
                 case _:
                     raise AssertionError(f"{name}: {option} is new here")
-        return read_program((SAMPLES / name).read_bytes(), machine, build_options(name, **given, **more))
+        return read_program((SAMPLES / name).read_bytes(), machine, build_options(RunFiles(), name, **given, **more))
 
     return program
 

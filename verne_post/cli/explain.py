@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from verne_post.cli.common import load, program_text, refuse
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options, program_options, way_options
 
 
@@ -40,9 +41,10 @@ def command(what: str, machine_name: str, **given: Any) -> int:
     from verne_post.pipeline import modal_state, read_program
 
     line, paths = int(number), given.pop("subroutine_path")
+    files = RunFiles()
     try:
-        source, options = program_text(name, build_options(name, **{**given, "smoothing": "off"}), paths)
-        program = read_program(source, load(machine_name), options)
+        source, options = program_text(files, name, build_options(files, name, **{**given, "smoothing": "off"}), paths)
+        program = read_program(source, load(files, machine_name), options)
     except InputError as error:
         return refuse(name, error)
     joints = of_line(program.joints(), line)
