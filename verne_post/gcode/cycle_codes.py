@@ -6,7 +6,7 @@ from verne_post.base.tolerances import DRILL_TILT
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
-from verne_post.gcode.frame_codes import MAX_DWELL_S, whole
+from verne_post.gcode.frame_codes import MAX_DWELL_S, polar_end, whole
 from verne_post.gcode.motion_codes import MotionCodes
 from verne_post.gcode.state import Cycle
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
@@ -153,14 +153,23 @@ class CycleCodes(MotionCodes):
             axis: position[axis] if value is None or not state.absolute else value for axis, value in step.items()
         }
         for _hole in range(repeats):
-            for axis, value in step.items():
-                if value is not None and not state.absolute:
-                    target[axis] += value
+            if block.polar and not state.absolute:  # on from where the last hole is
+                target = dict(zip((u, v), self._polar_place(block), strict=True))
+            else:
+                for axis, value in step.items():
+                    if value is not None and not state.absolute:
+                        target[axis] += value
             self._go(block, MoveKind.RAPID, {**target, w: above})
             if above != cycle.clear:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
             self._hole(block, motion, cycle, retract)
             above = retract
+
+    def _polar_place(self, block: Block) -> list[float]:
+        """Where the polar words of a block lead in G91 from the present place, mm."""
+        unit = self._length(1.0)
+        x, y = self.state.position[:2]
+        return [unit * value for value in polar_end(block, x / unit, y / unit, absolute=False)]
 
     def _hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
         w = PLANES[self.state.plane][2]

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER
+from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
@@ -35,6 +35,20 @@ def whole(block: Block, letter: str) -> int:
     if number < 0:
         raise BlockError("VP007", f"{letter}{value:g} must not be negative", block.columns[letter])
     return number
+
+
+def polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple[float, float]:
+    """Where the polar words of a block lead from a place, all in the unit of the program."""
+    distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+    if distance < ZERO_LENGTH_MM and (not absolute or "^" not in block.polar):
+        raise BlockError(
+            "VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", block.columns["X"]
+        )
+    if absolute:
+        distance, angle = block.polar.get("@", distance), block.polar.get("^", angle)
+    else:
+        distance, angle = distance + block.polar.get("@", 0.0), angle + block.polar.get("^", 0.0)
+    return distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
 
 
 class FrameCodes:
