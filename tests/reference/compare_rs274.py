@@ -85,8 +85,12 @@ def _event(steps: Steps, messages: list[str], kind: str, data: dict[str, object]
         steps.switches.update({name: bool(data[name]) for name in SWITCHES})
     elif kind == "signal":
         steps.add("signal", data["output"], data["synchronised"], data.get("on", data.get("value")))
-    elif kind in ("tool", "tool number", "orient", "stop", "spindle"):
+    elif kind == "spindle":
+        steps.spindle = (str(data["direction"]), float(data["speed"])) if data["direction"] != "stop" else ("stop", 0.0)
+    elif kind in ("tool", "tool number", "orient", "stop"):
+        steps.spindle = ("stop", 0.0) if kind == "tool" else steps.spindle
         steps.add(kind, *data.values())
+        steps.spindle = ("stop", 0.0) if kind == "orient" else steps.spindle
 
 
 def _without_rest(steps: list[tuple], ignored: tuple[str, ...]) -> list[tuple]:
@@ -169,6 +173,13 @@ def reduced(program: str, server: Server) -> str:
         return "--max-repeats" not in here.error and bool(silent(text, here, server.answer(text)))
 
     lines = program.splitlines()
+    for label in re.findall(r"^(o\d+) ", program, re.M):  # loops and branches, with and without what is in them
+        places = [at for at, line in enumerate(lines) if line.startswith(label + " ")]
+        for left_out in (range(places[0], places[-1] + 1), places) if places else ():
+            fewer = [line for at, line in enumerate(lines) if at not in left_out]
+            if differs(fewer):
+                lines = fewer
+                break
     size = max(len(lines) // 2, 1)
     while size:
         at = 0
@@ -209,14 +220,14 @@ def _portion(work: tuple[list[tuple[str, int]], int]) -> list[tuple[str, str, st
             program = generated(kind, seed)
             here, theirs = ours(program), server.answer(program)
             found = silent(program, here, theirs)
-            text = ""
+            text = "" if found else here.error or theirs.error
             if found and most > 0:
                 most -= 1
                 program = reduced(program, server)
                 found = silent(program, ours(program), server.answer(program))
                 text = f"--- {kind} {seed}\n{program}" + "".join(f"    {line}\n" for line in found)
             verdict = _verdict(here, theirs, found)
-            answers.append((kind, verdict, text or (here.error if verdict == "refused here only" else theirs.error)))
+            answers.append((kind, verdict, text))
     return answers
 
 
@@ -230,8 +241,8 @@ def _compare_generated(kinds: list[str], n: int, seed: int, shown: int) -> int:
         for portion in pool.map(_portion, portions):
             for kind, verdict, text in portion:
                 verdicts[kind][verdict] += 1
-                if verdict == "differ in silence" and text:
-                    print(text)
+                if verdict == "differ in silence":
+                    print(text, end="")
                 elif verdict.endswith("only"):
                     errors[f"{verdict}: {_NUMBERS.sub('#', text)}"] += 1
     for kind, counts in verdicts.items():

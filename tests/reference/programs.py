@@ -137,7 +137,7 @@ def polar(rng: random.Random) -> list[str]:
     for _ in range(rng.randint(2, 7)):
         words = {"@": f"@{rng.choice([rng.randint(1, 30), '[10/4]', '#1', -3])}", "^": f"^{rng.choice([rng.randint(-180, 180), '[360/12]', '90', '.5'])}"}
         place = " ".join(words[letter] for letter in rng.choice(["@", "^", "@^", "@^", "^@"]))
-        cycle = f"{rng.choice(['G81', 'G82 P1', 'G83 Q1', 'G73 Q2', 'G85', 'G89 P0', 'G86 P0'])} {place} Z-{rng.randint(1, 4)} R{rng.randint(1, 4)}"
+        cycle = f"{rng.choice(['G81', 'G82 P1', 'G83 Q1', 'G73 Q2', 'G85', 'G89 P0', 'G86 P0'])} {place} Z-{rng.randint(1, 4)} R2"
         lines.append(rng.choice([
             "G90", "G91", rng.choice(["G20", "G21"]), f"G0 {place}", f"G1 {place} Z{rng.randint(-3, 3)}", place, f"{place} A{rng.randint(0, 90)}",
             f"{rng.choice(['G2', 'G3'])} {place} R{rng.randint(20, 60)}", f"{rng.choice(['G90', 'G91'])} {cycle} L{rng.randint(1, 4)}", cycle,
@@ -196,7 +196,7 @@ def calls(rng: random.Random) -> list[str]:
         return _comment(rng)
 
     def value() -> str:
-        return f"[{rng.choice([str(rng.randint(0, 9)), '#1', '#2+1', '#<_value>'])}]"
+        return f"[{rng.choice([str(rng.randint(0, 9)), '#1', '#2+1', '-#3'])}]"
 
     last = rng.choice(["", "; end", ";[5]"])
     body = [f"{c()}G0 X#1 {c()} Y#2 Z#3", f"o2 if {c()}[#1 GT {rng.randint(0, 5)}]{c()}", rng.choice([f"o1 return {value()}{c()}", f"o1 return{c()}", f"G0 A{rng.randint(1, 9)}"]),
@@ -245,24 +245,31 @@ def radius_arcs(rng: random.Random) -> list[str]:
 
 
 def nesting(rng: random.Random) -> list[str]:
-    """O words in each other, each with its own counter, some left early. Inner loops are left by their condition alone."""
+    """O words in each other, each with its own counter.
+
+    Only outermost loops are left early, do by break and while by continue: docs/gcode.md says why.
+    """
     labels = iter(range(1, 1000))
 
-    def body(depth: int, loop: int) -> list[str]:
+    def body(depth: int, loop: str) -> list[str]:
         lines: list[str] = []
         for _ in range(rng.randint(1, 3)):
             lines += block(depth, loop)
         return lines
 
-    def block(depth: int, loop: int) -> list[str]:
+    def block(depth: int, loop: str) -> list[str]:
         n = next(labels)
         if depth > 3 or rng.random() < 0.3:
             return rng.choice([[f"#2=[#2+{n}]", "G0 X#2"], ["(DEBUG,#1 #2 #3)"], [f"#3=[#3+{n}] G0 Y#3"], [f"o90 call [{n}]"]])
         kind = rng.choice(["if", "else", "elseif", "while", "do", "repeat", "leave"])
         if kind == "leave":
-            return [f"o{n} if [#{100 + loop} EQ {rng.randint(1, 3)}]", f"o{loop} {rng.choice(['break', 'continue'])}", f"o{n} endif"] if loop else []
+            return [f"o{n} if [#{rng.choice([2, 3])} GT {rng.randint(0, 30)}]", loop, f"o{n} endif"] if loop else []
         counter, times, test = f"#{100 + n}", rng.randint(0, 3), f"[#{rng.choice([2, 3])} {rng.choice(['GT', 'LT'])} {rng.randint(0, 40)}]"
-        inner = body(depth + 1, 0 if kind == "repeat" else n if kind in ("while", "do") and depth == 0 else 0 if kind in ("while", "do") else loop)
+        if kind in ("while", "do", "repeat"):
+            leave = f"o{n} {'break' if kind == 'do' else 'continue'}"
+            inner = body(depth + 1, leave if depth == 0 and kind != "repeat" else "")
+        else:
+            inner = body(depth + 1, loop)
         if kind == "while":
             return [f"{counter}=0", f"o{n} while [{counter} LT {times}]", f"{counter}=[{counter}+1]", *inner, f"o{n} endwhile"]
         if kind == "do":
@@ -277,19 +284,19 @@ def nesting(rng: random.Random) -> list[str]:
         return [*lines, f"o{n} endif"]
 
     sub = ["o90 sub", "#1=[#1*2] #2=[#1+1]", "G0 A#2", *rng.choice([[], ["o91 if [#1 GT 10]", "o90 return [#1]", "o91 endif"]]), "o90 endsub [#2]"]
-    return [*sub, *body(0, 0), *body(0, 0)]
+    return [*sub, *body(0, ""), *body(0, "")]
 
 
 def machine_events(rng: random.Random) -> list[str]:
     """M, S, T and signals between moves and beside them, in cycles, around M70 to M73: what happens when."""
     pool = [
-        "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "M7 M8", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19", "M19 R30",
+        "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "M7 M8", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19 R0", "M19 R30",
         "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M49", "M50 P0", "M51 P0", "M50", "M52 P1", "M53 P0", "G4 P.5",
         "G0 X1", "G1 Y2", "G1 Z1 M8 S250", "M3 M8 G0 X5 S120", "M5 M9 G1 X2", "M6 T1 M3 S90 G0 X3", "M3 M0 G4 P1 S50", "F200 G1 X1", "X7",
         "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1", "G20", "G21", "G94 F100",
-        "G93 G1 X3 F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
+        "G93 G1 X[#5420+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
     ]  # fmt: skip
-    return [line if "M70" not in line else "M70" for line in rng.choices(pool, k=rng.randint(4, 14))]
+    return ["M70", *rng.choices(pool, k=rng.randint(4, 14))]
 
 
 def block_delete(rng: random.Random) -> list[str]:

@@ -42,36 +42,33 @@ class Answer:
 
 
 class Steps:
-    """Collects steps; states (coolant, switches) become steps only when something comes after they have changed."""
+    """Collects steps. What holds (spindle, coolant, switches) becomes a step when anything but a signal comes after a change."""
 
     def __init__(self) -> None:
         self.done: list[tuple] = []
+        self.spindle = ("stop", 0.0)
         self.coolant = {"mist": False, "flood": False}
         self.switches = dict(SWITCHES)
-        self._shown = (dict(self.coolant), dict(self.switches))
+        self._shown = self._state()
+
+    def _state(self) -> tuple[tuple, ...]:
+        on = [tuple(name for name, on in states.items() if on) for states in (self.coolant, self.switches)]
+        return ("spindle", *self.spindle), ("coolant", *on[0]), ("switches", *on[1])
 
     def add(self, *step: object) -> None:
-        """One step; of spindle commands in a row the last counts."""
-        if self.coolant != self._shown[0]:
-            self.done.append(("coolant", *(name for name, on in self.coolant.items() if on)))
-        if self.switches != self._shown[1]:
-            self.done.append(("switches", *(name for name, on in self.switches.items() if on)))
-        self._shown = (dict(self.coolant), dict(self.switches))
-        if step[0] == "spindle" and self.done and self.done[-1][0] == "spindle":
-            self.done.pop()
+        """One step."""
+        if step[0] != "signal":
+            state = self._state()
+            self.done += [now for now, before in zip(state, self._shown, strict=True) if now != before]
+            self._shown = state
         self.done.append(step)
 
 
 def parsed(output: str, errors: str) -> Answer:
     """An answer from what rs274 has printed."""
     answer, steps = Answer(error=errors.replace("executing", "").strip().partition("\n")[0]), Steps()
-    position, plane, unit, feed, spindle, speed, faster = [0.0] * 6, 0, 1.0, (0.0, 1.0), "stop", 0.0, None
-    changing, placed = False, True
+    position, plane, unit, feed, speed, placed, before = [0.0] * 6, 0, 1.0, (0.0, 1.0), 0.0, True, ""
     for name, arguments in _calls(output):
-        if faster is not None:  # S beside M3, M4, M5 or M19 belongs to them
-            if name not in ("START_SPINDLE_CLOCKWISE", "START_SPINDLE_COUNTERCLOCKWISE", "STOP_SPINDLE_TURNING", "ORIENT_SPINDLE"):
-                steps.add("spindle", spindle, faster)
-            faster = None
         if name == "SELECT_PLANE":
             plane = {"CANON_PLANE_XY": 0, "CANON_PLANE_XZ": 1, "CANON_PLANE_YZ": 2}[arguments]
         elif name == "USE_LENGTH_UNITS":
@@ -79,12 +76,12 @@ def parsed(output: str, errors: str) -> Answer:
         elif name == "SET_FEED_RATE":
             feed = (float(arguments), unit)
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
-            before = position
+            begin = position
             position = [float(v) * (unit if i < 3 else 1.0) for i, v in enumerate(arguments.split(","))]
             if name == "STRAIGHT_TRAVERSE":
                 steps.add("rapid", position)
             else:
-                steps.add("feed", position, math.prod(feed) if position[:3] != before[:3] else feed[0])
+                steps.add("feed", position, math.prod(feed) if position[:3] != begin[:3] else feed[0])
         elif name == "ARC_FEED":
             first, second, c1, c2, turns, normal, *rotary = (float(v) for v in arguments.split(","))
             u, v, w = PLANES[plane]
@@ -100,18 +97,15 @@ def parsed(output: str, errors: str) -> Answer:
         elif name == "MESSAGE":
             answer.messages.append(arguments.strip('"'))
         elif name == "SET_SPINDLE_SPEED":
-            before_speed, speed = speed, float(arguments.split(",")[1])
-            faster = speed if spindle != "stop" and speed != before_speed else None
+            speed = float(arguments.split(",")[1])
+            steps.spindle = (steps.spindle[0], speed) if steps.spindle[0] != "stop" else steps.spindle
         elif name.startswith("START_SPINDLE"):
-            spindle = name.removeprefix("START_SPINDLE_").lower()
-            steps.add("spindle", spindle, speed)
+            steps.spindle = (name.removeprefix("START_SPINDLE_").lower(), speed)
         elif name == "STOP_SPINDLE_TURNING":
-            spindle = "stop"
-            if not changing:
-                steps.add("spindle", "stop", speed)
+            steps.spindle = ("stop", 0.0)
         elif name == "ORIENT_SPINDLE":
-            spindle = "stop"
             steps.add("orient", float(arguments.split(",")[1]))
+            steps.spindle = ("stop", 0.0)
         elif name in ("MIST_ON", "MIST_OFF", "FLOOD_ON", "FLOOD_OFF"):
             which, _, on = name.partition("_")
             steps.coolant[which.lower()] = on == "ON"
@@ -121,12 +115,12 @@ def parsed(output: str, errors: str) -> Answer:
             value = found[1] == "SET" if found[3] == "BIT" else float(arguments.split(",")[1])
             steps.add("signal", int(arguments.split(",")[0]), found[2] == "MOTION", value)
         elif name in _STOPS:
-            if steps.done[-1:] != [("stop", "pallet")]:  # which has a stop behind it
+            if before != "PALLET_SHUTTLE":  # which has a stop of its own
                 steps.add("stop", _STOPS[name])
         elif name in ("CHANGE_TOOL", "CHANGE_TOOL_NUMBER"):
             steps.add("tool" if name == "CHANGE_TOOL" else "tool number", int(arguments))
+        before = name
         placed = placed or name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "ARC_FEED")
-        changing = name == "START_CHANGE"
     answer.steps = steps.done
     return answer
 
