@@ -193,7 +193,9 @@ def read_program(source: Text, machine: Machine, options: Options) -> Program:
         path, turn = with_free_turn(path, moves.fixes_c, machine)
     if options.air:
         path = lifted(path, options.air, along_tool=options.air_along == "tool")
-    findings = [] if branches is None else branch_findings(path, branches, machine, allow_rewind=options.allow_rewind)
+    findings = list(moves.findings)
+    if branches is not None:
+        findings += branch_findings(path, branches, machine, allow_rewind=options.allow_rewind)
     if branches is not None and branches.changes and worst(findings) != "error":
         path = with_detours(path, branches.changes, machine)
     if options.rapids == "joint":

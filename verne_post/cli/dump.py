@@ -33,7 +33,7 @@ def command(stage: str, input_name: str, machine_name: str, subroutine_path: tup
         if stage == "moves":
             moves, errors = interpreter_view(source, options)
             sys.stdout.writelines(dump.moves(moves))
-            print_findings(name, errors)
+            print_findings(name, (*moves.findings, *errors))
             return EXIT_USAGE if errors else EXIT_CLEAN
         program = read_program(source, load(machine_name), options)
     except InputError as error:

@@ -63,7 +63,24 @@ class MotionCodes(MachineCodes):
                     "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
         self._leave_vector_for_machine(block, chosen, g_name(code))
-        self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
+        self._to_machine(block.line, MoveKind.RAPID, self._home_of(block, code, home, chosen))
+
+    def _home_of(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
+        """Machine coordinates of axes that go home; X or Y alone goes along its own direction in a turned work system."""
+        targets = {axis: home[axis] for axis in axes}
+        state = self.state
+        if not state.frame.turn or len({_X, _Y} & set(axes)) != 1:
+            return targets
+        self._require_known(block, [_X, _Y], f"{g_name(code)} of X or Y alone in a turned work system")
+        if math.isnan(home[_X]) or math.isnan(home[_Y]):
+            raise BlockError(
+                "VP015", f"{g_name(code)} of X or Y alone in a turned work system needs the home position of X and of Y"
+            )
+        angle = RAD_PER_DEG * state.frame.turn + (0.0 if _X in axes else 0.5 * math.pi)
+        way = math.cos(angle), math.sin(angle)
+        x, y = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[:2]
+        share = (home[_X] - x) * way[0] + (home[_Y] - y) * way[1]
+        return targets | {_X: float(x + share * way[0]), _Y: float(y + share * way[1])}
 
     # --- motion ----------------------------------------------------------------------------------
 

@@ -102,6 +102,7 @@ class FanucInterpreter(Interpreter):
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
+    keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
     custom_macro: ClassVar[bool] = True
 
