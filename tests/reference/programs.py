@@ -133,15 +133,15 @@ def _start(rng: random.Random, z: float = 5.0) -> str:
 
 def polar(rng: random.Random) -> list[str]:
     """Distance and angle, in both distance modes, with every motion and in cycles with repeats."""
-    lines = [_start(rng)]
+    lines, moved = [_start(rng)], rng.choice(["G10 L2 P1 R30", "G92 X3 Y1"])  # not both: rs274 does not turn G92
     for _ in range(rng.randint(2, 7)):
         words = {"@": f"@{rng.choice([rng.randint(1, 30), '[10/4]', '#1', -3])}", "^": f"^{rng.choice([rng.randint(-180, 180), '[360/12]', '90', '.5'])}"}
         place = " ".join(words[letter] for letter in rng.choice(["@", "^", "@^", "@^", "^@"]))
         cycle = f"{rng.choice(['G81', 'G82 P1', 'G83 Q1', 'G73 Q2', 'G85', 'G89 P0', 'G86 P0'])} {place} Z-{rng.randint(1, 4)} R2"
         lines.append(rng.choice([
-            "G90", "G91", rng.choice(["G20", "G21"]), f"G0 {place}", f"G1 {place} Z{rng.randint(-3, 3)}", place, f"{place} A{rng.randint(0, 90)}",
+            "G90", "G91", rng.choice(["G20", "G21"]), f"G0 {place}", f"G1 {place} Z{rng.randint(-3, 3)}", place, f"G1 {place} A{rng.randint(0, 90)}",
             f"{rng.choice(['G2', 'G3'])} {place} R{rng.randint(20, 60)}", f"{rng.choice(['G90', 'G91'])} {cycle} L{rng.randint(1, 4)}", cycle,
-            f"{cycle} L{rng.randint(2, 5)}", f"{place} L{rng.randint(1, 3)}", "G80", "G10 L2 P1 R30", "G92 X3 Y1", f"X{rng.randint(1, 9)}", "G55", "G98", "G99",
+            f"{cycle} L{rng.randint(2, 5)}", f"{cycle} L2\n{place} L{rng.randint(1, 3)}", "G80", moved, f"X{rng.randint(1, 9)}", "G55", "G98", "G99",
         ]))  # fmt: skip
     return ["#1=7.5 S100 M3", *lines, "G80", "G0 X1"]
 
@@ -199,7 +199,7 @@ def calls(rng: random.Random) -> list[str]:
         return f"[{rng.choice([str(rng.randint(0, 9)), '#1', '#2+1', '-#3'])}]"
 
     last = rng.choice(["", "; end", ";[5]"])
-    body = [f"{c()}G0 X#1 {c()} Y#2 Z#3", f"o2 if {c()}[#1 GT {rng.randint(0, 5)}]{c()}", rng.choice([f"o1 return {value()}{c()}", f"o1 return{c()}", f"G0 A{rng.randint(1, 9)}"]),
+    body = [f"{c()}G0 X#1 {c()} Y#2 Z#3", f"o2 if [#1 GT {rng.randint(0, 5)}]{c()}", rng.choice([f"o1 return {value()}{c()}", f"o1 return{c()}", f"G0 A{rng.randint(1, 9)}"]),
             f"o2 elseif [#1 GT 2] {c()}", "G0 Y3", f"o2 else{c()}", "G0 Y4", f"o2 endif {c()}"]  # fmt: skip
     lines = [f"o1 sub {c()}", *body, f"o1 endsub {rng.choice(['', value()])}{c()}{last}", "#1=1 #2=2"]
     for n in range(10, 10 * rng.randint(2, 5), 10):
@@ -207,9 +207,9 @@ def calls(rng: random.Random) -> list[str]:
         lines.append(rng.choice([f"o1 call{arguments} {c()}{last}", f"{rng.choice(['N5 ', '/', ' '])}o1 call{arguments}{c()}"]))
         lines.append("(DEBUG,#1 #2 #3 #<_value> #<_value_returned>)")
         lines += rng.choice([
-            [], [f"o{n} repeat {c()}[2]{c()}", "G91 G0 X1", "G90", f"o{n} endrepeat{c()}"],
-            ["#4=0", f"o{n} while {c()} [#4 LT 2] {c()}", "#4=[#4+1]", f"o{n} endwhile {c()}"],
-            ["#4=0", f"o{n} do {c()}", "#4=[#4+1]", f"o{n} while {c()}[#4 LT 3]{c()}"],
+            [], [f"o{n} repeat [2]{c()}", "G91 G0 X1", "G90", f"o{n} endrepeat{c()}"],
+            ["#4=0", f"o{n} while [#4 LT 2] {c()}", "#4=[#4+1]", f"o{n} endwhile {c()}"],
+            ["#4=0", f"o{n} do {c()}", "#4=[#4+1]", f"o{n} while [#4 LT 3]{c()}"],
         ])  # fmt: skip
     return lines
 
@@ -223,13 +223,13 @@ def radius_arcs(rng: random.Random) -> list[str]:
     lines = [plane, *(["G20"] if inch else []), f"G0 {first}{a:.9f} {second}{b:.9f}", distance]
     for n in range(rng.randint(1, 3)):
         radius = rng.choice([rng.uniform(0.01, 30), 10.0, 5.0, 1000.0, 100000.0])
-        angle = math.radians(rng.choice([rng.uniform(0, 360), 1e-3, 1e-5, 1e-7, 1e-9, 180, 180, 179.9999, 359.99, 359.9999999, 90]))
+        angle = math.radians(rng.choice([*rng.choices(range(1, 360), k=4), rng.uniform(0, 360), 1e-3, 1e-5, 1e-8, 180, 180, 179.9999, 359.99, 359.99999, 90]))
         to, chord = rng.uniform(0, 2 * math.pi), 2 * radius * abs(math.sin(angle / 2))
         da, db = chord * math.cos(to), chord * math.sin(to)
         places = rng.choice([4, 9, 12])
         end_a, end_b = (da, db) if distance == "G91" else (a + da, b + db)
         word = f"{rng.choice([1, 1, -1]) * radius * rng.choice([1, 1, 1, 1.00001, 0.99999, 2]):.{places}f}"
-        if rng.random() < 0.25:  # a sum that should come back to the start
+        if rng.random() < 0.15:  # a sum that should come back to the start
             tenth = rng.choice(["0.1", "0.01", "0.7"])
             lines += ["#1=0", f"o{n} repeat [10]", f"#1=[#1+{tenth}]", f"o{n} endrepeat"]
             if distance == "G90":
@@ -290,8 +290,8 @@ def nesting(rng: random.Random) -> list[str]:
 def machine_events(rng: random.Random) -> list[str]:
     """M, S, T and signals between moves and beside them, in cycles, around M70 to M73: what happens when."""
     pool = [
-        "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "M7 M8", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19 R0", "M19 R30",
-        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M49", "M50 P0", "M51 P0", "M50", "M52 P1", "M53 P0", "G4 P.5",
+        "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19 R0", "M19 R30",
+        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M49", "M50 P0", "M50", "M52 P1", "M53 P0", "G4 P.5",
         "G0 X1", "G1 Y2", "G1 Z1 M8 S250", "M3 M8 G0 X5 S120", "M5 M9 G1 X2", "M6 T1 M3 S90 G0 X3", "M3 M0 G4 P1 S50", "F200 G1 X1", "X7",
         "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1", "G20", "G21", "G94 F100",
         "G93 G1 X[#5420+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",

@@ -147,8 +147,8 @@ def sweep_of(begin: tuple[float, float], end: tuple[float, float], turns: int) -
 def plainly(program: str) -> Answer:
     """The answer of one start of rs274, as anybody would start it."""
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "p.ngc").write_text(program)
-        command = ["rs274", "-g", *_options(program), "-t", str(_tool_table(folder)), "p.ngc"]
+        Path(folder, _SERVED).write_text(program)
+        command = ["rs274", "-g", *_options(program), "-t", str(_tool_table(folder)), _SERVED]
         run = subprocess.run(
             command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=60, check=False,
             env={**os.environ, "HOME": folder},
