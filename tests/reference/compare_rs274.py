@@ -26,8 +26,8 @@ from pathlib import Path
 from programs import KINDS, generated
 from rs274_answers import BLOCK_DELETE, PLANES, SWITCHES, TOOLS, Answer, Server, Steps, plainly, sweep_of
 
-from verne_post.model.moves import MoveKind
-from verne_post.model.options import Options
+from verne_post.model.moves import ZERO9, MoveKind
+from verne_post.model.options import Options, Tool
 from verne_post.pipeline import interpreter_view
 
 #: mm and degrees: both compute with doubles, and rs274's answers have twelve decimals.
@@ -38,18 +38,18 @@ CLOSE_SWEEP = 1.0e-3
 VAST = 1.0e12
 _NUMBER = re.compile(r"(-?\d+\.\d+)")
 _NUMBERS = re.compile(r"[-+]?\d[\d.]*")
+#: Blocks that a generated program may repeat; more is a loop without end.
 MAX_REPEATS = 20_000
+#: So many names of programs with one verdict.
+SHOWN = 8
 #: So many programs go to a process at once.
 PORTION = 250
 
 
-def ours(program: str, subroutines: dict[str, bytes] | None = None) -> Answer:
-    """What our interpreter makes of a program."""
-    options = Options(
-        tools=TOOLS, parameter_mm=25.4, dialect="rs274", block_delete=BLOCK_DELETE in program, subroutines=subroutines or {},
-        max_repeats=MAX_REPEATS,
-    )  # fmt: skip; rs274 alone keeps its parameters in inches
-    found, errors = interpreter_view(program.encode(), options)
+def ours(program: str, **options: object) -> Answer:
+    """What our interpreter makes of a program; rs274 alone keeps its parameters in inches."""
+    options = {"tools": TOOLS, "max_repeats": MAX_REPEATS, "block_delete": BLOCK_DELETE in program, **options}
+    found, errors = interpreter_view(program.encode(), Options(parameter_mm=25.4, dialect="rs274", **options))
     steps, events, messages = Steps(), iter(found.events), []
     event = next(events, None)
     for i in range(len(found) + 1):
@@ -138,7 +138,9 @@ def _same(got: tuple, wanted: tuple) -> bool:
         if not (sweeps and got[4] == wanted[4] and _near(got[2:4], wanted[2:4], far)):
             return False
         got, wanted = got[4:6], wanted[4:6]
-    return all(math.isclose(one, other, rel_tol=CLOSE) for one, other in zip(got[2:], wanted[2:], strict=True))
+    return all(
+        other is None or math.isclose(one, other, rel_tol=CLOSE) for one, other in zip(got[2:], wanted[2:], strict=True)
+    )
 
 
 def _same_text(got: str, wanted: str) -> bool:
@@ -301,39 +303,45 @@ def _rounded_alike(fine: tuple, coarse: tuple) -> bool:
 # --- programs that people have written ---------------------------------------------------------------
 
 
-def _files(folders: list[str]) -> list[Path]:
-    return sorted(
-        path for folder in folders for path in Path(folder).rglob("*") if path.name.removesuffix(".gz").endswith((".ngc", ".nc", ".tap"))
-    )  # fmt: skip
-
-
-def _text(path: Path) -> bytes:
-    return gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+def _programs(folders: list[str]) -> dict[Path, bytes]:
+    """Every program of folders once, compressed ones too."""
+    texts: dict[bytes, Path] = {}
+    for folder in folders:
+        for path in sorted(Path(folder).rglob("*")):
+            if path.name.removesuffix(".gz").endswith((".ngc", ".nc", ".tap")):
+                text = path.read_bytes()
+                texts.setdefault(gzip.decompress(text) if path.suffix == ".gz" else text, path)
+    return {path: text for text, path in texts.items()}
 
 
 def _survey(folders: list[str]) -> int:
-    """Run all programs of folders through both; count, and group what we refuse by reason."""
-    files = _files(folders)
-    paths = sorted({path.parent for path in files})
-    texts = {path: _text(path) for path in files}
-    subroutines = {path.name.removesuffix(".gz").rpartition(".")[0].lower(): text for path, text in reversed(texts.items())}
-    groups: dict[str, list[str]] = {}
-    with Server(paths, seconds=20) as server, tempfile.TemporaryDirectory() as folder:
-        for path, text in texts.items():
+    """Run all programs of folders through both, with a table of thin tools; count, and group what is refused by reason."""
+    programs = _programs(folders)
+    paths = sorted({path.parent for path in programs})
+    subroutines = {path.name.partition(".")[0].lower(): text for path, text in reversed(programs.items())}
+    tools = {n: Tool(n, n, (0.0, 0.0, 10.0 + n, *ZERO9[3:]), 0.5) for n in range(1, 31)}
+    groups: dict[str, dict[str, list[str]]] = {}
+    steps = 0
+    with Server(tools, paths, seconds=60) as server, tempfile.TemporaryDirectory() as folder:
+        for path, text in programs.items():
             plain = Path(folder, path.name.removesuffix(".gz"))
             plain.write_bytes(text)
-            theirs = server.answer_of_file(plain)
             program = text.decode("utf-8", errors="replace")
-            here = ours(program, subroutines)
+            here = ours(program, tools=tools, subroutines=subroutines, max_repeats=10**7)
+            theirs = server.answer_of_file(plain)
             found = silent(program, here, theirs)
             verdict = _verdict(here, theirs, found)
-            reason = found[0] if found else here.error if here.error else theirs.error
-            groups.setdefault(verdict, []).append(f"{path}: {reason}" + (f" (rs274: {theirs.error})" if here.error and theirs.error else ""))
-    for verdict, names in sorted(groups.items()):
-        print(f"{len(names)} {verdict}")
-        print("".join(f"    {name}\n" for name in names), end="")
-    print(f"{len(files)} programs")
-    return len(groups.get("differ in silence", []))
+            reason = found[0] if found else here.error if verdict.startswith("refused here") else theirs.error
+            if verdict == "agree":
+                steps += len(here.steps)
+                reason = "with motion" if here.steps else "without motion: subroutines, messages, parameters"
+            groups.setdefault(verdict, {}).setdefault(_NUMBERS.sub("#", reason), []).append(path.name)
+    for verdict, reasons in sorted(groups.items()):
+        print(f"{sum(map(len, reasons.values()))} {verdict}")
+        for reason, names in sorted(reasons.items(), key=lambda item: -len(item[1])):
+            print(f"    {len(names)} {reason}: {', '.join(names[:SHOWN])}{' ...' if len(names) > SHOWN else ''}")
+    print(f"{len(programs)} programs; {steps} moves and events of those that agree")
+    return sum(map(len, groups.get("differ in silence", {}).values()))
 
 
 def main() -> int:
@@ -354,7 +362,7 @@ def main() -> int:
             program = generated(kind, seed)
             print(json.dumps({"kind": kind, "program": program, **_stored(server.answer(program))}))
         for name in options.programs:
-            program = _text(Path(name)).decode("utf-8", errors="replace")
+            program = Path(name).read_text("utf-8", errors="replace")
             found = disagreements(program, server.answer(program))
             wrong += bool(found)
             print(f"{name}: {'; '.join(found) or 'agrees'}")

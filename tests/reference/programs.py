@@ -151,7 +151,7 @@ def cycles_across(rng: random.Random) -> list[str]:
     plane, normal = rng.choice([("G17", "Z"), ("G17", "Z"), ("G18", "Y"), ("G19", "X")])
     others = [letter for letter in "XYZ" if letter != normal]
     code = rng.choice(["G81", "G82 P1", "G83 Q1", "G73 Q2", "G85", "G86 P0", "G89 P1"])
-    lines = [plane, f"G0 {normal}{rng.randint(5, 12)}"]
+    lines = [plane, rng.choice(["G98", "G99"]), f"G0 {normal}{rng.randint(5, 12)}"]
     lines.append(f"{rng.choice(['G90', 'G91'])} {code} {normal}-{rng.randint(1, 4)} R{rng.choice([-2, 0, 1, 2, 3, 4])}")
     for _ in range(rng.randint(1, 6)):
         mode = rng.choice(["G90", "G91", "G90", "G91", rng.choice(["G20", "G21"]), ""])
@@ -159,7 +159,7 @@ def cycles_across(rng: random.Random) -> list[str]:
         more = rng.choice(["", "", f"R{rng.randint(0, 4)}", f"{normal}-{rng.randint(0, 4)}", f"{normal}-2 R{rng.randint(0, 4)}", f"L{rng.randint(1, 3)}"])
         lines += rng.choice([
             [mode, f"{across} {more}"], [f"{mode} {across} {more}"], [mode, f"{code.split()[0]} {across} {more}"], ["G80"], [f"{code} {across} {normal}-3 R2"],
-            [rng.choice(["G98", "G99"])], [f"G0 {normal}{rng.randint(4, 9)}"], [mode],
+            [f"G0 {normal}{rng.randint(4, 9)}"], [mode],
         ])  # fmt: skip
     return ["S100 M3", *lines, "G80"]
 
@@ -169,15 +169,15 @@ def rotated(rng: random.Random) -> list[str]:
 
     G92 and G52 are left out: rs274 turns them with the system they were set in.
     """
-    def axes(letters: str = "XYZ", chance: float = 0.5) -> str:
-        return " ".join(f"{letter}{_number(rng)}" for letter in letters if rng.random() < chance)
+    def axes(letters: str = "XYZ", chance: float = 0.5, least: str = "") -> str:
+        return " ".join(f"{letter}{_number(rng)}" for letter in letters if rng.random() < chance) or least
 
     lines = ["T1 M6", "G43", f"G10 L2 P1 R{rng.choice([30, 45, 90, -17.5, 180])}", f"#5161={_number(rng)} #5163={_number(rng)} #5182={_number(rng)}"]
     for _ in range(rng.randint(3, 9)):
         system = rng.choice([0, 1, 1, 2, 9])
         lines.append(rng.choice([
             f"G10 L2 P{system} {axes()} {rng.choice(['', f'R{rng.randint(-90, 90)}'])}", f"G10 L20 P{system} {axes('XYZA')}",
-            f"G10 L10 P1 {axes()}", f"G10 L11 P1 {axes()}", "G43", "G49", "G43 H2", f"G28 {axes('XYZA', 0.4)}", f"G30 {axes('XYZ', 0.4)}", "G28", "G30", "G28.1", "G30.1",
+            f"G10 L10 P1 {axes(least='X1')}", f"G10 L11 P1 {axes(least='Y2')}", "G43", "G49", "G43 H2", f"G28 {axes('XYZA', 0.4)}", f"G30 {axes('XYZ', 0.4)}", "G28", "G30", "G28.1", "G30.1",
             f"G0 X1 {axes('YZA')}", f"G1 Y2 {axes('XZ')}", f"G2 X{rng.randint(1, 9)} Y3 R40", "G3 I5 J1", "G54", "G55", "G59.3", f"G53 G0 X1 {axes('YZ')}",
             rng.choice(["G90", "G91"]), "G18", "G17", "(DEBUG,#5221 #5222 #5223 #5230 #5241 #5420 #5421 #5422)", "(DEBUG,#5401 #5402 #5403 #5161 #5162)",
         ]))  # fmt: skip

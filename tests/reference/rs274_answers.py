@@ -9,7 +9,7 @@ import os
 import re
 import subprocess
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,7 +32,8 @@ SWITCHES = {"feed": True, "speed": True, "adaptive": False, "hold": True}
 class Answer:
     """What an interpreter made of a program.
 
-    ``steps`` are in order: ("rapid", end), ("feed", end, feed), ("arc", end, first and second centre, turns, feed,
+    ``steps`` are in order: ("rapid", end), ("feed", end, feed or
+    None where nothing says what it is), ("arc", end, first and second centre, turns, feed,
     sweep), ("dwell", [seconds]), and events. mm, degrees, minutes. ``spindle`` and ``coolant`` steps say what holds from there on.
     """
 
@@ -80,6 +81,8 @@ def parsed(output: str, errors: str) -> Answer:
             position = [float(v) * (unit if i < 3 else 1.0) for i, v in enumerate(arguments.split(","))]
             if name == "STRAIGHT_TRAVERSE":
                 steps.add("rapid", position)
+            elif math.dist(begin, position) < 1e-9:  # a move of no length has no speed
+                steps.add("feed", position, None)
             else:
                 steps.add("feed", position, math.prod(feed) if position[:3] != begin[:3] else feed[0])
         elif name == "ARC_FEED":
@@ -95,7 +98,7 @@ def parsed(output: str, errors: str) -> Answer:
         elif name == "DWELL":
             steps.add("dwell", [float(arguments)])
         elif name == "MESSAGE":
-            answer.messages.append(arguments.strip('"'))
+            answer.messages.append(arguments[1:-1])
         elif name == "SET_SPINDLE_SPEED":
             speed = float(arguments.split(",")[1])
             steps.spindle = (steps.spindle[0], speed) if steps.spindle[0] != "stop" else steps.spindle
@@ -148,7 +151,7 @@ def plainly(program: str) -> Answer:
     """The answer of one start of rs274, as anybody would start it."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, _SERVED).write_text(program)
-        command = ["rs274", "-g", *_options(program), "-t", str(_tool_table(folder)), _SERVED]
+        command = ["rs274", "-g", *_options(program), "-t", str(_tool_table(folder, TOOLS)), _SERVED]
         run = subprocess.run(
             command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=60, check=False,
             env={**os.environ, "HOME": folder},
@@ -162,8 +165,8 @@ class Server:
     ``paths``: folders in which called subroutines are looked for; ``seconds``: a program that takes longer is ended.
     """
 
-    def __init__(self, paths: Iterable[Path] = (), seconds: int = 1) -> None:
-        self.paths, self.seconds = list(paths), seconds
+    def __init__(self, tools: Mapping[int, Tool] = TOOLS, paths: Iterable[Path] = (), seconds: int = 1) -> None:
+        self.tools, self.paths, self.seconds = tools, list(paths), seconds
 
     def __enter__(self) -> "Server":
         self._kept = tempfile.TemporaryDirectory()
@@ -206,7 +209,7 @@ class Server:
         return parsed(output, errors.strip())
 
     def _start(self, block_delete: bool) -> "subprocess.Popen[str]":
-        command = ["rs274", "-g", *(["-b"] if block_delete else []), "-t", str(_tool_table(self._folder))]
+        command = ["rs274", "-g", *(["-b"] if block_delete else []), "-t", str(_tool_table(self._folder, self.tools))]
         if self.paths:
             command += ["-i", str(self._folder / "machine.ini")]
         home = self._folder / f"home{block_delete:d}"  # where rs274 keeps its tools
@@ -226,10 +229,10 @@ def _options(program: str) -> list[str]:
     return ["-b"] if BLOCK_DELETE in program else []
 
 
-def _tool_table(folder: str | Path) -> Path:
+def _tool_table(folder: str | Path, tools: Mapping[int, Tool]) -> Path:
     """The tools, in inches."""
     path = Path(folder, "t.tbl")
     path.write_text(
-        "".join(f"T{t.number} P{t.pocket} Z{t.offset[2] / 25.4:.12f} D{t.diameter / 25.4:.12f} ;\n" for t in TOOLS.values())
+        "".join(f"T{t.number} P{t.pocket} Z{t.offset[2] / 25.4:.12f} D{t.diameter / 25.4:.12f} ;\n" for t in tools.values())
     )
     return path
