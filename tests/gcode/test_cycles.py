@@ -123,14 +123,18 @@ def test_a_change_is_told_by_check_and_beside_an_error(machine):
     assert [(item.code, item.line) for item in refused.findings] == [("VP007", 4), ("VP030", 4)]
 
 
-@pytest.mark.parametrize("words", ["X5", "X5 Z-1 R1"])
+@pytest.mark.parametrize(
+    "words", ["X5", "X5 Z-1", "X5 R1", "G98 X5 Z-1 R1", "G91 X5 Z-1 R1", "G83 X5 Z-1 R1 Q1\n{0}\nX3 R1 Z-1"]
+)
 @pytest.mark.parametrize("units", [("G21", "G20"), ("G20", "G21")])
 def test_a_series_does_not_go_on_in_another_unit(view, units, words):
     first, then = units
-    found = view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{words}\nM2", dialect="rs274")[1]
-    assert [(item.code, item.line) for item in found] == [("VP017", 4)]
+    lines = f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{words.format(first)}".split("\n")
+    found = view("\n".join([*lines, "M2"]), dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == [("VP017", len(lines))]
+    assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\nG99 X5 Z-1 R1\nM2", dialect="rs274")[1] == ()
     assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\nG80\n{then}\nG81 X1 Z-1 R1\nM2", dialect="rs274")[1] == ()
-    assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{first}\n{words}\nM2", dialect="rs274")[1] == ()
+    assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{first}\n{words.format(first)}\nM2", dialect="rs274")[1] == ()
 
 
 def test_a_back_bore_says_its_shift_again(view):

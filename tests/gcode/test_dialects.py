@@ -303,7 +303,9 @@ def test_text_for_the_control_is_refused_however_it_is_glued(view, text):
     assert found[0].message.startswith("INSERT puts text")
 
 
-@pytest.mark.parametrize("remark", ["PPRINT5 $", "PPRINT X $", "PPRINT 5$", "REMARK5$", "PARTNO12 $$ x $", "REMARK 5 $"])
+@pytest.mark.parametrize(
+    "remark", ["PPRINT5 $", "PPRINT X $", "PPRINT 5$", "REMARK5$", "PARTNO12 $$ x $", "REMARK 5 $"]
+)
 def test_free_text_never_takes_the_next_statement_along(view, remark):
     moves, findings = view(f"FEDRAT/9\n{remark}\nGOTO/7,8,9\nFINI", dialect="aptcl")
     assert findings == ()

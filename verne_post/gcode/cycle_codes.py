@@ -94,10 +94,12 @@ class CycleCodes(MotionCodes):
         here = state.position[normal]
         series = state.cycle if state.cycle is not None and state.cycle.normal == normal else None
         if series is not None and series.inch != state.inch:
-            raise BlockError(
-                "VP017", f"{name} goes on after a change of units: R, {letter}, Q and the level where the cycles began would be read in "
-                "the other; write G80 before G20 or G21",
-            )  # fmt: skip
+            lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
+            if state.initial_level or not state.absolute or (before is not None and not lengths <= set(block.words)):
+                raise BlockError(
+                    "VP017", f"{name} after a change of units among the cycles: kept lengths, and the level where they began, would be "
+                    "read in the other unit; write G80 before G20 or G21",
+                )  # fmt: skip
         start = here if series is None else series.start
         if "R" not in block.words and before is None:
             raise BlockError("VP005", f"{name} needs R, the height from which it feeds")
