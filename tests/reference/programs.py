@@ -141,9 +141,9 @@ def polar(rng: random.Random) -> list[str]:
         lines.append(rng.choice([
             "G90", "G91", rng.choice(["G20", "G21"]), f"G0 {place}", f"G1 {place} Z{rng.randint(-3, 3)}", place, f"G1 {place} A{rng.randint(0, 90)}",
             f"{rng.choice(['G2', 'G3'])} {place} R{rng.randint(20, 60)}", f"{rng.choice(['G90', 'G91'])} {cycle} L{rng.randint(1, 4)}", cycle,
-            f"{cycle} L{rng.randint(2, 5)}", f"{cycle} L2\n{place} L{rng.randint(1, 3)}", "G80", moved, f"X{rng.randint(1, 9)}", "G55", "G98", "G99",
+            f"{cycle} L{rng.randint(2, 5)}", f"{cycle} L2\n{place} L{rng.randint(1, 3)}", "G80", moved, f"X{rng.randint(1, 9)}", "G55",
         ]))  # fmt: skip
-    return ["#1=7.5 S100 M3", *lines, "G80", "G0 X1"]
+    return ["#1=7.5 S100 M3", rng.choice(["G98", "G99"]), *lines, "G80", "G0 X1"]
 
 
 def cycles_across(rng: random.Random) -> list[str]:
@@ -222,7 +222,7 @@ def radius_arcs(rng: random.Random) -> list[str]:
     distance, inch = rng.choice(["G90", "G90", "G91"]), rng.choice([False, False, False, True])
     lines = [plane, *(["G20"] if inch else []), f"G0 {first}{a:.9f} {second}{b:.9f}", distance]
     for n in range(rng.randint(1, 3)):
-        radius = rng.choice([rng.uniform(0.01, 30), 10.0, 5.0, 1000.0, 100000.0])
+        radius = rng.choice([rng.uniform(0.01, 30), 10.0, 5.0, 1000.0, 10.0 if inch else 100000.0])
         angle = math.radians(rng.choice([*rng.choices(range(1, 360), k=4), rng.uniform(0, 360), 1e-3, 1e-5, 1e-8, 180, 180, 179.9999, 359.99, 359.99999, 90]))
         to, chord = rng.uniform(0, 2 * math.pi), 2 * radius * abs(math.sin(angle / 2))
         da, db = chord * math.cos(to), chord * math.sin(to)
