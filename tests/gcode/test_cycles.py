@@ -69,7 +69,7 @@ def test_refused(view, line, code):
 CHANGE = "F9 G0 Z6\nG81 X1 Z-3 R2\nG91\nX5 L2\nG90\nX0 R4"
 
 
-def test_kept_numbers_are_read_in_the_new_mode_and_told(moves_text, view):
+def test_kept_numbers_are_read_in_the_new_mode_with_a_warning(moves_text, view):
     moves, findings = view(f"{CHANGE}\nM2", dialect="rs274")
     assert findings == ()
     assert sorted({(int(line), z) for line, z in zip(moves.line, moves.end[:, 2], strict=True)}) == [
@@ -85,7 +85,7 @@ def test_kept_numbers_are_read_in_the_new_mode_and_told(moves_text, view):
     assert "at the heights of before it would go from 4 to 5 mm" in second
 
 
-def test_fanuc_controls_keep_the_heights_and_it_is_told(view):
+def test_fanuc_controls_keep_the_heights_with_a_warning(view):
     moves, findings = view(f"{CHANGE.replace('L2', 'K2')}\nM2", dialect="fanuc")
     assert findings == ()
     assert sorted({z for line, z in zip(moves.line, moves.end[:, 2], strict=True) if line == 4}) == [-3.0, 2.0, 6.0]
@@ -93,7 +93,7 @@ def test_fanuc_controls_keep_the_heights_and_it_is_told(view):
     assert "the hole goes from Z 2 to -3 mm; read in G91 it would go from 8 to 5 mm" in moves.findings[0].message
 
 
-@pytest.mark.parametrize(("lines", "told"), [
+@pytest.mark.parametrize(("lines", "warnings"), [
     ("G81 X1 Z-3 R2\nG91 X5 Z-5 R-4", 0),  # all said again
     ("G81 X1 Z-3 R2\nG91 G90 X5", None),  # two of one group
     ("G81 X1 Z-3 R2\nG91\nG90\nX5", 0),  # nothing was drilled between
@@ -102,19 +102,19 @@ def test_fanuc_controls_keep_the_heights_and_it_is_told(view):
     ("G0 Z0\nG91 G81 X1 Z-1 R1\nG90 R1 X5", 1),  # from R1 to 0, or to -1
     ("G0 Z0\nG91 G81 X1 Z-1 R0\nG90 X5", 0),  # the same hole either way
 ])  # fmt: skip
-def test_when_a_change_is_told(view, lines, told):
+def test_when_a_change_is_warned_about(view, lines, warnings):
     moves, findings = view(f"F9 G0 Z6\n{lines}\nM2", dialect="rs274")
-    assert (len(moves.findings) if findings == () else None) == told
+    assert (len(moves.findings) if findings == () else None) == warnings
 
 
-def test_a_line_that_comes_again_is_told_once(view):
+def test_a_line_that_comes_again_is_one_warning(view):
     program = "F9 G0 Z6\no1 repeat [3]\nG90 G81 X1 Z-3 R2\nG91 X5\no1 endrepeat\nM2"
     moves, findings = view(program, dialect="rs274")
     assert findings == ()
     assert [(item.line, item.count) for item in moves.findings] == [(4, 3)]
 
 
-def test_a_change_is_told_by_check_and_beside_an_error(machine):
+def test_check_shows_the_warning_also_beside_an_error(machine):
     program = "G49 F600 G0 X0 Y0 Z60 A0 C0\nG81 X5 Y5 Z50 R55\nG91\nX-5 {}\nG80\nM2"
     result = check(program.format("Z-3").encode(), machine, Options(dialect="rs274", tool_length=100))
     assert [(item.code, item.line) for item in result.findings if item.severity == "warning"] == [("VP030", 4)]

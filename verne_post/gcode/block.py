@@ -68,7 +68,7 @@ class OWord:
         return values
 
     def returned(self) -> float | None:
-        """The one bracket of return and endsub, or None; it stands right behind the keyword."""
+        """The one bracket of return and endsub, or None; it directly follows the keyword."""
         reader = self.reader
         reader.at = self.begin
         value = reader.bracket() if reader.characters[reader.at : reader.at + 1] == "[" else None
