@@ -180,7 +180,7 @@ def _percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None
 
 _CLOSES: Final = {"endsub": "sub", "endif": "if", "endwhile": "while", "endrepeat": "repeat"}
 _LOOPS: Final = ("while", "do", "repeat")
-#: Nothing stands behind these.
+#: Keywords that take no value.
 _BARE: Final = ("sub", "else", "endif", "do", "endwhile", "endrepeat", "break", "continue")
 
 
