@@ -59,7 +59,12 @@ def cycles(rng: random.Random) -> list[str]:
         axes = [letter for letter in "XYZ" if rng.random() < (0.97 if code and letter == normal else 0.7)]
         words += [f"{letter}{-rng.randint(1, 5) if letter == normal else rng.randint(-9, 9)}" for letter in axes]
         needed = 0.97 if code else 0.6 if axes else 0.0
-        for letter, chance, low, high in (("R", needed, 0, 6), ("Q", needed, 1, 3), ("P", 0.97, 0, 2), ("L", 0.2, 1, 3)):
+        for letter, chance, low, high in (
+            ("R", needed, 0, 6),
+            ("Q", needed, 1, 3),
+            ("P", 0.97, 0, 2),
+            ("L", 0.2, 1, 3),
+        ):
             used = {"Q": ("G73", "G83"), "P": ("G82", "G86", "G89", "G84", "G74", "G88")}.get(letter)
             if letter == "L" and tap == code:
                 continue
@@ -135,7 +140,10 @@ def polar(rng: random.Random) -> list[str]:
     """Distance and angle, in both distance modes, with every motion and in cycles with repeats."""
     lines, moved = [_start(rng)], rng.choice(["G10 L2 P1 R30", "G92 X3 Y1"])  # not both: rs274 does not turn G92
     for _ in range(rng.randint(2, 7)):
-        words = {"@": f"@{rng.choice([rng.randint(1, 30), '[10/4]', '#1', -3])}", "^": f"^{rng.choice([rng.randint(-180, 180), '[360/12]', '90', '.5'])}"}
+        words = {
+            "@": f"@{rng.choice([rng.randint(1, 30), '[10/4]', '#1', -3])}",
+            "^": f"^{rng.choice([rng.randint(-180, 180), '[360/12]', '90', '.5'])}",
+        }
         place = " ".join(words[letter] for letter in rng.choice(["@", "^", "@^", "@^", "^@"]))
         cycle = f"{rng.choice(['G81', 'G82 P1', 'G83 Q1', 'G73 Q2', 'G85', 'G89 P0', 'G86 P0'])} {place} Z-{rng.randint(1, 4)} R2"
         lines.append(rng.choice([
@@ -156,7 +164,16 @@ def cycles_across(rng: random.Random) -> list[str]:
     for _ in range(rng.randint(1, 6)):
         mode = rng.choice(["G90", "G91", "G90", "G91", rng.choice(["G20", "G21"]), ""])
         across = " ".join(f"{letter}{rng.randint(-9, 9)}" for letter in others if rng.random() < 0.7) or f"{others[0]}1"
-        more = rng.choice(["", "", f"R{rng.randint(0, 4)}", f"{normal}-{rng.randint(0, 4)}", f"{normal}-2 R{rng.randint(0, 4)}", f"L{rng.randint(1, 3)}"])
+        more = rng.choice(
+            [
+                "",
+                "",
+                f"R{rng.randint(0, 4)}",
+                f"{normal}-{rng.randint(0, 4)}",
+                f"{normal}-2 R{rng.randint(0, 4)}",
+                f"L{rng.randint(1, 3)}",
+            ]
+        )
         lines += rng.choice([
             [mode, f"{across} {more}"], [f"{mode} {across} {more}"], [mode, f"{code.split()[0]} {across} {more}"], ["G80"], [f"{code} {across} {normal}-3 R2"],
             [f"G0 {normal}{rng.randint(4, 9)}"], [mode],
@@ -169,10 +186,16 @@ def rotated(rng: random.Random) -> list[str]:
 
     G92 and G52 are left out: rs274 turns them with the system they were set in.
     """
+
     def axes(letters: str = "XYZ", chance: float = 0.5, least: str = "") -> str:
         return " ".join(f"{letter}{_number(rng)}" for letter in letters if rng.random() < chance) or least
 
-    lines = ["T1 M6", "G43", f"G10 L2 P1 R{rng.choice([30, 45, 90, -17.5, 180])}", f"#5161={_number(rng)} #5163={_number(rng)} #5182={_number(rng)}"]
+    lines = [
+        "T1 M6",
+        "G43",
+        f"G10 L2 P1 R{rng.choice([30, 45, 90, -17.5, 180])}",
+        f"#5161={_number(rng)} #5163={_number(rng)} #5182={_number(rng)}",
+    ]
     for _ in range(rng.randint(3, 9)):
         system = rng.choice([0, 1, 1, 2, 9])
         lines.append(rng.choice([
@@ -192,6 +215,7 @@ def _comment(rng: random.Random) -> str:
 
 def calls(rng: random.Random) -> list[str]:
     """Comments wherever a block with an O word has a place for one, conditions and values behind them."""
+
     def c() -> str:
         return _comment(rng)
 
@@ -204,7 +228,9 @@ def calls(rng: random.Random) -> list[str]:
     lines = [f"o1 sub {c()}", *body, f"o1 endsub {rng.choice(['', value()])}{c()}{last}", "#1=1 #2=2"]
     for n in range(10, 10 * rng.randint(2, 5), 10):
         arguments = "".join(f" {c()} {value()}" for _ in range(rng.randint(0, 4)))
-        lines.append(rng.choice([f"o1 call{arguments} {c()}{last}", f"{rng.choice(['N5 ', '/', ' '])}o1 call{arguments}{c()}"]))
+        lines.append(
+            rng.choice([f"o1 call{arguments} {c()}{last}", f"{rng.choice(['N5 ', '/', ' '])}o1 call{arguments}{c()}"])
+        )
         lines.append("(DEBUG,#1 #2 #3 #<_value> #<_value_returned>)")
         lines += rng.choice([
             [], [f"o{n} repeat [2]{c()}", "G91 G0 X1", "G90", f"o{n} endrepeat{c()}"],
@@ -223,7 +249,23 @@ def radius_arcs(rng: random.Random) -> list[str]:
     lines = [plane, *(["G20"] if inch else []), f"G0 {first}{a:.9f} {second}{b:.9f}", distance]
     for n in range(rng.randint(1, 3)):
         radius = rng.choice([rng.uniform(0.01, 30), 10.0, 5.0, 1000.0, 10.0 if inch else 100000.0])
-        angle = math.radians(rng.choice([*rng.choices(range(1, 360), k=4), rng.uniform(0, 360), 1e-3, 1e-5, 1e-8, 180, 180, 179.9999, 359.99, 359.99999, 90]))
+        angle = math.radians(
+            rng.choice(
+                [
+                    *rng.choices(range(1, 360), k=4),
+                    rng.uniform(0, 360),
+                    1e-3,
+                    1e-5,
+                    1e-8,
+                    180,
+                    180,
+                    179.9999,
+                    359.99,
+                    359.99999,
+                    90,
+                ]
+            )
+        )
         to, chord = rng.uniform(0, 2 * math.pi), 2 * radius * abs(math.sin(angle / 2))
         da, db = chord * math.cos(to), chord * math.sin(to)
         places = rng.choice([4, 9, 12])
@@ -238,8 +280,19 @@ def radius_arcs(rng: random.Random) -> list[str]:
             else:
                 lines.append(f"{rng.choice(['G2', 'G3'])} {first}[#1-{float(tenth) * 10:g}] R{word}")
         else:
-            ends = rng.choice([f"{first}{end_a:.{places}f} {second}{end_b:.{places}f}"] * 4 + [f"{first}{end_a:.{places}f}"])
-            lines.append(" ".join([rng.choice(["G2", "G3"]), ends, f"R{word}", *rng.choice([[], [], [f"{normal}{rng.randint(-5, 5)}"], ["P2"], ["A30"]])]))
+            ends = rng.choice(
+                [f"{first}{end_a:.{places}f} {second}{end_b:.{places}f}"] * 4 + [f"{first}{end_a:.{places}f}"]
+            )
+            lines.append(
+                " ".join(
+                    [
+                        rng.choice(["G2", "G3"]),
+                        ends,
+                        f"R{word}",
+                        *rng.choice([[], [], [f"{normal}{rng.randint(-5, 5)}"], ["P2"], ["A30"]]),
+                    ]
+                )
+            )
         a, b = (a + da, b + db) if distance == "G91" else (end_a, end_b)
     return lines
 
@@ -259,21 +312,39 @@ def nesting(rng: random.Random) -> list[str]:
 
     def block(depth: int, loop: str) -> list[str]:
         n = next(labels)
-        if depth > 3 or rng.random() < 0.3:
-            return rng.choice([[f"#2=[#2+{n}]", "G0 X#2"], ["(DEBUG,#1 #2 #3)"], [f"#3=[#3+{n}] G0 Y#3"], [f"o90 call [{n}]"]])
+        if depth > 2 or rng.random() < 0.4:
+            return rng.choice(
+                [[f"#2=[#2+{n}]", "G0 X#2"], ["(DEBUG,#1 #2 #3)"], [f"#3=[#3+{n}] G0 Y#3"], [f"o90 call [{n}]"]]
+            )
         kind = rng.choice(["if", "else", "elseif", "while", "do", "repeat", "leave"])
         if kind == "leave":
             return [f"o{n} if [#{rng.choice([2, 3])} GT {rng.randint(0, 30)}]", loop, f"o{n} endif"] if loop else []
-        counter, times, test = f"#{100 + n}", rng.randint(0, 3), f"[#{rng.choice([2, 3])} {rng.choice(['GT', 'LT'])} {rng.randint(0, 40)}]"
+        counter, times, test = (
+            f"#{100 + n}",
+            rng.randint(0, 3),
+            f"[#{rng.choice([2, 3])} {rng.choice(['GT', 'LT'])} {rng.randint(0, 40)}]",
+        )
         if kind in ("while", "do", "repeat"):
             leave = f"o{n} {'break' if kind == 'do' else 'continue'}"
             inner = body(depth + 1, leave if depth == 0 and kind != "repeat" else "")
         else:
             inner = body(depth + 1, loop)
         if kind == "while":
-            return [f"{counter}=0", f"o{n} while [{counter} LT {times}]", f"{counter}=[{counter}+1]", *inner, f"o{n} endwhile"]
+            return [
+                f"{counter}=0",
+                f"o{n} while [{counter} LT {times}]",
+                f"{counter}=[{counter}+1]",
+                *inner,
+                f"o{n} endwhile",
+            ]
         if kind == "do":
-            return [f"{counter}=0", f"o{n} do", f"{counter}=[{counter}+1]", *inner, f"o{n} while [{counter} LT {times}]"]
+            return [
+                f"{counter}=0",
+                f"o{n} do",
+                f"{counter}=[{counter}+1]",
+                *inner,
+                f"o{n} while [{counter} LT {times}]",
+            ]
         if kind == "repeat":
             return [f"o{n} repeat [{times}]", *inner, f"o{n} endrepeat"]
         lines = [f"o{n} if {test}", *inner]
@@ -283,7 +354,13 @@ def nesting(rng: random.Random) -> list[str]:
             lines += [f"o{n} else", *body(depth + 1, loop)]
         return [*lines, f"o{n} endif"]
 
-    sub = ["o90 sub", "#1=[#1*2] #2=[#1+1]", "G0 A#2", *rng.choice([[], ["o91 if [#1 GT 10]", "o90 return [#1]", "o91 endif"]]), "o90 endsub [#2]"]
+    sub = [
+        "o90 sub",
+        "#1=[#1*2] #2=[#1+1]",
+        "G0 A#2",
+        *rng.choice([[], ["o91 if [#1 GT 10]", "o90 return [#1]", "o91 endif"]]),
+        "o90 endsub [#2]",
+    ]
     return [*sub, *body(0, ""), *body(0, "")]
 
 
@@ -291,7 +368,7 @@ def machine_events(rng: random.Random) -> list[str]:
     """M, S, T and signals between moves and beside them, in cycles, around M70 to M73: what happens when."""
     pool = [
         "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19 R0", "M19 R30",
-        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M49", "M50 P0", "M50", "M52 P1", "M53 P0", "G4 P.5",
+        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M49", "M50 P0", "M50", "M53 P0", "G4 P.5",
         "G0 X1", "G1 Y2", "G1 Z1 M8 S250", "M3 M8 G0 X5 S120", "M5 M9 G1 X2", "M6 T1 M3 S90 G0 X3", "M3 M0 G4 P1 S50", "F200 G1 X1", "X7",
         "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1", "G20", "G21", "G94 F100",
         "G93 G1 X[#5420+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",

@@ -21,7 +21,7 @@ TOOLS = {1: Tool(1, 1, (0.0, 0.0, 10.0, *ZERO9[3:]), 6.0), 2: Tool(2, 2, (0.0, 0
 BLOCK_DELETE = "(block delete on)"
 #: Plane of an arc -> its first, second and normal axis.
 PLANES = {0: (0, 1, 2), 1: (2, 0, 1), 2: (1, 2, 0)}
-_LINE = re.compile(r'\s*\d+ N\S+\s+([A-Z_0-9]+)\((.*)\)\s*$')
+_LINE = re.compile(r"\s*\d+ N\S+\s+([A-Z_0-9]+)\((.*)\)\s*$")
 _STOPS = {"PROGRAM_STOP": "program", "OPTIONAL_PROGRAM_STOP": "optional", "PALLET_SHUTTLE": "pallet"}
 _SERVED = "served.ngc"
 #: What the switches are when a program begins: feed and speed override, adaptive feed, feed hold.
@@ -91,7 +91,11 @@ def parsed(output: str, errors: str) -> Answer:
             begin, position = position, [*position[:3], *rotary]
             position[u], position[v], position[w] = unit * first, unit * second, unit * normal
             c1, c2 = unit * c1, unit * c2
-            sweep = sweep_of((begin[u] - c1, begin[v] - c2), (position[u] - c1, position[v] - c2), int(turns)) if placed else None
+            sweep = (
+                sweep_of((begin[u] - c1, begin[v] - c2), (position[u] - c1, position[v] - c2), int(turns))
+                if placed
+                else None
+            )
             steps.add("arc", position, c1, c2, int(turns), math.prod(feed), sweep)
         elif name in ("SET_G5X_OFFSET", "SET_G92_OFFSET", "SET_XY_ROTATION", "USE_TOOL_LENGTH_OFFSET"):
             placed = False  # where the tool stands has other numbers now, which are not printed
@@ -233,6 +237,8 @@ def _tool_table(folder: str | Path, tools: Mapping[int, Tool]) -> Path:
     """The tools, in inches."""
     path = Path(folder, "t.tbl")
     path.write_text(
-        "".join(f"T{t.number} P{t.pocket} Z{t.offset[2] / 25.4:.12f} D{t.diameter / 25.4:.12f} ;\n" for t in tools.values())
+        "".join(
+            f"T{t.number} P{t.pocket} Z{t.offset[2] / 25.4:.12f} D{t.diameter / 25.4:.12f} ;\n" for t in tools.values()
+        )
     )
     return path

@@ -7,7 +7,13 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from verne_post.base.tolerances import ARC_CHORD_MM, ARC_HALF_CIRCLE_SHARE, ARC_R_TOO_SMALL_MM, ARC_RADIUS_MM, ARC_RADIUS_SHARE
+from verne_post.base.tolerances import (
+    ARC_CHORD_MM,
+    ARC_HALF_CIRCLE_SHARE,
+    ARC_R_TOO_SMALL_MM,
+    ARC_RADIUS_MM,
+    ARC_RADIUS_SHARE,
+)
 from verne_post.gcode.block import BlockError
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.

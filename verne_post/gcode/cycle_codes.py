@@ -136,7 +136,9 @@ class CycleCodes(MotionCodes):
                     raise BlockError("VP005", f"G87 needs {axis}{', G90 or G91 having changed' if changed else ''}")
             shift = tuple(self._length(block.words[axis]) for axis in "IJK")
         of_start = state.inch if series is None else series.start_inch
-        return Cycle(normal, start, of_start, clear, bottom, (r, z), of_g90, state.absolute, state.inch, step, dwell, shift)
+        return Cycle(
+            normal, start, of_start, clear, bottom, (r, z), of_g90, state.absolute, state.inch, step, dwell, shift
+        )
 
     def _heights(self, start: float, r: float, z: float) -> tuple[float, float]:
         """Heights of R and of the bottom. In G91 R counts from where the cycles began, the bottom from R."""
@@ -250,7 +252,7 @@ class CycleCodes(MotionCodes):
         w = PLANES[self.state.plane][2]
         step = cycle.step or 0.0
         depth = cycle.clear - step
-        while depth > cycle.bottom:
+        while depth > cycle.bottom + ZERO_LENGTH_MM:  # the last one goes to the bottom; one of no depth is rounding
             self._go(block, MoveKind.FEED, {w: depth})
             if motion == 830:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
