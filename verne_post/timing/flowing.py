@@ -438,4 +438,16 @@ def _creeping(run: Run, s: Array, limits: Limits, cycle: float) -> tuple[int, in
         strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
         return int(np.count_nonzero(strain < CREEPING))
 
-    return creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
+    at_start, at_end = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
+    # the step that takes their place must be one that the rows allow
+    while at_start and _too_far(run, np.array([0.0, 0.0, s[1 + at_start]]), cycle):
+        at_start //= 2
+    while at_end and _too_far(run, np.append(s[[-3 - at_end, -2 - at_end]], run.length), cycle):
+        at_end //= 2
+    return at_start, at_end
+
+
+def _too_far(run: Run, s: Array, cycle: float) -> bool:
+    """Whether the last step between rows s (n,) hides the path, or where the feed changes along it is far beyond the feed."""
+    cap = np.asarray(run.speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
+    return bool(run.hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * CREEPING) * cycle * cap)

@@ -78,6 +78,8 @@ ACTIVE_SETS: Final = 4
 SMALLEST_STRAIN: Final = 1e-6
 #: Steps that hide the path between them are made shorter by no more than this at a time: how much they need is not known.
 HIDDEN: Final = 2.0
+#: Or they are halved, so often at most: a millionth of a step shows everything.
+HALVINGS: Final = 20
 #: Diagonal entry that keeps a row where it is.
 FIXED: Final = 1e30
 #: The derivative by s is taken over this share of a row's step, and at least this much of the run's length.
@@ -222,7 +224,7 @@ def mended(
     Those given have rows of rest at both ends (:func:`at_rest`), those found have not. ``over`` says which of the given ones
     are :func:`beyond` a limit.
     """
-    bad, ratio = over
+    z, (bad, ratio) = _showing(run, z, over, limits, cycle)
     reach = max(round(REACH * unit / cycle), 8)
     for attempt in range(ROUNDS + 1):
         if not len(bad):
@@ -240,6 +242,34 @@ def mended(
         more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low >= SHORTEST)
         z, bad, ratio = _mended_stretches(z, low, high, more, reach, run, limits, cycle)
     return None
+
+
+def _showing(
+    run: Run, z: Array, over: tuple[Ints, Array], limits: Limits, cycle: float
+) -> tuple[Array, tuple[Ints, Array]]:
+    """Rows with others halfway along steps that hide the path or are far beyond the feed, and which are :func:`beyond` a limit.
+
+    Unchanged where no step hides the path.
+    """
+    for halving in range(HALVINGS):
+        bad = over[0]
+        if not len(bad):
+            break
+        steps = z[np.clip(bad[:, None] + np.arange(-1, 2), 0, len(z) - 1)].ravel()
+        hides = run.hidden(steps)[1::3] > 1.0
+        if not hides.any() and not halving:
+            break
+        cap = _Rows.at(run, steps, cycle).cap[1::3]
+        long = bad[hides | (z[bad + 1] - z[bad] > FAR * cycle * cap)]
+        if not len(long):
+            break
+        more = Growing(float)
+        for begin, end in blocks(len(z)):
+            some = long[slice(*np.searchsorted(long, [begin, end]))]
+            more.extend(np.insert(z[begin:end], some + 1 - begin, 0.5 * (z[some] + z[some + 1])))
+        z = more.column()
+        over = beyond(excess(run, z, limits, cycle))
+    return z, over
 
 
 def _never_back(z: Array) -> bool:

@@ -1,0 +1,167 @@
+"""Cycles so long, and moves so short, that rows say little: what is converted passes, and what rows do not show fails.
+
+The judge of the turns of a circle shares nothing with planning or verification but the forward kinematics.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.model.options import Options, WorkOffset
+
+from .test_verifier import MACHINE, codes, judge, made, program
+
+OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
+#: From far below a common control cycle to far above it.
+CYCLES = [0.000125, 0.001, 0.002, 0.01, 0.05, 0.1, 0.2, 0.5, 1.0]
+COARSE = [0.05, 0.1, 0.2, 0.5, 1.0]
+
+
+def source(body: str, head: str = "G21 G90 G94 G17") -> bytes:
+    """A program that starts at X0 Y0 Z5; its body begins on line 3."""
+    return program(f"G0 X0 Y0 Z5 A0 C0\n{body}", head)
+
+
+def tips(values: np.ndarray) -> np.ndarray:
+    """Tips of rows in program coordinates; A and C stand at 0."""
+    factor = np.array([column.factor for column in MACHINE.columns])
+    tip, _axis, ok = MACHINE.forward(values / factor, 80.0)
+    assert ok.all()
+    return tip - [-10.0, 15.0, 60.0]
+
+
+def turned(points: np.ndarray, center: tuple[float, float]) -> np.ndarray:
+    """Turns (n - 1,) about a centre from row to row, each less than half a one."""
+    at = points[:, :2] - center
+    angle = np.arctan2(at[:, 1], at[:, 0])
+    return (np.diff(angle) / (2 * np.pi) + 0.5) % 1.0 - 0.5
+
+
+@pytest.mark.parametrize("mode", ["off", "blend", "spline"])
+@pytest.mark.parametrize("cycle", CYCLES)
+def test_circles_pass_at_any_cycle(cycle: float, mode: str) -> None:
+    """A full circle, half of its feed's second long, a line along its diameter and half a circle as short as a cycle."""
+    options = replace(OPTIONS, cycle=cycle, smoothing=mode)
+    values, _line = made(source("F2000\nG2 I5\nG1 X5\nG2 X7 I1"), options)
+    assert np.abs(tips(values)[-1] - [7.0, 0.0, 5.0]).max() < 1e-4
+
+
+@pytest.mark.parametrize("cycle", CYCLES)
+@pytest.mark.parametrize(("words", "center", "turns"), [
+    ("G2 I5", (5, 0), -1), ("G3 I-1 J1 P3", (-1, 1), 3), ("G3 I.02", (0.02, 0), 1), ("G2 J.1 P7 Z5.2", (0, 0.1), -7),
+])  # fmt: skip
+def test_rows_show_every_turn(words: str, center: tuple[float, float], turns: int, cycle: float) -> None:
+    """Whoever adds up the angles from row to row finds the turns of the program: fewer rows could be fewer turns."""
+    values, line = made(source(f"F6000 {words}"), replace(OPTIONS, cycle=cycle, smoothing="off"))
+    points = tips(values)
+    steps = turned(points[line == 3], center)
+    assert np.sum(steps) == pytest.approx(turns, abs=1e-3)  # a radius of 0.02 mm is written to 1e-5 mm
+    assert (np.abs(steps) < 0.45).all()
+
+
+@pytest.mark.parametrize("cycle", COARSE)
+def test_turns_that_rows_do_not_show_are_refused(cycle: float) -> None:
+    """The same places with fewer turns between them: the rows of a program without the circle, under its lines."""
+    whole, short = source("F2000 G1 X5\nG2 J3\nG1 X9", "G21 G90 G94 G17 G61.1"), source("F2000 G1 X5\nX9")
+    for mode in ("off", "blend"):
+        options = replace(OPTIONS, cycle=cycle, smoothing=mode)
+        values, line = made(short, options)
+        assert {"VP412", "VP413"} & codes(judge(whole, values, np.where(line == 4, 5, line), options))
+        standing = np.where(line == 4, 4, line)
+        assert {"VP411", "VP412", "VP413"} & codes(judge(whole, values, standing, options))
+
+
+@pytest.mark.parametrize(
+    ("places", "shown"), [((0.1, 0.55, 0.95), True), ((0.1, 0.7, 0.95), False), ((0.6, 0.95), False)]
+)
+def test_more_than_half_a_turn_in_a_step_is_not_accepted(places: tuple[float, ...], shown: bool) -> None:
+    """Some rows of a circle, as a file of half a second a row: each is on the path, and none is early."""
+    asked = source("F2000\nG2 I1.5\nG1 X9", "G21 G90 G94 G17 G61.1")
+    fine, coarse = (replace(OPTIONS, cycle=cycle, smoothing="off") for cycle in (0.001, 0.5))
+    values, line = made(asked, fine)
+    circle = np.flatnonzero(line == 4)
+    done = -np.cumsum(turned(tips(values)[: circle[-1] + 2], (1.5, 0.0)))
+    rows = np.concatenate(
+        [[0], np.searchsorted(done, places) + 1, [circle[-1] + 1], np.flatnonzero(line == 5)[::100], [-1]]
+    )
+    found = codes(judge(asked, values[rows], line[rows], coarse))
+    assert not found if shown else {"VP412", "VP413"} & found
+
+
+# --- moves as short as rounding ---------------------------------------------------------------------------------
+
+SHORT = {
+    "steps of 1e-6 mm": "\n".join(f"G1 X{k * 1e-6:.6f}" for k in range(1, 51)),
+    "a staircase of 1e-6 mm": "\n".join(f"G1 X{k * 1e-6:.6f} Y{(k // 2) * 1e-6:.6f}" for k in range(1, 51)),
+    "to and fro by 1e-6 mm": "\n".join(f"G1 X{(k % 2) * 1e-6:.6f} Y{k * 1e-6:.6f}" for k in range(1, 51)),
+    "steps of 2e-5 mm behind a line": "G1 X3\n" + "\n".join(f"X{3 + k * 2e-5:.6f} Y{(k % 3) * 1e-5:.6f}" for k in range(1, 51)),
+    "circles of 0.0015 mm": "\n".join(["G2 I.0015"] * 5 + ["G1 X1"]),
+}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("mode", ["off", "blend", "spline"])
+@pytest.mark.parametrize("cycle", [0.001, 0.002, 0.01, 0.05, 0.5])
+@pytest.mark.parametrize("what", SHORT)
+def test_moves_as_short_as_rounding_pass(what: str, cycle: float, mode: str) -> None:
+    made(source(f"F1000\n{SHORT[what]}"), replace(OPTIONS, cycle=cycle, smoothing=mode))
+
+
+@pytest.mark.parametrize("step", [3e-7, 9e-7, 1e-6])
+def test_moves_below_the_shortest_add_up(step: float) -> None:
+    """Each is no motion by itself; all of them together are, and end where the program says."""
+    n = 3000
+    body = "\n".join(f"G1 X{k * step:.9f}" for k in range(1, n + 1))
+    result = verne_post.convert(source(f"F100\n{body}"), MACHINE, OPTIONS)
+    assert result.ok, [item.message for item in result.findings]
+    assert result.setpoints is not None
+    # what is left is one move too short at the end (1e-6 mm), and the rounding of the rows (7 decimals)
+    assert tips(result.setpoints.values)[-1, 0] == pytest.approx(n * step, abs=2e-6)
+
+
+# --- feed beside rounding ---------------------------------------------------------------------------------------
+
+SLOW = {
+    "5 axes at F4": ("F3.983\nG1 X0.0947 Y0.0641 A1.763 C4.077\nA-1.242 C5.0445\nA-1.439 C4.626\nX0.062 Y0.07 A-.569 C7.363", 0.01),
+    "rotation with 0.003 mm of motion": (
+        "F500\nG64 P0.85\nG93 G1 X.003 A-.64 C5.7 F2.53\nA-.895 C3.52 F44\nG94 F500 X1", 0.005,
+    ),
+    "F5 in corners": ("F5\n" + "\n".join(f"G1 X{0.05 * k:.3f} Y{0.03 * (k % 2):.3f}" for k in range(1, 12)), 0.02),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", SLOW)
+def test_rounding_is_no_feed(what: str) -> None:
+    """Rows that are nearer to each other than a few units of the last decimal say little about the speed."""
+    body, cycle = SLOW[what]
+    made(source(body), replace(OPTIONS, cycle=cycle))
+
+
+@pytest.mark.parametrize(("excess", "found"), [(1.0, set()), (1.004, {"VP404"})])
+def test_feed_in_corners_is_judged_at_slow_feeds(excess: float, found: set[str]) -> None:
+    """F20 at 2 ms: 7e-4 mm a row, of which rounding to 1e-5 mm and 1e-6 deg leaves 0.1 % over 256 rows."""
+    angle = np.linspace(0, np.pi, 40)
+    points = "\n".join(f"G1 X{np.sin(a):.4f} Y{1 - np.cos(a):.4f}" for a in angle[1:])
+    options = replace(OPTIONS, cycle=0.002)
+    values, line = made(source(f"F20\n{points}"), options)
+    assert codes(judge(source(f"F{20 / excess:.9f}\n{points}"), values, line, options)) == found
+
+
+# --- rounded corners among small shapes ------------------------------------------------------------------------
+
+SHAPES = {
+    "spirals by their decimals": "\n".join(f"G3 X{0.06 * k + 0.015:.4f} I.03\nG2 X{0.06 * k + 0.06:.4f} I.022" for k in range(4)),
+    "a thread narrower than the tolerance": "G64 P0.25\nG2 I.03 J.02 P2\nG1 X.02 Y.09\nG3 I.0056 P5 Z5.1\nG2 I.02 A.4 C14",
+    "teeth": "\n".join(f"X{k * 0.1:.1f} Y{2 * (k % 2)}" for k in range(1, 40)),
+    "small circles in a fast path": "X20\nG2 I.3\nG1 X40\nG3 J.2 P3\nG1 X41\nG2 I2\nG1 Y5",
+    "a slow move behind a rapid": "F52\nG0 X-8\nG1 X-12 Y-1\nG0 X-16 Y-16\nG1 X-23 Y-19 A-1.5 C-13\nA-1.55 C-14",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", ["off", "blend", "spline"])
+@pytest.mark.parametrize("cycle", [0.002, 0.02, *COARSE])
+@pytest.mark.parametrize("what", SHAPES)
+def test_small_shapes_pass_at_any_cycle(what: str, cycle: float, mode: str) -> None:
+    made(source(f"F3000 G1\n{SHAPES[what]}"), replace(OPTIONS, cycle=cycle, smoothing=mode))
