@@ -379,6 +379,35 @@ def machine_events(rng: random.Random) -> list[str]:
     return ["M70", *rng.choices(pool, k=rng.randint(4, 14))]
 
 
+def saved_modes(rng: random.Random) -> list[str]:
+    """Modes changed and brought back by M70 and M72, and by M73 around a call: what docs/gcode.md does not list."""
+    pool = [
+        "G54", "G55", "G59.3", "G10 L2 P1 X5 Y-3", "G10 L2 P2 Y4", "G10 L20 P2 Z7", "G92 X5 Y1", "G92.1", "G92.2", "G92.3", "G52 X3", "G90", "G91",
+        "G20", "G21", "G90.1", "G91.1", "G17", "G18", "G19", "G98", "G99", "G0", "S100 M3", "S200 M4", "M5", "G61", "G64 P.1", "#5241=2",
+    ]  # fmt: skip
+    shown = ["G0 X1 Y2", "G91 G0 X1 Z2", "G90 G0 @5 ^30", "G53 G0 X1", "(DEBUG,#5220 #5210 #<_plane> #<_absolute> #<_metric> #<_ijk_absolute_mode>)",
+             "(DEBUG,#<_x> #<_y> #<_rpm> #<_spindle_on> #<_retract_r_plane> #<_coord_system>)"]  # fmt: skip
+
+    def some() -> list[str]:
+        return rng.choices([*pool, *shown[:2]], k=rng.randint(1, 5))
+
+    shows = rng.choices(shown, k=3)
+    if rng.random() < 0.5:
+        return [*some(), "M70", *some(), "M72", *shows, *rng.choice([[], [*some(), "M72"]]), "G0 X9"]
+    return [
+        "o1 sub",
+        *some(),
+        rng.choice(["M73", "M70"]),
+        *some(),
+        *rng.choice([[], ["M71"], ["M72"]]),
+        "o1 endsub",
+        *some(),
+        "o1 call",
+        *shows,
+        "G0 X9",
+    ]
+
+
 def block_delete(rng: random.Random) -> list[str]:
     """Lines with a slash, with the switch on or off: plain, numbered, before O words and comments."""
     pool = ["/G0 X1", "/ N5 G0 X2", "/(MSG, one)", "/#1=5", "G0 Y#1", "/G91", "/G90 (c)", "  /G1 Z1", "/", "/G0 X3 (DEBUG,#1)", "G0 X5", "/F50", "/G81 X1 Z-1 R1", "X9", "/ ; nothing",
@@ -392,7 +421,7 @@ def block_delete(rng: random.Random) -> list[str]:
 KINDS = {
     kind.__name__: kind
     for kind in (
-        expressions, cycles, flow, compensation, modal, polar, cycles_across, rotated, calls, radius_arcs, nesting, machine_events,
+        expressions, cycles, flow, compensation, modal, polar, cycles_across, rotated, calls, radius_arcs, nesting, machine_events, saved_modes,
         block_delete,
     )
 }  # fmt: skip
