@@ -108,3 +108,17 @@ def test_bad_parameter_files(text, part):
     assert finding.code == "VP028"
     assert part in finding.message
     assert f"v.var:{len(text.splitlines())}:" in finding.message
+
+
+@pytest.mark.parametrize(("before", "between", "y"), [
+    ("", "G92 Y1", 0.0), ("", "G52 Y5", 0.0), ("G92 Y1", "G92.2", 1.0), ("G92 Y1", "G92.1", 0.0), ("G92 Y1", "G92 Y5", 5.0),
+    ("G92 Y1\nG92.2", "G92.3", 0.0), ("G92 Y0", "G92 Y5", 5.0),
+])  # fmt: skip
+def test_whether_g92_is_in_force_is_saved_and_brought_back(view, before, between, y):
+    for program in (
+        f"{before}\nM70\n{between}\nM72\nG0 X7\nM2",
+        f"o1 sub\nM73\n{between}\no1 endsub\n{before}\no1 call\nG0 X7\nM2",
+    ):
+        moves, findings = view(program, dialect="rs274")  # rs274's own answers
+        assert findings == ()
+        assert moves.end[-1, :2].tolist() == [7.0, y]

@@ -37,7 +37,6 @@ DELIBERATE = {
     "#5420 under compensation": "positions are those of the program, not of the tool beside it",
     "EXISTS in its own assignment": "the name is set when the block is executed",
     "G49 in G20 behind G43 in G21": "rs274 reads the stored offset in the new unit",
-    "#5210 behind G92.3": "1 only where G92 shifts something",
 }
 #: Where we differ with an error on one side, and have not decided yet.
 UNDECIDED = (

@@ -123,13 +123,16 @@ def modal(rng: random.Random) -> list[str]:
         "G92.3", "G52 X3", "G43 H1", "G43 H2", "G49", "G43.1 Z3",
         "G43", "G20", "G21", "G90", "G91", "G28", "G28 X1", "G30 Y2", "G28.1", "G30.1", "M70", "M72", "M73", "M71",
         "G0 X1 Y2", "G0 Z-3 A4", "G1 X4 Z1", "G2 X6 Y1 R30", "G3 X0 Y0 Z2 I3 J1", "G90.1", "G91.1", "G17", "G18", "G19", "G53 G0 Z1",
-        "G4 P.5", "G93 G1 X1 F2", "G94 F100", "G0 @5 ^30", "G0 ^60", "F200", "#5241=2", "#5221=1", "G98", "G99", "S100 M3", "M5",
+        "G4 P.5", "G93 G1 X[ABS[#5420]+1] F2", "G94 F100", "G0 @5 ^30", "G0 ^60", "F200", "#5241=2", "#5221=1", "G98", "G99", "S100 M3", "M5",
         "(DEBUG,#5221 #5241 #5220 #5211 #5161 #5420 #5421 #5422)", "(DEBUG,#5400 #5403 #5410 #<_x> #<_abs_z> #<_coord_system>)",
         "(DEBUG,#<_motion_mode> #<_plane> #<_absolute> #<_metric> #<_ccomp>)", "M48", "M50 P0", "M64 P1", "M7", "G80", "X7",
     ]  # fmt: skip
     lines = rng.choices(pool, k=rng.randint(3, 14))
-    # rs274 alone mixes its inches with the program's in these
-    return [line for line in lines if "G20" not in lines or not re.match("G53|G43|M7[0-3]", line)]
+    if any("G43" in line for line in lines):  # which M72 does not bring back in rs274
+        lines = [line for line in lines if line not in ("M72", "M73")]
+    # rs274 alone mixes its inches with the program's in these, and turns G92 and G52 when R is set
+    mixed = "G53|G43|M7[0-3]" if "G20" in lines else "G10.*R" if re.search("G92 X|G52", " ".join(lines)) else "$"
+    return [line for line in lines if not re.match(mixed, line)]
 
 
 def _start(rng: random.Random, z: float = 5.0) -> str:
@@ -247,8 +250,8 @@ def radius_arcs(rng: random.Random) -> list[str]:
     a, b = rng.choice([(a, b), (round(a, 1), round(b, 1)), (0.0, 0.0), (1.0, 0.0)])
     distance, inch = rng.choice(["G90", "G90", "G91"]), rng.choice([False, False, False, True])
     lines = [plane, *(["G20"] if inch else []), f"G0 {first}{a:.9f} {second}{b:.9f}", distance]
-    for n in range(rng.randint(1, 3)):
-        radius = rng.choice([rng.uniform(0.01, 30), 10.0, 5.0, 1000.0, 10.0 if inch else 100000.0])
+    for n in reversed(range(rng.randint(1, 3))):
+        radius = rng.choice([rng.uniform(0.01, 30), 10.0, 5.0, 1000.0, 10.0 if n or inch else 100000.0])
         angle = math.radians(
             rng.choice(
                 [
@@ -368,12 +371,41 @@ def machine_events(rng: random.Random) -> list[str]:
     """M, S, T and signals between moves and beside them, in cycles, around M70 to M73: what happens when."""
     pool = [
         "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19 R0", "M19 R30",
-        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M49", "M50 P0", "M50", "M53 P0", "G4 P.5",
+        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M50 P0", "M50", "M53 P0", "G4 P.5",
         "G0 X1", "G1 Y2", "G1 Z1 M8 S250", "M3 M8 G0 X5 S120", "M5 M9 G1 X2", "M6 T1 M3 S90 G0 X3", "M3 M0 G4 P1 S50", "F200 G1 X1", "X7",
-        "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1", "G20", "G21", "G94 F100",
-        "G93 G1 X[#5420+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
+        "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1",  "G94 F100",
+        "G93 G1 X[ABS[#5420]+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
     ]  # fmt: skip
     return ["M70", *rng.choices(pool, k=rng.randint(4, 14))]
+
+
+def saved_modes(rng: random.Random) -> list[str]:
+    """Modes changed and brought back by M70 and M72, and by M73 around a call: what docs/gcode.md does not list."""
+    pool = [
+        "G54", "G55", "G59.3", "G10 L2 P1 X5 Y-3", "G10 L2 P2 Y4", "G10 L20 P2 Z7", "G92 X5 Y1", "G92.1", "G92.2", "G92.3", "G52 X3", "G90", "G91",
+        "G20", "G21", "G90.1", "G91.1", "G17", "G18", "G19", "G98", "G99", "G0", "S100 M3", "S200 M4", "M5", "G61", "G64 P.1", "#5241=2",
+    ]  # fmt: skip
+    shown = ["G0 X1 Y2", "G91 G0 X1 Z2", "G90 G0 @5 ^30", "G53 G0 X1", "(DEBUG,#5220 #5210 #<_plane> #<_absolute> #<_metric> #<_ijk_absolute_mode>)",
+             "(DEBUG,#<_x> #<_y> #<_rpm> #<_spindle_on> #<_retract_r_plane> #<_coord_system>)"]  # fmt: skip
+
+    def some() -> list[str]:
+        return rng.choices([*pool, *shown[:2]], k=rng.randint(1, 5))
+
+    shows = rng.choices(shown, k=3)
+    if rng.random() < 0.5:
+        return [*some(), "M70", *some(), "M72", *shows, *rng.choice([[], [*some(), "M72"]]), "G0 X9"]
+    return [
+        "o1 sub",
+        *some(),
+        rng.choice(["M73", "M70"]),
+        *some(),
+        *rng.choice([[], ["M71"], ["M72"]]),
+        "o1 endsub",
+        *some(),
+        "o1 call",
+        *shows,
+        "G0 X9",
+    ]
 
 
 def block_delete(rng: random.Random) -> list[str]:
@@ -389,7 +421,7 @@ def block_delete(rng: random.Random) -> list[str]:
 KINDS = {
     kind.__name__: kind
     for kind in (
-        expressions, cycles, flow, compensation, modal, polar, cycles_across, rotated, calls, radius_arcs, nesting, machine_events,
+        expressions, cycles, flow, compensation, modal, polar, cycles_across, rotated, calls, radius_arcs, nesting, machine_events, saved_modes,
         block_delete,
     )
 }  # fmt: skip

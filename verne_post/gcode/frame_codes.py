@@ -291,7 +291,12 @@ class FrameCodes:
             value = self._axis_value(block, axis)
             g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
         state.g92_stored = tuple(g92)
-        self._set_frame(replace(state.frame, g92=vector9(g92)))
+        self._shift(on=True)
+
+    def _shift(self, *, on: bool) -> None:
+        """The stored shift of G92 and G52 is in force, or not."""
+        self.state.g92_on = on
+        self._set_frame(replace(self.state.frame, g92=vector9(self.state.g92_stored) if on else ZERO9))
 
 
 def _directions(frame: Frame) -> tuple[object, ...]:

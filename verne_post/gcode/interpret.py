@@ -59,7 +59,8 @@ def _take_parameters(setup: Setup, state: State) -> None:
             parameters.set(index, value)
     if setup.parameters:
         system = round(setup.parameters.get(5220, 1.0))
-        g92 = vector9(state.g92_stored) if setup.parameters.get(5210, 0.0) else ZERO9
+        state.g92_on = setup.parameters.get(5210, 0.0) != 0.0
+        g92 = vector9(state.g92_stored) if state.g92_on else ZERO9
         state.frame = replace(state.systems[system if system in state.systems else 1], g92=g92)
 
 
@@ -297,9 +298,9 @@ class Interpreter(CycleCodes):
         elif code in (921, 922):
             if code == 921:
                 self.state.g92_stored = ZERO9
-            self._set_frame(replace(self.state.frame, g92=ZERO9))
+            self._shift(on=False)
         else:
-            self._set_frame(replace(self.state.frame, g92=vector9(self.state.g92_stored)))
+            self._shift(on=True)
 
     def _store_home(self, block: Block, code: int) -> None:
         """G28.1, G30.1: the home position is where the machine stands."""

@@ -162,7 +162,9 @@ class MachineCodes(FrameCodes):
         else:
             state = self.state
             values = {name: getattr(state, name) for name in _SAVED}
-            saved[-1] = Saved(values, dict(state.overrides), state.frame.system, state.frame.tool, code == 73)
+            saved[-1] = Saved(
+                values, dict(state.overrides), state.frame.system, state.g92_on, state.frame.tool, code == 73
+            )
 
     def _restore(self, saved: Saved, line: int) -> None:
         state = self.state
@@ -185,6 +187,8 @@ class MachineCodes(FrameCodes):
         frame = state.frame
         if saved.system != frame.system:
             self._set_frame(replace(state.systems[saved.system], g92=frame.g92, tool=frame.tool))
+        if saved.g92_on != state.g92_on:
+            self._shift(on=saved.g92_on)
         if saved.tool != state.frame.tool:
             self._set_frame(replace(state.frame, tool=saved.tool))
 

@@ -111,7 +111,7 @@ class Parameters:
         if _G92 <= key < _G92 + 9:
             return self._in_file(key - _G92, state.g92_stored[key - _G92])
         if key == 5210:
-            return float(state.frame.g92 != ZERO9)
+            return float(state.g92_on)
         if key == _SYSTEM:
             return float(state.frame.system)
         if _ORIGINS <= key < 5400:
@@ -205,7 +205,7 @@ class Parameters:
             for axis, value in enumerate(point or ()):
                 if np.isfinite(value):
                     kept[first + axis] = self._in_file(axis, value)
-        kept[5210] = float(state.frame.g92 != ZERO9)
+        kept[5210] = float(state.g92_on)
         kept[_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
             for entry in range(10):

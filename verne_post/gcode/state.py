@@ -66,6 +66,7 @@ class Saved:
     values: dict[str, object]
     overrides: dict[str, bool]
     system: int
+    g92_on: bool
     tool: Vector9
     automatic: bool
 
@@ -114,6 +115,8 @@ class State:
     feed: float = 0.0  # mm/min, mm/rev or 1/min, as the mode has it
     feed_angular: float = 0.0  # the same number, never scaled by units
     g92_stored: tuple[float, ...] = (0.0,) * 9
+    #: G92, G52 or G92.3 came last, not G92.1 or G92.2.
+    g92_on: bool = False
     home: tuple[float, ...] | None = None
     home2: tuple[float, ...] | None = None
     spindle_speed: float = 0.0
