@@ -7,11 +7,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from verne_post.app.convert import convert_program as convert
+    from verne_post.app.result import Result
     from verne_post.config import load_machine
     from verne_post.model.findings import Finding, InputError
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
-    from verne_post.pipeline import Result, convert
 
 __all__ = ["Finding", "InputError", "Machine", "Options", "Result", "__version__", "convert", "gcode", "load_machine"]
 __version__ = "0.1.0"

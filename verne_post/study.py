@@ -3,6 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.app.assemble import assemble
+from verne_post.app.convert import convert_program as convert
+from verne_post.app.result import Progress, refused
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
 from verne_post.model.findings import Finding, InputError
@@ -13,7 +16,6 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.study import Study
 from verne_post.model.summary import Summary
 from verne_post.output.rounding import places_of
-from verne_post.pipeline import Progress, convert, failed, read_program
 from verne_post.toolpath.room import margins_of
 
 Array = NDArray[np.float64]
@@ -81,12 +83,12 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
     if result.ok:
         values, line, x, extremes = frames.finished()
         q = values / [column.factor for column in machine.columns]
-        lengths = read_program(source, machine, options).path.tool_length_at(line)
+        lengths = assemble(source, machine, options).path.tool_length_at(line)
         return _studied(machine, result.findings, result.summary, x, line.astype(np.int64), q, extremes, lengths)
     try:
-        program = read_program(source, machine, options)
+        program = assemble(source, machine, options)
     except InputError as error:
-        return _nothing(machine, failed(error).findings)
+        return _nothing(machine, refused(error).findings)
     n = len(program.contour)
     step = max(n * _ALONG // FRAMES, 1)
     segment = np.repeat(np.arange(0, n, step), _ALONG)

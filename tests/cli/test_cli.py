@@ -24,7 +24,8 @@ import pytest
 import verne_post
 from verne_post.cli.main import COMMANDS, gravest
 from verne_post.model.codes import CODES
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.output.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.study import FRAMES, study
 
 FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"

@@ -2,9 +2,9 @@
 
 import pytest
 
+from verne_post.app.check import check
 from verne_post.gcode.parameter_file import parameter_file, read_parameter_file
 from verne_post.model.findings import InputError
-from verne_post.pipeline import check
 
 
 def said(view, program, **options):
@@ -87,7 +87,8 @@ def test_a_parameter_file_is_found_by_the_program_and_left_behind(view):
 
 
 def test_options_go_before_a_parameter_file(machine):
-    from verne_post.model.options import Options, WorkOffset
+    from verne_post.model.options import Options
+    from verne_post.model.part_setup import WorkOffset
 
     program = b"G49 G54 G0 X0 Y0 Z60 A0 C0\nX1\nG55 X2\nM2"
     options = Options(wcs={1: WorkOffset((0.0, 0.0, 60.0))}, parameters={5221: 500.0, 5241: -3.0, 5243: -550.0})

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import interpreter_view
 from verne_post.model.moves import ZERO9, MoveKind
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 FILE = Path(__file__).parents[1] / "reference" / "rs274_semantics.jsonl"
 CASES = {row["name"]: row for row in map(json.loads, FILE.read_text("utf-8").splitlines()[1:])}

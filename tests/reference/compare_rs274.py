@@ -21,9 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
+from verne_post.app.assemble import interpreter_view
 from verne_post.model.moves import ZERO9, MoveKind
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 TOOLS = {1: Tool(1, 1, (0.0, 0.0, 10.0, *ZERO9[3:]), 6.0), 2: Tool(2, 2, (0.0, 0.0, 25.0, *ZERO9[3:]), 10.0)}
 #: rs274 prints four decimals, of an inch where the program speaks in inches.

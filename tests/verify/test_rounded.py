@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 
 from .test_verifier import MACHINE, Table, codes, judge, made, rows_of
 

@@ -10,12 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.app.assemble import assemble
+from verne_post.app.verify import verify_setpoints
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv
-from verne_post.pipeline import read_program, verify_setpoints
 
 Table = tuple[np.ndarray, np.ndarray]
 
@@ -48,7 +50,7 @@ def judge(
     fmt: SetpointFormat | None = None,
 ) -> Verification:  # fmt: skip
     """The verdict on rows that are fed in blocks."""
-    asked = read_program(source, MACHINE, options)
+    asked = assemble(source, MACHINE, options)
     fmt = fmt or setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
     blocks = (
         SetpointBlock(first, values[first : first + block], line[first : first + block], fmt)
@@ -241,7 +243,7 @@ def test_each_limit_has_its_own_bound(which: str, code: str, ratio: float) -> No
     for scale, found in ((0.9995, set()), (1.0005, {code})):
         low = getattr(MACHINE.limits, which) * worst / (ratio * scale)
         machine = replace(MACHINE, limits=replace(MACHINE.limits, **{which: low}))
-        asked = read_program(SOURCE, machine, OPTIONS)
+        asked = assemble(SOURCE, machine, OPTIONS)
         verdict = verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
         assert codes(verdict) == found
         assert getattr(verdict, f"{which}_ratio") == pytest.approx(ratio * scale, rel=1e-9)
@@ -254,7 +256,7 @@ def test_travel_is_judged_in_the_file() -> None:
     highest = float(values[:, 0].max())
     limits = MACHINE.limits
     narrow = replace(MACHINE, limits=replace(limits, upper=np.array([highest - 0.01, *limits.upper[1:]])))
-    asked = read_program(UPRIGHT, narrow, OPTIONS)
+    asked = assemble(UPRIGHT, narrow, OPTIONS)
     fmt = setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
     verdict = verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
     assert codes(verdict) == {"VP101"}
@@ -448,7 +450,7 @@ STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 
 def judge_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
-    asked = read_program(source, MACHINE, options)
+    asked = assemble(source, MACHINE, options)
     return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle))
 
 

@@ -90,7 +90,8 @@ def command(
 
     from dataclasses import replace
 
-    from verne_post.pipeline import check, failed
+    from verne_post.app.check import check
+    from verne_post.app.result import refused
 
     everything: list[Report] = []
     reports, statuses = [], []
@@ -102,9 +103,9 @@ def command(
                 source, own = program_text(name, replace(options, source_name=shown), paths)
                 result = check(source, machine, own, progress)
             except InputError as error:  # the others are judged all the same
-                result = failed(error)
+                result = refused(error)
             except click.UsageError as error:
-                result = failed(InputError(finding("VP022", error.message)))
+                result = refused(InputError(finding("VP022", error.message)))
         time = result.summary.cycle_time if result.summary else None
         said = tuple(remarks(result.summary)) if result.summary else ()
         everything.append(Report(shown, result.findings, time, source, said))

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from verne_post.app.result import Progress
     from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding, InputError
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
-    from verne_post.pipeline import Progress
 
 
 #: A zero byte in so much of a file tells that it is no text.

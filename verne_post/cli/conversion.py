@@ -13,12 +13,12 @@ import click
 from verne_post.cli.common import check_writable, write_whole
 
 if TYPE_CHECKING:
+    from verne_post.app.result import Progress, Result
     from verne_post.base.long_text import Text
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
     from verne_post.model.summary import Summary
     from verne_post.output.spool import WrittenRows
-    from verne_post.pipeline import Progress, Result
 
 #: Names of the formats; the table itself (output.formats) costs numpy.
 FORMAT_NAMES = ("csv", "linuxcnc", "pvt", "ros2", "ros2-json", "twincat", "npz", "parquet")
@@ -94,13 +94,13 @@ def converted(
     source: "Text", machine: "Machine", options: "Options", files: Files, progress: "Progress | None" = None
 ) -> "tuple[Result, str]":
     """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
+    from verne_post.app.convert import convert_program as convert
     from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.controllers import pvt_knots
     from verne_post.output.events import events_text
     from verne_post.output.formats import FORMATS
     from verne_post.output.spool import Spool
     from verne_post.output.summary import meta as meta_text
-    from verne_post.pipeline import convert
 
     said = ""
     spool = Spool(machine.columns)

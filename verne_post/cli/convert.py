@@ -46,8 +46,8 @@ def command(
 
     INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
     """
+    from verne_post.app.assemble import drives_of
     from verne_post.model.findings import InputError
-    from verne_post.pipeline import drives_of
 
     inputs = {
         f"--{key.removesuffix('_file').replace('_', '-')}": path

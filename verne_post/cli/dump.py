@@ -22,10 +22,10 @@ def command(stage: str, input_name: str, machine_name: str, subroutine_path: tup
     poses   tool tip and axis in the work frame
     joints  joint values, lean of the platform, margins to every limit
     """
+    from verne_post.app.assemble import assemble, interpreter_view
     from verne_post.cli.main import EXIT_CLEAN, EXIT_USAGE
     from verne_post.model.findings import InputError
     from verne_post.output import dump
-    from verne_post.pipeline import interpreter_view, read_program
 
     name = shown_name(input_name)
     try:
@@ -35,7 +35,7 @@ def command(stage: str, input_name: str, machine_name: str, subroutine_path: tup
             sys.stdout.writelines(dump.moves(moves))
             print_findings(name, errors)
             return EXIT_USAGE if errors else EXIT_CLEAN
-        program = read_program(source, load(machine_name), options)
+        program = assemble(source, load(machine_name), options)
     except InputError as error:
         return refuse(name, error)
     lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.joints(program.joints())

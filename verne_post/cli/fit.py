@@ -40,9 +40,10 @@ def command(
     --wcs says where the part stands now; what is not free stays so. The offset that is proposed has been judged like any program.
     Exit status: 0 it fits, 1 no place was found, 2 unusable input.
     """
+    from verne_post.app.fit import propose
     from verne_post.cli.main import EXIT_CLEAN
-    from verne_post.fit import propose
-    from verne_post.model.findings import InputError, worst
+    from verne_post.model.findings import InputError
+    from verne_post.model.verdict import worst
     from verne_post.output import fit as output
     from verne_post.pipeline import exit_code_of
 

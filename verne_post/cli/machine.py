@@ -159,13 +159,13 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed, without a tool;
     and README.txt, which says what one must see each time.
     """
+    from verne_post.app.assemble import drives_of
     from verne_post.axis_check import axis_moves
     from verne_post.cli.options import build_options, numbers_of
     from verne_post.model.findings import InputError
     from verne_post.output.axis_check import instructions
     from verne_post.output.rounding import setpoint_format
     from verne_post.output.setpoints import csv_header, csv_rows
-    from verne_post.pipeline import drives_of
 
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")

@@ -11,8 +11,8 @@ from verne_post.cli.conversion import FORMAT_NAMES
 
 if TYPE_CHECKING:
     from verne_post.config.settings import SettingsFile
-    from verne_post.model.keep_out import Box
-    from verne_post.model.options import Options, Tool, WorkOffset
+    from verne_post.model.options import Options
+    from verne_post.model.part_setup import Box, Tool, WorkOffset
     from verne_post.output.policy import Policy
 
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
@@ -258,7 +258,7 @@ def _tools(path: Path | None, lengths: Path | None, length: float | None) -> "di
 
 def _work_offsets(texts: tuple[str, ...], measured: Path | None) -> "dict[int, WorkOffset]":
     from verne_post.config.part_setup import read_offsets
-    from verne_post.model.moves import SYSTEM_NAMES
+    from verne_post.model.part_setup import SYSTEM_NAMES
 
     given = dict(_work_offset(text) for text in texts)
     found = {} if measured is None else read_offsets(read_bytes(str(measured)), str(measured))
@@ -300,7 +300,7 @@ def _boxes(given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, 
 
 
 def _box(name: str, system: str, corners: str, what: str) -> "Box":
-    from verne_post.model.keep_out import Box
+    from verne_post.model.part_setup import Box
 
     values = numbers_of(corners, what)
     if len(values) != 6:
@@ -344,7 +344,7 @@ def numbers_of(text: str, what: str) -> list[float]:
 
 
 def _system(name: str, what: str) -> int:
-    from verne_post.model.moves import SYSTEM_NAMES
+    from verne_post.model.part_setup import SYSTEM_NAMES
 
     systems = {written: number for number, written in SYSTEM_NAMES.items()}
     if name.upper() not in systems:
@@ -355,7 +355,7 @@ def _system(name: str, what: str) -> int:
 
 
 def _work_offset(text: str) -> tuple[int, "WorkOffset"]:
-    from verne_post.model.options import WorkOffset
+    from verne_post.model.part_setup import WorkOffset
 
     name, equals, rest = text.partition("=")
     if not equals:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from verne_post.app.assemble import Program, assemble
     from verne_post.model.drives import Drive
-    from verne_post.pipeline import Program
     from verne_post.verify.following import Following
 
 
@@ -65,13 +65,14 @@ def command(
     Give the options (--from, --wcs, --tool-table, ...) with which it was made; of the override, the decimals and the fixtures nothing
     need be said.
     """
+    from verne_post.app.assemble import drives_of
+    from verne_post.app.verify import verify_setpoints
     from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
     from verne_post.model.findings import InputError
     from verne_post.output.origin import changed_since, read_side_car
     from verne_post.output.parts import read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.summary import following_text, verdict_line
-    from verne_post.pipeline import drives_of, read_program, verify_setpoints
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
@@ -90,7 +91,7 @@ def command(
         if meta is not None:
             side_car = read_side_car(read_bytes(str(meta)).decode("utf-8", errors="replace"), str(meta))
             changed = changed_since(side_car, source, machine, options)
-        program = read_program(source, machine, options)
+        program = assemble(source, machine, options)
         drives = drives_of(program.machine, options)
         if setpoints.endswith(".index.json"):
             lines = [int(program.moves.line[stop]) for stop in program.stops]

@@ -10,8 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from verne_post.config.sentences import sentences
 from verne_post.gcode.codes import RS274
 from verne_post.model.findings import InputError, finding
-from verne_post.model.keep_out import Box
-from verne_post.model.moves import SYSTEM_NAMES
+from verne_post.model.part_setup import SYSTEM_NAMES, Box
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
