@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from verne_post.app.assemble import assemble
 from verne_post.cli import arithmetic
 
 os.environ.update(arithmetic.settings())  # before numpy is imported: rows of this process are those of a command's own
@@ -20,8 +19,9 @@ import pytest
 from hypothesis import settings
 
 import verne_post
-from verne_post.app.assemble import Program
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
+from verne_post.app.assemble import Program, assemble
 
 # the same examples in every run: a suite that judges a change must not depend on chance
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
@@ -77,7 +77,7 @@ def laid_out(machine: verne_post.Machine, sample_words: Callable[[str], list[str
                     given["tool_table"] = Path(value)
                 case _:
                     raise AssertionError(f"{name}: {option} is new here")
-        return assemble((SAMPLES / name).read_bytes(), machine, build_options(name, **given, **more))
+        return assemble((SAMPLES / name).read_bytes(), machine, build_options(RunFiles(), name, **given, **more))
 
     return program
 

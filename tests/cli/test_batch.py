@@ -150,10 +150,7 @@ class Bomb:
 
 def test_a_process_that_dies_takes_no_other_program_with_it(folder: Path) -> None:
     machine, options = verne_post.load_machine(), Options(tool_length=60.0)
-    jobs = [
-        Job(f"in/p{n}.nc", Path(f"out/p{n}.csv"), Path(f"out/.verne-post/p{n}.json"), machine, options, "csv", ())
-        for n in (0, 3, 6)
-    ]
+    jobs = [Job(f"in/p{n}.nc", Path("out"), Path(f"p{n}.csv"), machine, options, "csv", ()) for n in (0, 3, 6)]
     jobs[1] = replace(jobs[1], options=Bomb())  # type: ignore[arg-type]
     outcomes = {one.program: one for one in run_here(jobs, 2)}
     assert {name: one.status for name, one in outcomes.items()} == {"in/p0.nc": 0, "in/p3.nc": 70, "in/p6.nc": 0}
@@ -162,15 +159,7 @@ def test_a_process_that_dies_takes_no_other_program_with_it(folder: Path) -> Non
 
 def test_an_internal_error_is_an_outcome(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     machine = verne_post.load_machine()
-    job = Job(
-        "in/p0.nc",
-        Path("out/p0.csv"),
-        Path("out/.verne-post/p0.json"),
-        machine,
-        Options(tool_length=60.0),
-        "no such",
-        (),
-    )
+    job = Job("in/p0.nc", Path("out"), Path("p0.csv"), machine, Options(tool_length=60.0), "no such", ())
     outcome = run_job(job)
     assert outcome.status == 70
     assert outcome.findings[0].code == "VP902"

@@ -53,7 +53,7 @@ def serial(monkeypatch: pytest.MonkeyPatch) -> None:
     from verne_post.cli import machine
 
     plain = replace(verne_post.load_machine(), kind="serial", module=Serial())
-    monkeypatch.setattr(machine, "load", lambda _name: plain)
+    monkeypatch.setattr(machine, "load", lambda *_: plain)
 
 
 # --- identify --------------------------------------------------------------------------------------
@@ -287,7 +287,7 @@ def test_a_kind_without_tilting_rotary_table_has_no_slice(
     from verne_post.cli import machine
 
     whole = verne_post.load_machine()
-    monkeypatch.setattr(machine, "load", lambda _name: replace(whole, kind="serial", columns=whole.columns[:3]))
+    monkeypatch.setattr(machine, "load", lambda *_: replace(whole, kind="serial", columns=whole.columns[:3]))
     answer = run("machine", "show", "--plot", tmp_path / "a.png")
     assert (answer.code, answer.out) == (2, "")
     assert "a machine of kind 'serial' has no such pair of axes" in answer.err

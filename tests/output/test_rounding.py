@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
@@ -62,7 +63,7 @@ def test_every_cycle_that_the_command_line_takes_keeps_the_promise_of_auto(cycle
     import click
 
     try:
-        options = build_options("a.nc", cycle=cycle)
+        options = build_options(RunFiles(), "a.nc", cycle=cycle)
         fmt = setpoint_format(MACHINE, options.cycle or 0.0, None, accept_rounding=False)
     except (InputError, click.UsageError):
         assert cycle < 1e-4  # nothing that a machine uses

@@ -5,13 +5,15 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import check_writable, load, read_bytes, refuse, write_whole
-from verne_post.cli.conversion import Files
+from verne_post.cli.common import load, refuse
+from verne_post.cli.conversion import check_format
+from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import build_options, conversion_options
 
 if TYPE_CHECKING:
@@ -65,31 +67,60 @@ def command(
     from verne_post.output.junit import as_junit
     from verne_post.output.sarif import as_sarif
 
+    files = RunFiles()
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
-        check_writable(path, option)
+        if path is not None:
+            files.writes(path, option)
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)
     paths = given.pop("subroutine_path")
     try:
-        machine = load(given.pop("machine_name"))
-        options = build_options("", **given)
+        machine = load(files, given.pop("machine_name"))
+        options = build_options(files, "", **given)
     except InputError as error:
         return refuse(inputs[0], error)
-    every = _jobs(inputs, output, machine, options, file_format, paths)[share]
-    Files(None, file_format).check(split=False)
+    check_format(file_format)
+    every = _jobs(inputs, output, machine, options, file_format, paths)
+    _claim(files, every, output, paths)
+    every = every[share]
     output.mkdir(parents=True, exist_ok=True)
     running = run_here(every, jobs or _cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
     outcomes = sorted(_watched(running, len(every)), key=lambda outcome: outcome.program)
     click.echo(table(outcomes), nl=False)
+    for one in outcomes:
+        for name in one.left:
+            click.echo(
+                f"{name}: not removed: batch did not make this file, or it was changed since; it is not of {one.program} as it is now",
+                err=True,
+            )
     if junit is not None or sarif is not None:  # only they read every program once more
-        reports = [Report(one.program, one.findings, one.cycle_time_s, _text(one.program)) for one in outcomes]
+        reports = [Report(one.program, one.findings, one.cycle_time_s, _text(files, one.program)) for one in outcomes]
         if junit is not None:
-            write_whole(junit, [as_junit(reports)])
+            files.write(junit, "--junit", [as_junit(reports)])
         if sarif is not None:
-            write_whole(sarif, [as_sarif(reports)])
-    write_whole(output / "batch.json", [_listed(outcomes)])
+            files.write(sarif, "--sarif", [as_sarif(reports)])
+    files.write(output / "batch.json", _LIST, [_listed(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
+
+
+#: What batch.json is for.
+_LIST = "the list of results"
+
+
+def _claim(files: RunFiles, jobs: "list[Job]", output: Path, paths: tuple[str, ...]) -> None:
+    """Name everything that the jobs read and write, before any work: what one writes may be what another one reads."""
+    from verne_post.cli.subroutines import callable_files
+
+    for job in jobs:
+        files.reads(job.program, f"program {job.program}")
+    for folder in sorted({Path(job.program).resolve().parent for job in jobs}):
+        with suppress(click.UsageError, OSError):  # the jobs of this folder say what is wrong with --subroutine-path
+            for path in callable_files(folder, paths):
+                files.reads(path, f"subprogram {path.stem}")
+    for job in jobs:
+        job.claim(files)
+    files.claims(output / "batch.json", _LIST)
 
 
 def _cores() -> int:
@@ -116,24 +147,21 @@ def _jobs(
     paths: tuple[str, ...],
 ) -> "list[Job]":
     """A job for every program, in the order of their names."""
-    from verne_post.cli.jobs import RECORDS, Job
+    from verne_post.cli.jobs import Job
     from verne_post.output.formats import FORMATS
 
     suffix = FORMATS[file_format].suffix
     found: dict[Path, str] = {}
     for program, place in _programs(inputs, output):
-        target = output / place.with_suffix(suffix)
+        target = place.with_suffix(suffix)
         other = found.setdefault(target, program)
         if other != program:
             raise click.UsageError(
-                f"{program} and {other} would both be written to {target}; convert them into two folders"
+                f"{program} and {other} would both be written to {output / target}; convert them into two folders"
             )
     if not found:
         raise click.UsageError(f"no programs in {', '.join(inputs)}; looked for {', '.join(PROGRAMS)}")
-    jobs = [
-        Job(program, target, output / RECORDS / target.relative_to(output).with_suffix(f"{target.suffix}.json"), machine,
-            options, file_format, paths) for target, program in found.items()
-    ]  # fmt: skip
+    jobs = [Job(program, output, target, machine, options, file_format, paths) for target, program in found.items()]
     return sorted(jobs, key=lambda job: job.program)
 
 
@@ -175,10 +203,10 @@ def _watched(outcomes: Any, total: int) -> "list[Outcome]":
         return list(bar)
 
 
-def _text(program: str) -> bytes:
+def _text(files: RunFiles, program: str) -> bytes:
     try:
-        return read_bytes(program)
-    except click.UsageError:
+        return files.read(program, f"program {program}")
+    except Unreadable:
         return b""
 
 

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import check_writable, load, program_text, progress_bar, refuse, shown_name, write_whole
+from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
+from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import build_options, keep_out_options, policy_of, program_options, settings_of, way_options
 
 if TYPE_CHECKING:
@@ -77,21 +78,25 @@ def command(
     from verne_post.output.reports import FORMATS
     from verne_post.output.summary import remarks
 
-    check_writable(output_file, "--output-file")
-    check_writable(write_baseline, "--write-baseline")
+    files = RunFiles()
+    for name in inputs:
+        files.reads(name, PROGRAM)
+    for path, option in ((output_file, "--output-file"), (write_baseline, "--write-baseline")):
+        if path is not None:
+            files.writes(path, option)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     paths = given.pop("subroutine_path")
     try:
-        machine = load(given.pop("machine_name"))
-        options = build_options("", **given)
-        policy, level = policy_of(settings_of(given.get("settings")), fail_level, **asked)
+        machine = load(files, given.pop("machine_name"))
+        options = build_options(files, "", **given)
+        policy, level = policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
     except InputError as error:
         return refuse(inputs[0], error)
 
     from dataclasses import replace
 
     from verne_post.app.check import check
-    from verne_post.app.result import refused
+    from verne_post.app.result import failed
 
     everything: list[Report] = []
     reports, statuses = [], []
@@ -100,12 +105,12 @@ def command(
         source: Text = b""
         with progress_bar() as progress:
             try:
-                source, own = program_text(name, replace(options, source_name=shown), paths)
+                source, own = program_text(files, name, replace(options, source_name=shown), paths)
                 result = check(source, machine, own, progress)
             except InputError as error:  # the others are judged all the same
-                result = refused(error)
-            except click.UsageError as error:
-                result = refused(InputError(finding("VP022", error.message)))
+                result = failed(error)
+            except (click.UsageError, Unreadable) as error:
+                result = failed(InputError(finding("VP022", str(error))))
         time = result.summary.cycle_time if result.summary else None
         said = tuple(remarks(result.summary)) if result.summary else ()
         everything.append(Report(shown, result.findings, time, source, said))
@@ -116,10 +121,10 @@ def command(
             status = EXIT_VIOLATION if errors or (level == "warning" and warnings) else 0
         statuses.append(0 if exit_zero and status == EXIT_VIOLATION else status)
     if write_baseline is not None:
-        write_whole(write_baseline, [baseline_text(everything)])
+        files.write(write_baseline, "--write-baseline", [baseline_text(everything)])
     written = FORMATS[output_format](reports, machine)
     if output_file is None:
         click.echo(written, nl=False)
     else:
-        write_whole(output_file, [written])
+        files.write(output_file, "--output-file", [written])
     return gravest(statuses)

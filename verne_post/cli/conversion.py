@@ -3,14 +3,13 @@
 import importlib.util
 import sys
 import tempfile
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import check_writable, write_whole
+from verne_post.cli.files import RunFiles
 
 if TYPE_CHECKING:
     from verne_post.app.result import Progress, Result
@@ -25,74 +24,63 @@ FORMAT_NAMES = ("csv", "linuxcnc", "pvt", "ros2", "ros2-json", "twincat", "npz",
 
 
 @dataclass(frozen=True)
-class Files:
-    """Where the results go; ``output`` None: standard output, the others None: not written."""
+class Outputs:
+    """Where the results go; ``rows`` None: standard output, the others None: not written."""
 
-    output: Path | None
+    rows: Path | None
     file_format: str = "csv"
     meta: Path | None = None
     events: Path | None = None
     parameters: Path | None = None
-    inputs: Mapping[str, Path] = field(default_factory=dict)
 
-    def check(self, *, split: bool) -> None:
+    def check(self, files: RunFiles, *, split: bool) -> None:
         """Refuse names that cannot be written, or would get in each other's way, before any work is done.
 
         Raises
         ------
-        UsageError
+        UsageError, FileError
         """
         from verne_post.output.events import SUFFIXES
-        from verne_post.output.formats import FORMATS
 
-        needs = FORMATS[self.file_format].needs
-        if needs is not None and importlib.util.find_spec(needs) is None:
-            raise click.UsageError(
-                f"--format {self.file_format} needs {needs}, which is not installed; install it with: pip install 'verne-post[{self.file_format}]'"
-            )
+        check_format(self.file_format)
         if self.events is not None and self.events.suffix not in SUFFIXES:
             raise click.UsageError(f"--events {self.events}: expected a name that ends in {' or '.join(SUFFIXES)}")
-        self._check_apart()
         if split:
-            self._check_parts()
-        for what, path in self._named().items():
-            check_writable(path, what)
+            self._check_parts(files)
+        named = {"-o": self.rows, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
+        for what, path in named.items():
+            if path is not None:
+                files.writes(path, what)
 
-    def _named(self) -> dict[str, Path | None]:
-        return {"-o": self.output, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
-
-    def _check_apart(self) -> None:
-        """Refuse an output that is an input, or another output."""
-        seen = {path.resolve(): what for what, path in self.inputs.items()}
-        for what, path in self._named().items():
-            if path is None or not (path.is_file() or not path.exists()):
-                continue  # a device or a pipe may serve twice
-            other = seen.setdefault(path.resolve(), what)
-            if other != what:
-                raise click.UsageError(f"{what} {path}: this is the file of {other}; choose another name")
-
-    def _check_parts(self) -> None:
-        """Refuse names of parts that would be those of other files."""
+    def _check_parts(self, files: RunFiles) -> None:
+        """Refuse names of parts that would be those of other files or folders."""
         from verne_post.output.parts import is_derived
 
-        if self.output is None:
+        if self.rows is None:
             raise click.UsageError("--split-at-stops writes several files; give their name with -o")
         if self.file_format != "csv":
             raise click.UsageError(f"--split-at-stops writes csv; --format {self.file_format} is for whole programs")
-        others = {**self._named(), **self.inputs}
-        for what, path in others.items():
-            if what != "-o" and path is not None and is_derived(path, self.output):
-                raise click.UsageError(
-                    f"{what} {path}: a part of -o {self.output} may have this name; choose another one"
-                )
-        for path in self.output.resolve().parent.glob("*"):
-            if path.is_dir() and is_derived(path, self.output):
-                raise click.UsageError(f"-o {self.output}: a part may have the name of the folder {path.name}")
+        files.claims_parts(self.rows, "-o")
+        for path in self.rows.resolve().parent.glob("*"):
+            if path.is_dir() and is_derived(path, self.rows):
+                raise click.UsageError(f"-o {self.rows}: a part may have the name of the folder {path.name}")
+
+
+def check_format(name: str) -> None:
+    """Refuse a format whose package is not installed."""
+    from verne_post.output.formats import FORMATS
+
+    needs = FORMATS[name].needs
+    if needs is not None and importlib.util.find_spec(needs) is None:
+        raise click.UsageError(
+            f"--format {name} needs {needs}, which is not installed; install it with: pip install 'verne-post[{name}]'"
+        )
 
 
 def converted(
-    source: "Text", machine: "Machine", options: "Options", files: Files, progress: "Progress | None" = None
-) -> "tuple[Result, str]":
+    source: "Text", machine: "Machine", options: "Options", outputs: Outputs, files: RunFiles,
+    progress: "Progress | None" = None,
+) -> "tuple[Result, str]":  # fmt: skip
     """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
     from verne_post.app.convert import convert_program as convert
     from verne_post.gcode.parameter_file import parameter_file
@@ -110,40 +98,41 @@ def converted(
     assert result.summary is not None
     rows = spool.rows()
     if options.split_at_stops:
-        assert files.output is not None
-        _write_parts(files.output, rows, result.summary)
-    elif files.output is None:
+        assert outputs.rows is not None
+        _write_parts(files, outputs.rows, rows, result.summary)
+    elif outputs.rows is None:
         sys.stdout.flush()
-        for part in FORMATS[files.file_format].write(rows):
+        for part in FORMATS[outputs.file_format].write(rows):
             sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
     else:
-        write_whole(files.output, FORMATS[files.file_format].write(rows))
-    if files.file_format == "pvt":
+        files.write(outputs.rows, "-o", FORMATS[outputs.file_format].write(rows))
+    if outputs.file_format == "pvt":
         step, off = pvt_knots(rows)
         said = f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most " + ", ".join(
             f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(machine.columns, off, strict=True)
         ) + ".\n"  # fmt: skip
-    if files.meta is not None:
-        write_whole(files.meta, [meta_text(result.summary)])
-    if files.events is not None:
-        write_whole(files.events, [events_text(result.summary, files.events.suffix)])
-    if files.parameters is not None:
-        write_whole(files.parameters, [parameter_file(dict(result.summary.parameters))])
+    if outputs.meta is not None:
+        files.write(outputs.meta, "--meta", [meta_text(result.summary)])
+    if outputs.events is not None:
+        files.write(outputs.events, "--events", [events_text(result.summary, outputs.events.suffix)])
+    if outputs.parameters is not None:
+        files.write(outputs.parameters, "--write-parameters", [parameter_file(dict(result.summary.parameters))])
     return result, said
 
 
-def _write_parts(output: Path, rows: "WrittenRows", summary: "Summary") -> None:
+def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:
     """Write all parts beside their place, and then put them there in the stead of older ones; the index comes last."""
     from verne_post.model.findings import InputError
     from verne_post.output.formats import FORMATS
     from verne_post.output.parts import index, index_path, is_derived, part_path, parts_of
 
     with tempfile.TemporaryDirectory(prefix=f".{output.name}.", dir=output.resolve().parent) as folder:
-        names = []
-        for number, part in enumerate(summary.parts, start=1):
-            names.append(part_path(output, number))
-            write_whole(Path(folder) / names[-1].name, FORMATS["csv"].write(rows.part(part.first_row, part.last_row)))
+        names = [part_path(output, number) for number in range(1, len(summary.parts) + 1)]
+        for name, part in zip(names, summary.parts, strict=True):
+            files.claims(name, "-o")
+            text = FORMATS["csv"].write(rows.part(part.first_row, part.last_row))
+            files.write(Path(folder) / name.name, "-o", text)
         old: list[Path] = []
         if index_path(output).exists():
             try:
@@ -155,5 +144,5 @@ def _write_parts(output: Path, rows: "WrittenRows", summary: "Summary") -> None:
             if is_derived(path, output):
                 path.unlink(missing_ok=True)
         for name in names:
-            (Path(folder) / name.name).replace(name)
-    write_whole(index_path(output), [index(output, summary)])
+            files.place(Path(folder) / name.name, name, "-o")
+    files.write(index_path(output), "-o", [index(output, summary)])

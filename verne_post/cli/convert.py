@@ -5,8 +5,9 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import load, print_findings, program_text, progress_bar, refuse, shown_name
-from verne_post.cli.conversion import Files, converted
+from verne_post.cli.common import PROGRAM, load, print_findings, program_text, progress_bar, refuse, shown_name
+from verne_post.cli.conversion import Outputs, converted
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options, conversion_options
 
 
@@ -49,19 +50,14 @@ def command(
     from verne_post.app.assemble import drives_of
     from verne_post.model.findings import InputError
 
-    inputs = {
-        f"--{key.removesuffix('_file').replace('_', '-')}": path
-        for key, path in given.items()
-        if isinstance(path, Path)
-    }
-    inputs |= {"INPUT": Path(input_name), "--machine": Path(given["machine_name"])}
-    files = Files(output, file_format, meta, events, write_parameters, inputs)
-    files.check(split=given["split_at_stops"])
+    files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
+    files.reads(input_name, PROGRAM)
+    outputs.check(files, split=given["split_at_stops"])
     name = shown_name(input_name)
     try:
-        machine = load(given.pop("machine_name"))
+        machine = load(files, given.pop("machine_name"))
         paths = given.pop("subroutine_path")
-        source, options = program_text(input_name, build_options(name, **given), paths)
+        source, options = program_text(files, input_name, build_options(files, name, **given), paths)
         drives_of(machine, options)
     except InputError as error:
         return refuse(name, error)
@@ -69,7 +65,7 @@ def command(
     from verne_post.output.summary import paragraph
 
     with progress_bar() as progress:
-        result, said = converted(source, machine, options, files, progress)
+        result, said = converted(source, machine, options, outputs, files, progress)
     print_findings(name, result.findings)
     if result.ok and result.summary is not None:
         click.echo(paragraph(result.summary) + said, nl=False, err=True)

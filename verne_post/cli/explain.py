@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from verne_post.cli.common import load, program_text, refuse
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options, program_options, way_options
 
 
@@ -20,7 +21,6 @@ def command(what: str, machine_name: str, **given: Any) -> int:
     would make it legal, both table solutions with their margins, and every solution of the machine with the reasons why
     it is refused. CODE (VP102) prints meaning, response, remedy and parameters.
     """
-    from verne_post.app.assemble import assemble
     from verne_post.model.codes import CODES, PARAMETERS, response
 
     code = CODES.get(what.upper())
@@ -35,15 +35,16 @@ def command(what: str, machine_name: str, **given: Any) -> int:
     name, colon, number = what.rpartition(":")
     if not colon or not number.isdecimal():
         raise click.UsageError(f"{what!r} is neither INPUT:LINE nor a finding code; they are {', '.join(CODES)}")
-    from verne_post.app.assemble import modal_state
     from verne_post.kinematics.remedies import of_line
     from verne_post.model.findings import InputError
     from verne_post.output.explain import Line, explain_line, lines_near
+    from verne_post.app.assemble import modal_state, assemble
 
     line, paths = int(number), given.pop("subroutine_path")
+    files = RunFiles()
     try:
-        source, options = program_text(name, build_options(name, **{**given, "smoothing": "off"}), paths)
-        program = assemble(source, load(machine_name), options)
+        source, options = program_text(files, name, build_options(files, name, **{**given, "smoothing": "off"}), paths)
+        program = assemble(source, load(files, machine_name), options)
     except InputError as error:
         return refuse(name, error)
     joints = of_line(program.joints(), line)

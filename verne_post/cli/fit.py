@@ -5,6 +5,7 @@ from typing import Any
 import click
 
 from verne_post.cli.common import load, program_text, refuse, shown_name
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options, keep_out_options, numbers_of, program_options
 
 
@@ -50,10 +51,11 @@ def command(
     name = shown_name(input_name)
     if not free or len(set(free)) != len(free) or not set(free) <= set("xyzc"):
         raise click.UsageError(f"--free {free}: expected some of the letters x, y, z, c, each once")
+    files = RunFiles()
     try:
-        machine = load(given.pop("machine_name"))
+        machine = load(files, given.pop("machine_name"))
         paths = given.pop("subroutine_path")
-        source, options = program_text(input_name, build_options(name, **given), paths)
+        source, options = program_text(files, input_name, build_options(files, name, **given), paths)
         allowed = dict(_range(text, free) for text in ranges)
         proposal = propose(source, machine, options, free, allowed, least_time=minimise == "time")
     except InputError as error:

@@ -2,16 +2,19 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+import os
+import tempfile
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Final, Literal
 
-from verne_post.cli.common import program_text, write_whole
-from verne_post.cli.conversion import Files, converted
+from verne_post.cli.common import program_text
+from verne_post.cli.conversion import Outputs, converted
+from verne_post.cli.files import FileError, RunFiles, Unreadable
 from verne_post.model.findings import Finding, InputError, finding
 
 if TYPE_CHECKING:
@@ -22,28 +25,65 @@ if TYPE_CHECKING:
 #: Where records lie, in the output folder.
 RECORDS = ".verne-post"
 #: A record of another layout is not read.
-_LAYOUT = 1
+_LAYOUT: Final = 2
 
 
 @dataclass(frozen=True)
 class Job:
-    """One program: its file, and where its rows go.
-
-    ``record`` is the file that knows what was made of it last time.
-    """
+    """One program: its file, and where its rows go: the file ``place`` in the output folder ``root``."""
 
     program: str
-    output: Path
-    record: Path
+    root: Path
+    place: Path
     machine: "Machine"
     options: "Options"
     file_format: str
     subroutine_path: tuple[str, ...]
 
+    @property
+    def output(self) -> Path:
+        """The file of the rows."""
+        return self.root / self.place
+
+    @property
+    def side_car(self) -> Path:
+        """The file of ``--meta``."""
+        return self.output.with_name(f"{self.output.name}.meta.json")
+
+    @property
+    def record(self) -> Path:
+        """The file that knows what was made of the program last time."""
+        return self.root / RECORDS / self.place.with_name(f"{self.place.name}.json")
+
+    def claim(self, files: RunFiles) -> None:
+        """Name everything that this job writes; all of it lies in the output folder.
+
+        Raises
+        ------
+        FileError
+        """
+        named = [(self.side_car, f"the side-car of {self.program}"), (self.record, f"the record of {self.program}")]
+        if self.options.split_at_stops:
+            files.claims_parts(self.output, self.rows)
+        else:
+            named.append((self.output, self.rows))
+        for path, what in named:
+            if not _inside(self.root, path):
+                raise FileError(f"{path}: a symbolic link leads out of {self.root}; batch writes only inside it")
+            files.claims(path, what)
+
+    @property
+    def rows(self) -> str:
+        """How the rows are called where their file gets in the way of another."""
+        return f"the rows of {self.program}"
+
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a program; ``again`` where nothing had to be done."""
+    """What became of a program; ``again`` where nothing had to be done.
+
+    ``left`` are files that bear the names of its rows, and that are not known to be made by batch.
+    """
 
     program: str
     status: int
@@ -51,6 +91,21 @@ class Outcome:
     cycle_time_s: float | None = None
     rows: int | None = None
     again: bool = False
+    left: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Record:
+    """What was made of a program: SHA-256 of each file by its name in the output folder.
+
+    It is written before the files are put in place, and counts only while all of them are there as it says. So whenever batch is killed,
+    a file of rows either is what its record says or was never made by batch.
+    """
+
+    layout: Literal[2]
+    key: str
+    files: dict[str, str]
+    outcome: Outcome
 
 
 def run_job(job: Job) -> Outcome:
@@ -59,6 +114,8 @@ def run_job(job: Job) -> Outcome:
         return _outcome(job)
     except KeyboardInterrupt:
         raise
+    except FileError as error:
+        return Outcome(job.program, 2, (finding("VP022", str(error)),))
     except Exception as error:
         text = f"internal error: {type(error).__name__}: {error}"
         return Outcome(job.program, 70, (finding("VP902", text),))
@@ -67,38 +124,44 @@ def run_job(job: Job) -> Outcome:
 def _outcome(job: Job) -> Outcome:
     import click
 
+    files, record, key = RunFiles(), _record(job), None
+    job.claim(files)
     try:
-        source, options = program_text(job.program, replace(job.options, source_name=job.program), job.subroutine_path)
+        options = replace(job.options, source_name=job.program)
+        source, options = program_text(files, job.program, options, job.subroutine_path)
+        key = _key(job, source, options)
     except InputError as error:
-        return Outcome(job.program, 2, error.findings)
-    except click.UsageError as error:
-        return Outcome(job.program, 2, (finding("VP022", error.message),))
-    key = _key(job, source, options)
-    old = _record(job.record)
-    if (
-        old is not None
-        and old["key"] == key
-        and all(_digest(Path(name)) == digest for name, digest in old["files"].items())
-    ):
-        return _known(job, old)
-    for name in () if old is None else old["files"]:
-        Path(name).unlink(missing_ok=True)  # rows of another program, or of other options, must not stay
+        done = Outcome(job.program, 2, error.findings)
+    except (click.UsageError, Unreadable) as error:
+        done = Outcome(job.program, 2, (finding("VP022", str(error)),))
+    if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
+        return replace(record.outcome, program=job.program, again=True, left=_left(job, record, record.files))
+    if record is not None:  # rows of another program, or of other options, must not stay
+        for name, digest in record.files.items():
+            if _is_made(job, name, digest):
+                Path(os.path.realpath(job.root / name)).unlink()
     job.record.unlink(missing_ok=True)
+    if key is None:
+        return replace(done, left=_left(job, record, ()))
     job.output.parent.mkdir(parents=True, exist_ok=True)
-    files = Files(job.output, job.file_format, meta=_side_car(job.output))
-    result, _said = converted(source, job.machine, options, files)
-    summary = result.summary if result.ok else None
-    done = Outcome(
-        job.program, result.exit_code, result.findings,
-        None if summary is None else summary.cycle_time, None if summary is None else summary.n_rows,
-    )  # fmt: skip
-    if done.status != 70:
-        written = _written(job, options) if result.ok else []
-        record = {"layout": _LAYOUT, "key": key, "files": {str(path): _digest(path) for path in written},
-                  "outcome": {**asdict(done), "again": True}}  # fmt: skip
-        job.record.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(job.record, [json.dumps(record, allow_nan=False) + "\n"])
-    return done
+    with tempfile.TemporaryDirectory(prefix=f".{job.output.name}.", dir=job.output.parent) as folder:
+        outputs = Outputs(Path(folder) / job.output.name, job.file_format, meta=Path(folder) / job.side_car.name)
+        result, _said = converted(source, job.machine, options, outputs, files)
+        summary = result.summary if result.ok else None
+        done = Outcome(
+            job.program, result.exit_code, result.findings,
+            None if summary is None else summary.cycle_time, None if summary is None else summary.n_rows,
+        )  # fmt: skip
+        made = {(job.place.parent / path.name).as_posix(): path for path in sorted(Path(folder).iterdir())}
+        if done.status != 70:
+            digests = {name: _digest(path) for name, path in made.items()}
+            text = json.dumps(asdict(Record(_LAYOUT, key, digests, done)), allow_nan=False)
+            job.record.parent.mkdir(parents=True, exist_ok=True)
+            files.write(job.record, f"the record of {job.program}", [text + "\n"])
+            for name, path in made.items():
+                own = job.side_car.name == path.name
+                files.place(path, job.root / name, f"the side-car of {job.program}" if own else job.rows)
+    return replace(done, left=_left(job, record, made))
 
 
 def _key(job: Job, source: "Text", options: "Options") -> str:
@@ -115,41 +178,51 @@ def _key(job: Job, source: "Text", options: "Options") -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
-def _record(path: Path) -> dict[str, Any] | None:
-    """What was made last time, None where nothing is known."""
+def _record(job: Job) -> Record | None:
+    """What was made last time; None where nothing is known, or the record is none that batch can have written."""
+    from pydantic import TypeAdapter
+
+    from verne_post.output.parts import index_path, is_derived
+
     try:
-        data = json.loads(path.read_text("utf-8"))
-        return dict(data) if data["layout"] == _LAYOUT and isinstance(data["files"], dict) else None
-    except (OSError, ValueError, KeyError, TypeError):
+        raw = job.record.read_bytes()
+        json.dumps(json.loads(raw), allow_nan=False)  # pydantic lets endless numbers pass
+        record = TypeAdapter(Record).validate_json(raw, strict=True)
+        paths = [job.root / name for name in record.files]
+        own = all(path in (job.output, job.side_car) or is_derived(path, job.output) for path in paths)
+    except (OSError, ValueError, RecursionError):
         return None
+    whole = record.outcome.status != 0 or {job.output, index_path(job.output)} & set(paths)
+    return record if own and whole else None
 
 
-def _known(job: Job, record: dict[str, Any]) -> Outcome:
-    told = record["outcome"]
-    return Outcome(**{**told, "findings": tuple(Finding(**item) for item in told["findings"]), "program": job.program})
+def _inside(root: Path, path: Path) -> bool:
+    """True for a path that lies in a folder, wherever links lead."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
 
 
-def _side_car(output: Path) -> Path:
-    return output.with_name(f"{output.name}.meta.json")
-
-
-def _written(job: Job, options: "Options") -> list[Path]:
-    """The files that a conversion has written."""
-    from verne_post.output.parts import index_path, parts_of
-
-    if not options.split_at_stops:
-        return [job.output, _side_car(job.output)]
-    index = index_path(job.output)
-    return [*parts_of(index), index, _side_car(job.output)]
-
-
-def _digest(path: Path) -> str | None:
-    """SHA-256 of a file, None where there is none."""
+def _is_made(job: Job, name: str, digest: str) -> bool:
+    """True for a file that is as batch made it."""
+    path = job.root / name
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return _inside(job.root, path) and _digest(path) == digest
     except OSError:
-        return None
+        return False
+
+
+def _left(job: Job, record: Record | None, made: Collection[str]) -> tuple[str, ...]:
+    """Files that bear names of this program's results, and are none."""
+    from verne_post.output.parts import index_path
+
+    index = [index_path(job.output)] if job.options.split_at_stops else []
+    paths = {job.output, job.side_car, *index, *(job.root / name for name in (record.files if record else ()))}
+    return tuple(sorted(str(path) for path in paths - {job.root / name for name in made} if os.path.lexists(path)))
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 # --- who runs them ---------------------------------------------------------------------------------

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import check_writable, load, read_bytes, refuse, shown_name, write_whole
+from verne_post.cli.common import load, refuse, shown_name
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import units_option
 
 if TYPE_CHECKING:
@@ -58,20 +59,21 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
         if isinstance(value, float) and (not math.isfinite(value) or (key == "tool_length" and not 0 <= value <= 1e4)):
             right = "a tool length lies between 0 and 10000 mm" if key == "tool_length" else "expected a number"
             raise click.UsageError(f"--{key.replace('_', '-')} {value:g}: {right}")
+    files = RunFiles()
     try:
-        machine = load(name)
+        machine = load(files, name, "NAME|FILE")
     except InputError as error:
         return refuse(name, error)
     if plot is not None:
-        _draw(name, machine, plot, iso_alpha, of_slice)
+        _draw(files, name, machine, plot, iso_alpha, of_slice)
         return 0
-    path = machine_files().get(name, name)
-    with click.open_file(str(path), encoding="utf-8") as file:
-        click.echo(file.read(), nl=False)
+    click.echo(files.read(machine_files().get(name, name), "NAME|FILE").decode("utf-8"), nl=False)
     return 0
 
 
-def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: dict[str, float | str | None]) -> None:
+def _draw(
+    files: RunFiles, name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: dict[str, float | str | None]
+) -> None:
     """Write a picture of a machine."""
     import numpy as np
 
@@ -85,7 +87,7 @@ def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: 
         raise click.UsageError(
             f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal lean; leave the option out for a slice"
         )
-    check_writable(plot, "--plot")
+    files.writes(plot, "--plot")
     try:
         import matplotlib as _needed  # noqa: F401
     except ImportError:
@@ -93,7 +95,7 @@ def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: 
             "--plot needs matplotlib, which is not installed; install it with: pip install 'verne-post[plot]'"
         ) from None
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
-        write_whole(plot, [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
+        files.write(plot, "--plot", [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
         return
     factors = {column.joint: column.factor for column in machine.columns}
     if not {"a", "c"} <= set(factors):
@@ -110,7 +112,7 @@ def _draw(name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: 
         figure, drawn = plots.workspace_figure(machine, plane, at, angles, length)
     except plots.NothingReached as error:
         raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
-    write_whole(plot, [plots.picture(figure, suffix)])
+    files.write(plot, "--plot", [plots.picture(figure, suffix)])
     click.echo(f"{plot}: {plots.said_of_slice(plane, *drawn)}")
 
 
@@ -123,7 +125,7 @@ def validate(name: str) -> int:
     from verne_post.model.findings import InputError
 
     try:
-        machine = load(name)
+        machine = load(RunFiles(), name)
         found = validate_machine(machine)
         if found:
             raise InputError(*found)
@@ -169,10 +171,11 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
 
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")
-    check_writable(output / "README.txt" if output.exists() else output, "-o")
+    files = RunFiles()
+    files.writes(output / "README.txt" if output.exists() else output, "-o")
     try:
-        machine = load(machine_name)
-        options = build_options("axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
+        machine = load(files, machine_name)
+        options = build_options(files, "axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
         drives = drives_of(machine, options)
         fmt = setpoint_format(machine, cycle or machine.cycle, None, accept_rounding=accept_rounding, drives=drives)
         moves = list(axis_moves(machine, tuple(numbers_of(at, f"--at {at}")), fmt))
@@ -180,9 +183,9 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
         return refuse(machine_name, error)
     output.mkdir(exist_ok=True)
     for move in moves:
-        write_whole(output / f"{move.name}.csv", [csv_header(machine.columns, drives), csv_rows(move.block)])
+        files.write(output / f"{move.name}.csv", "-o", [csv_header(machine.columns, drives), csv_rows(move.block)])
     text = instructions(machine, moves)
-    write_whole(output / "README.txt", [text])
+    files.write(output / "README.txt", "-o", [text])
     click.echo(text, nl=False)
     return 0
 
@@ -272,8 +275,9 @@ def identify_(
             raise click.UsageError(f"--sigma-{option} {value:g}: an uncertainty is a number from 0 on")
     if sigma_xyz == 0 and sigma_rod == 0:
         raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
+    files = RunFiles()
     try:
-        machine = load(machine_name)
+        machine = load(files, machine_name)
     except InputError as error:
         return refuse(machine_name, error)
     module = machine.module
@@ -300,7 +304,7 @@ def identify_(
     if len(fixed) == len(present):
         raise click.UsageError("no length is left to estimate")
     try:
-        data = read_measured(read_bytes(measured), module.actuators)
+        data = read_measured(files.read(measured, "MEASURED.csv"), module.actuators)
         sigma = Uncertainty(sigma_rho, sigma_xyz, RAD_PER_DEG * sigma_alpha_deg, sigma_rod)
         result = identify(module, data, sigma, fixed, groups, starts)
     except InputError as error:

@@ -13,6 +13,7 @@ import click
 
 from verne_post import __version__
 from verne_post.cli.arithmetic import same_everywhere
+from verne_post.cli.files import FileError
 
 #: Command -> module of :mod:`verne_post.cli` that defines it.
 COMMANDS: Final = {
@@ -105,6 +106,9 @@ def main(arguments: list[str]) -> int:
         return EXIT_INTERRUPTED
     except click.ClickException as error:
         error.show()
+        return EXIT_USAGE
+    except FileError as error:
+        click.echo(f"Error: {error}", err=True)
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED

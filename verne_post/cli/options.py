@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import read_bytes
 from verne_post.cli.conversion import FORMAT_NAMES
+from verne_post.cli.files import RunFiles
 
 if TYPE_CHECKING:
     from verne_post.config.settings import SettingsFile
@@ -171,7 +171,7 @@ def units_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)  # fmt: skip
 
 
-def build_options(name: str, **given: Any) -> "Options":
+def build_options(files: RunFiles, name: str, **given: Any) -> "Options":
     """Options from the values of the command line."""
     from verne_post.model.options import Options
 
@@ -196,17 +196,17 @@ def build_options(name: str, **given: Any) -> "Options":
     length = given.get("tool_length")
     if length is not None and not 0.0 <= length <= 1e4:
         raise click.UsageError(f"--tool-length {length:g}: a tool length lies between 0 and 10000 mm")
-    settings = settings_of(given.get("settings"))
+    settings = settings_of(files, given.get("settings"))
     return Options(
         dialect=given.get("dialect", "auto"),
-        parameters=_parameters(given.get("parameter_file")),
+        parameters=_parameters(files, given.get("parameter_file")),
         parameter_mm=25.4 if given.get("parameter_units") == "inch" else 1.0,
         max_repeats=given.get("max_repeats", MAX_REPEATS),
         remap={} if settings is None else dict(settings.remap),
         tool_length=length,
-        tools=_tools(given.get("tool_table"), given.get("tool_lengths"), length),
-        wcs=_work_offsets(given.get("wcs", ()), given.get("measured_offset")),
-        **_boxes(given, settings),
+        tools=_tools(files, given.get("tool_table"), given.get("tool_lengths"), length),
+        wcs=_work_offsets(files, given.get("wcs", ()), given.get("measured_offset")),
+        **_boxes(files, given, settings),
         cycle=cycle,
         decimals=given.get("decimals"),
         units=given.get("units", "joint"),
@@ -240,35 +240,35 @@ def _radians(angle_deg: float | None) -> float | None:
     return None if angle_deg is None else RAD_PER_DEG * angle_deg
 
 
-def _tools(path: Path | None, lengths: Path | None, length: float | None) -> "dict[int, Tool] | None":
+def _tools(files: RunFiles, path: Path | None, lengths: Path | None, length: float | None) -> "dict[int, Tool] | None":
     from verne_post.config.part_setup import read_lengths
     from verne_post.gcode.tools import read_tool_table
 
     tools = None
     if path is not None:
-        tools = read_tool_table(read_bytes(str(path)).decode("utf-8", errors="replace"), str(path))
+        tools = read_tool_table(files.read(path, "--tool-table").decode("utf-8", errors="replace"), str(path))
     if lengths is not None:
         if length is not None:
             raise click.UsageError(
                 "--tool-length and --tool-lengths exclude each other: the first holds for every tool"
             )
-        tools = read_lengths(read_bytes(str(lengths)), str(lengths), tools or {})
+        tools = read_lengths(files.read(lengths, "--tool-lengths"), str(lengths), tools or {})
     return tools
 
 
-def _work_offsets(texts: tuple[str, ...], measured: Path | None) -> "dict[int, WorkOffset]":
+def _work_offsets(files: RunFiles, texts: tuple[str, ...], measured: Path | None) -> "dict[int, WorkOffset]":
     from verne_post.config.part_setup import read_offsets
     from verne_post.model.part_setup import SYSTEM_NAMES
 
     given = dict(_work_offset(text) for text in texts)
-    found = {} if measured is None else read_offsets(read_bytes(str(measured)), str(measured))
+    found = {} if measured is None else read_offsets(files.read(measured, "--measured-offset"), str(measured))
     for system in found:
         if system in given:
             raise click.UsageError(f"--wcs {SYSTEM_NAMES[system]}: {measured} has this work offset too; give it once")
     return given | found
 
 
-def _boxes(given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, Any]:
+def _boxes(files: RunFiles, given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, Any]:
     """Fixtures, stock and shapes of tools: those of the command line before those of the settings file."""
     from verne_post.config.tool_shapes import read_tool_shapes
 
@@ -295,7 +295,7 @@ def _boxes(given: dict[str, Any], settings: "SettingsFile | None") -> dict[str, 
     return {
         "keep_out": tuple(fixtures.values()),
         "stock": stock,
-        "tool_shapes": {} if shapes is None else read_tool_shapes(read_bytes(str(shapes)), str(shapes)),
+        "tool_shapes": {} if shapes is None else read_tool_shapes(files.read(shapes, "--tool-shapes"), str(shapes)),
     }
 
 
@@ -314,20 +314,23 @@ def _box(name: str, system: str, corners: str, what: str) -> "Box":
     return Box(name, (low[0], low[1], low[2]), (high[0], high[1], high[2]), number)
 
 
-def _parameters(path: Path | None) -> dict[int, float]:
+def _parameters(files: RunFiles, path: Path | None) -> dict[int, float]:
     if path is None:
         return {}
     from verne_post.gcode.parameter_file import read_parameter_file
 
-    return read_parameter_file(read_bytes(str(path)).decode("utf-8", errors="replace"), str(path))
+    return read_parameter_file(files.read(path, "--parameters").decode("utf-8", errors="replace"), str(path))
 
 
-def settings_of(path: Path | None) -> "SettingsFile | None":
+def settings_of(files: RunFiles, path: Path | None) -> "SettingsFile | None":
     """The settings file in force."""
     from verne_post.config.settings import find_settings, load_settings
 
     found = find_settings(Path.cwd()) if path is None else path
-    return None if found is None else load_settings(found)
+    if found is None:
+        return None
+    files.reads(found, "--settings" if path is not None else "the settings")
+    return load_settings(found)
 
 
 def numbers_of(text: str, what: str) -> list[float]:
@@ -379,7 +382,7 @@ def _start(text: str | None) -> str | tuple[float, ...] | None:
 
 
 def policy_of(
-    settings: "SettingsFile | None", fail_level: str | None, select: str | None, ignore: str | None, severity: tuple[str, ...],
+    files: RunFiles, settings: "SettingsFile | None", fail_level: str | None, select: str | None, ignore: str | None, severity: tuple[str, ...],
     baseline: Path | None,
 ) -> "tuple[Policy, str]":  # fmt: skip
     """Which findings count, and from which gravity: options and environment before the settings file."""
@@ -405,7 +408,7 @@ def policy_of(
     fingerprints = (
         frozenset()
         if known is None
-        else read_baseline(read_bytes(str(known)).decode("utf-8", errors="replace"), str(known))
+        else read_baseline(files.read(known, "--baseline").decode("utf-8", errors="replace"), str(known))
     )
     return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
         file.fail_level if file else None

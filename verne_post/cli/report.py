@@ -6,7 +6,8 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import check_writable, load, program_text, progress_bar, refuse, shown_name, write_whole
+from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options, keep_out_options, playback_options, program_options, way_options
 
 
@@ -39,22 +40,24 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
         raise click.UsageError(
             f"--static {static}: expected a name that ends in {' or '.join(report_picture.SUFFIXES)}"
         )
+    files = RunFiles()
+    files.reads(input_name, PROGRAM)
     for path, option, package, extra in (
         (output, "-o", "plotly", "report"),
         (static, "--static", "matplotlib", "plot"),
     ):
-        check_writable(path, option)
-        if path is not None and importlib.util.find_spec(package) is None:
+        if path is None:
+            continue
+        files.writes(path, option)
+        if importlib.util.find_spec(package) is None:
             raise click.UsageError(
                 f"{option} needs {package}, which is not installed; install it with: pip install 'verne-post[{extra}]'"
             )
-    if {path.resolve() for path in (output, static) if path is not None} & {Path(input_name).resolve()}:
-        raise click.UsageError("the page would replace the program; choose another name")
     name = shown_name(input_name)
     try:
-        machine = load(given.pop("machine_name"))
+        machine = load(files, given.pop("machine_name"))
         paths = given.pop("subroutine_path")
-        source, options = program_text(input_name, build_options(name, **given), paths)
+        source, options = program_text(files, input_name, build_options(files, name, **given), paths)
     except InputError as error:
         return refuse(name, error)
 
@@ -63,8 +66,8 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
     with progress_bar() as progress:
         found = study(source, machine, options, progress)
     if output is not None:
-        write_whole(output, [page(name, source, machine, found)])
+        files.write(output, "-o", [page(name, source, machine, found)])
     if static is not None:
-        write_whole(static, [report_picture.picture_of(name, machine, found, static.suffix)])
+        files.write(static, "--static", [report_picture.picture_of(name, machine, found, static.suffix)])
     errors = [item for item in found.findings if item.severity == "error"]
     return exit_code_of(InputError(*errors)) if errors else 0

@@ -9,6 +9,7 @@ import click
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
+    from verne_post.cli.files import RunFiles
 
 
 #: Endings under which a file is looked for.
@@ -21,11 +22,12 @@ _NUMBERED: Final = re.compile(
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
 
 
-def gather(source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, bytes]:
+def gather(files: "RunFiles", source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, bytes]:
     """Text of every file that the program, or a file that it calls, may call.
 
     Parameters
     ----------
+    files : RunFiles
     source : Text
         The program.
     folder : Path
@@ -51,9 +53,21 @@ def gather(source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, by
         text = waiting.pop()
         for name in _called(text, known):
             if name in known and name not in found:
-                found[name] = known[name].read_bytes()
+                found[name] = files.read(known[name], f"subprogram {name}")
                 waiting.append(found[name])
     return found
+
+
+def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
+    """Every file that a program of a folder may call.
+
+    Raises
+    ------
+    click.UsageError
+        As :func:`gather`.
+    """
+    root = folder.resolve()
+    return list(_files(root, _places(folder, root, paths)).values())
 
 
 def _called(text: "Text", known: dict[str, Path]) -> list[str]:

@@ -1,12 +1,13 @@
 """`verne-post verify`: judge a setpoint file as written."""
 
-import sys
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import load, print_findings, program_text, read_bytes, refuse, shown_name
+from verne_post.cli.common import load, print_findings, program_text, refuse, shown_name
+from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options, program_options, units_option, way_options
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def command(
     from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
     from verne_post.model.findings import InputError
     from verne_post.output.origin import changed_since, read_side_car
-    from verne_post.output.parts import read_parts
+    from verne_post.output.parts import parts_of, read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.summary import following_text, verdict_line
 
@@ -82,28 +83,30 @@ def command(
         raise click.UsageError("--measured is compared with one setpoint file; name it")
     if not (delay == "auto" or delay.isdecimal()):
         raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
-    name = shown_name(setpoints)
+    name, files = shown_name(setpoints), RunFiles()
+    files.reads(setpoints, "AXES.CSV")
     try:
         paths = given.pop("subroutine_path")
-        source, options = program_text(against, build_options(shown_name(against), **given), paths)
-        machine = load(machine_name)
+        source, options = program_text(files, against, build_options(files, shown_name(against), **given), paths)
+        machine = load(files, machine_name)
         changed = []
         if meta is not None:
-            side_car = read_side_car(read_bytes(str(meta)).decode("utf-8", errors="replace"), str(meta))
+            side_car = read_side_car(files.read(meta, "--meta").decode("utf-8", errors="replace"), str(meta))
             changed = changed_since(side_car, source, machine, options)
         program = assemble(source, machine, options)
         drives = drives_of(program.machine, options)
         if setpoints.endswith(".index.json"):
+            for part in parts_of(Path(setpoints)):
+                files.reads(part, "AXES.CSV")
             lines = [int(program.moves.line[stop]) for stop in program.stops]
             parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives)
             verdict = verify_setpoints(program, parts)
         else:
-            stream = sys.stdin if setpoints == "-" else click.open_file(setpoints, encoding="utf-8")
-            with stream:
+            with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8") as stream:
                 verdict = verify_setpoints(
                     program, read_csv(stream, name, program.machine.columns, program.cycle, drives)
                 )
-        log = None if measured is None else _followed(setpoints, measured, columns, delay, program, drives)
+        log = None if measured is None else _followed(files, setpoints, measured, columns, delay, program, drives)
     except InputError as error:
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:
@@ -123,8 +126,9 @@ def command(
 
 
 def _followed(
-    setpoints: str, measured: Path, columns: str, delay: str, program: "Program", drives: "tuple[Drive, ...]"
-) -> "tuple[Following, NDArray[np.int32]]":
+    files: RunFiles, setpoints: str, measured: Path, columns: str, delay: str, program: "Program",
+    drives: "tuple[Drive, ...]",
+) -> "tuple[Following, NDArray[np.int32]]":  # fmt: skip
     """Compare a log with the file that it is a run of; also returns the source lines of the file's rows."""
     import numpy as np
 
@@ -138,9 +142,9 @@ def _followed(
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
     if len(named) != len([part for part in columns.split(",") if part]):
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
-    text = read_bytes(str(measured)).decode("utf-8", errors="replace")
+    text = files.read(measured, "--measured").decode("utf-8", errors="replace")
     numbers = read_log(text, str(measured), machine.columns, headings(machine.columns, drives)[1:-1], named)
-    with click.open_file(setpoints, encoding="utf-8") as stream:
+    with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8") as stream:
         blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))
     commanded, lines = np.concatenate([one.values for one in blocks]), np.concatenate([one.line for one in blocks])
     factor = np.array([column.factor for column in machine.columns])

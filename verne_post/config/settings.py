@@ -53,7 +53,7 @@ class BoxFile(BaseModel):
 
 
 class CheckFile(BaseModel):
-    """[check]: which findings count."""
+    """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -106,6 +106,8 @@ def load_settings(path: Path) -> SettingsFile:
         raise InputError(*found) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
+    if settings.check.baseline is not None:
+        settings.check.baseline = str(path.parent / settings.check.baseline)
     wrong = [finding("VP503", f"{path.name}: {why}") for code in settings.remap if (why := _mistake(code))]
     if wrong:
         raise InputError(*wrong)

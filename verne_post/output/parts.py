@@ -1,6 +1,7 @@
 """A conversion cut at its stops: one setpoint file a part, and an index that says what a person does between them."""
 
 import json
+import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -51,7 +52,7 @@ def _shown(events: tuple[Event, ...]) -> list[dict[str, object]]:
 
 def is_derived(path: Path, output: Path) -> bool:
     """True for a name that a part, or the index, of ``output`` may have."""
-    if path.resolve().parent != output.resolve().parent:
+    if os.path.realpath(path.parent) != os.path.realpath(output.parent):
         return False
     stem, suffix = re.escape(output.stem), re.escape(output.suffix)
     return re.fullmatch(rf"{stem}\.(?:index\.json|[0-9]+{suffix})", path.name) is not None
@@ -67,8 +68,10 @@ def parts_of(index_file: Path) -> list[Path]:
     """
     try:
         names = [str(part["file"]) for part in json.loads(index_file.read_text("utf-8"))["parts"]]
+        if any("\0" in name for name in names):
+            raise ValueError("a name has a zero byte")
         return [index_file.parent / Path(name).name for name in names]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(finding("VP020", f"{index_file}: not an index of parts: {error}")) from None
 
 

@@ -1,0 +1,207 @@
+"""The files of one run: every command reads and writes through here, so that no file is written over that the run reads or makes.
+
+This module knows nothing of options and of the command line: whoever calls says what a file is for, and shows the message of an error.
+"""
+
+import os
+import re
+import stat
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+from typing import IO, Any, Final
+
+#: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
+_STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
+
+_Name = str | Path
+
+
+class FileError(Exception):
+    """A file cannot be used as asked: the message names it and says what would be right. Exit status 2."""
+
+
+class Unreadable(FileError):
+    """A file cannot be read."""
+
+
+class RunFiles:
+    """Everything that one run reads and writes.
+
+    A file is known by its resolved name and, where it exists, by its inode: neither symbolic nor hard links hide it. It counts from the moment at which it
+    is named, in whatever order that happens: naming a file for writing that is read, or is written as something else, raises
+    :class:`FileError`, and so does reading a file that is named for writing. Devices, pipes and standard streams may serve several times.
+
+    ``what`` says in messages what a file is for: an option such as "--meta", or words such as "the rows of a.nc".
+    """
+
+    def __init__(self) -> None:
+        self._read: dict[object, tuple[str, _Name]] = {}
+        self._written: dict[object, tuple[str, _Name]] = {}
+        #: (folder, stem) -> outputs that are cut into parts
+        self._cut: dict[tuple[str, str], tuple[str, Path]] = {}
+        for stream in (sys.stdout, sys.stderr):
+            self._written.update(dict.fromkeys(_stream_keys(stream), ("standard output", "")))
+
+    # --- reading -----------------------------------------------------------------------------------
+
+    def reads(self, name: _Name, what: str) -> None:
+        """Name a file that the run reads; "-" is standard input."""
+        for key in _stream_keys(sys.stdin) if name == "-" else _keys(name):
+            other, where = self._written.get(key, (what, name))
+            if other != what:
+                raise _meeting(other, where, what)
+            self._read.setdefault(key, (what, name))
+        self._not_a_part(name, what)
+
+    def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
+        """A file, or standard input for "-", to be read in parts within :func:`reading`."""
+        self.reads(name, what)
+        with reading(name):
+            return nullcontext(sys.stdin.buffer) if name == "-" else Path(name).open("rb")
+
+    def read(self, name: _Name, what: str) -> bytes:
+        """The bytes of a file, or of standard input for "-"."""
+        with self.opened(name, what) as file, reading(name):
+            return file.read()
+
+    # --- writing -----------------------------------------------------------------------------------
+
+    def claims(self, path: Path, what: str) -> None:
+        """Name a file that the run will write."""
+        if _is_stream(path):
+            return
+        if path.is_dir():
+            raise FileError(f"{_shown(what, path)}: is a folder")
+        for key in _keys(path):
+            for known in (self._read, self._written):
+                other, _where = known.get(key, (what, path))
+                if other != what:
+                    raise _meeting(what, path, other)
+            self._written[key] = (what, path)
+        self._not_a_part(path, what)
+
+    def claims_parts(self, output: Path, what: str) -> None:
+        """Name ``output`` as what is cut into parts with an index, however many: no other file may have such a name."""
+        from verne_post.output.parts import index_path
+
+        self.claims(index_path(output), what)
+        self._cut[os.path.realpath(output.parent), output.stem] = what, output
+        for own, name in (*self._read.values(), *self._written.values()):
+            self._not_a_part(name, own)
+
+    def writes(self, path: Path, what: str) -> None:
+        """Name a file that the run will write, and try whether that can be done."""
+        self.claims(path, what)
+        if _is_stream(path):
+            return
+        folder = Path(os.path.realpath(path)).parent
+        if not folder.is_dir():
+            raise FileError(f"{_shown(what, path)}: the folder does not exist")
+        try:
+            handle, probe = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
+        except OSError as error:
+            raise FileError(f"{_shown(what, path)}: cannot be written: {error.strerror}") from None
+        os.close(handle)
+        Path(probe).unlink()
+
+    def write(self, path: Path, what: str, parts: Iterable[str] | Iterable[bytes]) -> None:
+        """Write a file so that it is whole or untouched: a temporary name in the same folder, then a rename.
+
+        Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps pointing where it does; devices, pipes and streams are
+        written through.
+        """
+        self.claims(path, what)
+        if _is_stream(path):
+            sys.stdout.flush()
+            with path.open("ab") as stream:
+                stream.writelines(_encoded(parts))
+            return
+        target = Path(os.path.realpath(path))
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.writelines(_encoded(parts))
+            umask = os.umask(0)
+            os.umask(umask)
+            Path(temporary).chmod(0o666 & ~umask)
+            self.place(Path(temporary), path, what)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+    def place(self, made: Path, path: Path, what: str) -> None:
+        """Put a file that has been written under another name, in the same file system, where it belongs."""
+        self.claims(path, what)
+        made.replace(os.path.realpath(path))
+        # the inode of what was there may now be given to any new file
+        self._written = {key: own for key, own in self._written.items() if own != (what, path) or isinstance(key, str)}
+
+    def _not_a_part(self, name: _Name, what: str) -> None:
+        """Refuse a file with the name of a part of another output."""
+        from verne_post.output.parts import is_derived
+
+        if not self._cut or name == "-":
+            return
+        folder, last = os.path.split(os.path.realpath(name))
+        for stem in {last.rsplit(".", fields)[0] for fields in (1, 2)}:
+            other, output = self._cut.get((folder, stem), (what, Path()))
+            if other != what and is_derived(Path(folder, last), output):
+                raise FileError(
+                    f"{_shown(what, name)}: a part of {_shown(other, output)} may have this name; choose another one"
+                )
+
+
+@contextmanager
+def reading(name: _Name) -> Iterator[None]:
+    """What goes wrong while a file is read is an :class:`Unreadable` with its name."""
+    try:
+        yield
+    except OSError as error:
+        raise Unreadable(f"{name}: {error.strerror or error}") from None
+
+
+def _keys(name: _Name) -> tuple[object, ...]:
+    """What a file is known by: its resolved name, and its inode if it exists."""
+    real = os.path.realpath(name)
+    try:
+        status = os.stat(real)
+    except OSError:
+        return (real,)
+    return real, (status.st_dev, status.st_ino)
+
+
+def _stream_keys(stream: Any) -> tuple[object, ...]:
+    """The inode of a file that a stream of this process was redirected to or from."""
+    try:
+        status = os.fstat(stream.fileno())
+    except (AttributeError, OSError, ValueError):  # closed, or replaced by an object without a file
+        return ()
+    return ((status.st_dev, status.st_ino),) if stat.S_ISREG(status.st_mode) else ()
+
+
+def _is_stream(path: Path) -> bool:
+    """True for a device, a pipe, or a name of a stream of this process."""
+    if _STREAMS.fullmatch(os.path.abspath(path)):
+        return True
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def _encoded(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
+    for part in parts:
+        yield part.encode("utf-8") if isinstance(part, str) else part
+
+
+def _shown(what: str, name: _Name) -> str:
+    """A file with its purpose: "--meta a.json", "out/a.csv (the rows of a.nc)"."""
+    return f"{what} {name}".rstrip() if what.startswith("-") or not str(name) else f"{name} ({what})"
+
+
+def _meeting(what: str, name: _Name, other: str) -> FileError:
+    return FileError(f"{_shown(what, name)}: this is the file of {other}; choose another name")
