@@ -19,9 +19,9 @@ import pytest
 from hypothesis import settings
 
 import verne_post
+from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
-from verne_post.app.assemble import Program, assemble
 
 # the same examples in every run: a suite that judges a change must not depend on chance
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import convert_program as convert
+from verne_post.app.convert import convert_source
 from verne_post.app.result import Progress, refused
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
@@ -79,7 +79,7 @@ class _Frames:
 def study(source: Text, machine: Machine, options: Options, progress: Progress | None = None) -> Study:
     """Look at a program: convert it, or where that is refused, follow it as far as it can be read."""
     frames = _Frames()
-    result = convert(source, machine, options, frames.take, progress)
+    result = convert_source(source, machine, options, frames.take, progress)
     if result.ok:
         values, line, x, extremes = frames.finished()
         q = values / [column.factor for column in machine.columns]

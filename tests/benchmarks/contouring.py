@@ -29,11 +29,10 @@ from numpy.typing import NDArray
 from page import write_section
 
 import verne_post
-from verne_post import Options
+from verne_post import Options, convert
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.app.convert import Plan, plan_program
-from verne_post.app.convert import convert_program as convert
 from verne_post.cli.arithmetic import settings
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset

@@ -36,7 +36,7 @@ def test_the_rest_of_the_path_is_that_of_the_whole_program(
     compared = 0
     for line in random.Random(name).sample(lines, len(lines)):
         try:
-            rest = laid_out(name, smoothing=smoothing, start="home", from_line=line)
+            rest = laid_out(name, smoothing=smoothing, approach="home", from_line=line)
         except InputError as refused:  # inside a cycle or a subprogram: the next one
             assert refused.findings[0].code == "VP029"
             continue
@@ -200,8 +200,8 @@ def test_what_is_on_is_what_holds_at_the_first_motion(
     def short(events: Any) -> list[tuple[str, object]]:
         return [(one.kind, next(iter(one.data.values()))) for one in events]
 
-    assert short(rest.switched) == on
-    ahead = [one for one in rest.moves.events if one.before == 0 and one not in rest.switched]
+    assert short(rest.restored) == on
+    ahead = [one for one in rest.moves.events if one.before == 0 and one not in rest.restored]
     assert short(ahead) == before
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from verne_post import check
 from verne_post.app.assemble import machine_setup
-from verne_post.app.check import check
 from verne_post.gcode import interpret_program
 from verne_post.model.moves import PathMode
 from verne_post.model.options import Options

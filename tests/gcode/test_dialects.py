@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post.app.convert import convert_program as convert
+from verne_post import convert
 from verne_post.gcode.dialects import DIALECTS, chosen
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset

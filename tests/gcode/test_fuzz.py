@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from verne_post import check
 from verne_post.app.assemble import interpreter_view
-from verne_post.app.check import check
 from verne_post.gcode import read_moves
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9, MoveKind

@@ -2,7 +2,7 @@
 
 import pytest
 
-from verne_post.app.check import check
+from verne_post import check
 from verne_post.gcode.parameter_file import parameter_file, read_parameter_file
 from verne_post.model.findings import InputError
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from verne_post.app.check import check
+from verne_post import check
 from verne_post.model.codes import CODES
 from verne_post.model.options import Options
 

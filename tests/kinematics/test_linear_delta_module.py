@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post import load_machine
-from verne_post.app.check import check
+from verne_post import check, load_machine
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference" / "linear_delta.csv"

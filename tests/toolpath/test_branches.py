@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post import check, convert
 from verne_post.app.assemble import assemble, machine_setup
-from verne_post.app.check import check
-from verne_post.app.convert import convert_program as convert
 from verne_post.gcode import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options

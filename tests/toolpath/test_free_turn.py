@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post import convert
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import convert_program as convert
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
+from verne_post import convert
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import convert_program as convert
 from verne_post.app.verify import verify_setpoints
 from verne_post.config import machine_files
 from verne_post.model.options import Options

@@ -11,7 +11,9 @@ from verne_post.model.options import Options
 from verne_post.output.rounding import setpoint_format
 
 
-def check(source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None) -> Result:
+def check_source(
+    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+) -> Result:
     """Check a program against every limit, and plan it.
 
     Returns

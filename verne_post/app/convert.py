@@ -41,7 +41,7 @@ class Plan:
     findings: tuple[Finding, ...]
 
 
-def convert_program(
+def convert_source(
     source: Text, machine: Machine, options: Options | None = None, sink: Sink | None = None,
     progress: Progress | None = None,
 ) -> Result:  # fmt: skip
@@ -173,4 +173,4 @@ def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat)
     values = np.concatenate([block.written for block in blocks])
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
-    return Setpoints(t, values, line, headings(machine.columns, fmt.drives))
+    return Setpoints(t, values, line, headings(machine.columns, fmt.drives), fmt)

@@ -7,9 +7,10 @@ from verne_post.app.constraints import check_line, guarded_joints
 from verne_post.app.explain_line import Line, explain_line, lines_near
 from verne_post.base.long_text import Text, line_of
 from verne_post.kinematics.remedies import of_line
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
-from verne_post.model.options import Options, UsageError
+from verne_post.model.options import Options
+from verne_post.timing.playback import playback
 from verne_post.toolpath.contour import exact_contour
 
 
@@ -35,7 +36,7 @@ class Explanation:
         return self.text
 
 
-def explain_program(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
+def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
     """Explain one line of a program.
 
     Raises
@@ -46,6 +47,9 @@ def explain_program(source: Text, machine: Machine, options: Options, line: int)
         The line has no motion; names the nearest lines that have.
     """
     program = assemble(source, machine, options)
+    playback(
+        options.override, options.slow_start, machine.limits
+    )  # a slow start that is too short is refused as by check
     whole = guarded_joints(program)
     joints = of_line(whole, line)
     if not len(joints.contour):

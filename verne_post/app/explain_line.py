@@ -43,7 +43,7 @@ class Line:
     text : str
         As it stands in the source.
     joints : JointPath
-        The segments of this line alone.
+        The segments of this line alone, as they will be driven: what the findings and remedies are about.
     moves : Moves
         Of the whole program.
     state : State or None
@@ -52,7 +52,7 @@ class Line:
     findings : tuple of Finding
         Those of the line, by the check that ``check`` and ``convert`` make.
     exact : JointPath
-        The line as programmed, without blended corners.
+        The line as programmed, without blended corners: what the words are about.
     """
 
     number: int
@@ -67,12 +67,12 @@ class Line:
     @property
     def last(self) -> int:
         """Its last segment."""
-        return len(self.joints.contour) - 1
+        return len(self.exact.contour) - 1
 
     @property
     def move(self) -> int:
         """Row of the last motion in the Moves table, -1 for the approach."""
-        contour = self.joints.contour
+        contour = self.exact.contour
         return int(contour.path.move[contour.piece[self.last]])
 
     @property
@@ -90,7 +90,7 @@ def lines_near(joints: JointPath, line: int) -> list[int]:
 
 def explain_line(line: Line) -> Iterator[str]:
     """Lines of text about one line of a program and the pose at the end of its motion."""
-    joints, machine = line.joints, line.joints.machine
+    joints, machine = line.exact, line.exact.machine
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tip, angles = solved.tip[0], solved.angles[0]
     tool = float(joints.contour.tool_length(np.array([line.last]))[0])
@@ -130,15 +130,16 @@ def _words(line: Line, tool: float) -> Iterator[str]:
     ]
     feed = float(moves.feed[line.move])
     if np.isfinite(feed):
-        modal.append(f"feed {feed:g} {_feed_unit(line)}")
+        share = "" if line.options.override == 1.0 else f" at an override of {100 * line.options.override:g} %"
+        modal.append(f"feed {feed:g} {_feed_unit(line)}{share}")
     yield f"  in force             {', '.join(modal)}"
 
 
 def _feed_unit(line: Line) -> str:
     if line.moves.feed_mode[line.move] == FeedMode.PER_REVOLUTION:
         return "mm per turn of the spindle"
-    path = line.joints.contour.path
-    piece = line.joints.contour.piece[line.last]
+    path = line.exact.contour.path
+    piece = line.exact.contour.piece[line.last]
     still = np.linalg.norm(path.end[piece, :3] - path.start[piece, :3]) < ZERO_LENGTH_MM
     return "deg/min" if still and path.kind[piece] == PieceKind.LINE else "mm/min"
 
@@ -147,7 +148,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     """Words -> program coordinates -> place on the table."""
     if line.state is None or line.move < 0:
         return
-    machine, frame = line.joints.machine, line.frame
+    machine, frame = line.exact.machine, line.frame
     try:
         block = read_block(line.text, line.number)
     except BlockError:  # values to compute, an O word, another tongue
@@ -278,7 +279,7 @@ def _branches(line: Line, error: bool) -> Iterator[str]:
         return
     joints = line.joints
     for branch in remedies.legal_branches(joints):
-        tip, angles = joints.pose(joints.contour, np.array([line.last]), np.array([1.0]))
+        tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
         words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
         name = "the other table solution" if branch.flip else "another turn of C"
         yield (f"{name}: the line ends at A {short_text(words[3])}, C {short_text(words[5])} with the same tool axis "

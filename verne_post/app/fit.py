@@ -4,7 +4,7 @@ import numpy as np
 
 from verne_post import gcode
 from verne_post.app.assemble import machine_setup
-from verne_post.app.check import check
+from verne_post.app.check import check_source
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import InputError, finding
@@ -69,7 +69,7 @@ def propose(
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     after = search.best(here, least_time=least_time)
     after = search.at(_rounded(after.place), after.counts)
-    before, judged = (check(source, machine, one) for one in (options, at_place(options, system, after.place)))
+    before, judged = (check_source(source, machine, one) for one in (options, at_place(options, system, after.place)))
     return Proposal(
         system, search.at(here, after.counts), after, before.findings, judged.findings,
         *(result.summary.cycle_time if result.summary else None for result in (before, judged)),

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.model.findings import Finding, InputError
-from verne_post.model.setpoints import SetpointBlock
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict, status_of, verdict_of
+from verne_post.output.fixed_point import lines_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,15 +40,24 @@ class Setpoints:
         Source line of each row.
     columns : tuple of str
         Names of all columns: time, joints, line.
+    format : SetpointFormat
+        Control cycle, and how every column is rounded.
     """
 
     t: Array
     values: Array
     line: NDArray[np.int32]
     columns: tuple[str, ...]
+    format: SetpointFormat
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def to_csv(self) -> str:
+        """The text of the setpoint file, as ``verne-post convert`` writes it."""
+        fmt = self.format
+        rows = lines_of([self.t, *self.values.T, self.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
+        return ",".join(self.columns) + "\n" + rows
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
         """Column by column, by name."""

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 FORMAT_NAMES = ("csv", "linuxcnc", "pvt", "ros2", "ros2-json", "twincat", "npz", "parquet")
 
 
+format_option = click.option(
+    "--format", "file_format", type=click.Choice(FORMAT_NAMES), default="csv", show_default=True,
+    help="Format of the setpoint file.",
+)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Outputs:
     """Where the results go; ``rows`` None: standard output, the others None: not written."""
@@ -82,7 +88,7 @@ def converted(
     progress: "Progress | None" = None,
 ) -> "tuple[Result, str]":  # fmt: skip
     """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
-    from verne_post.app.convert import convert_program as convert
+    from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.controllers import pvt_knots
     from verne_post.output.events import events_text
@@ -92,7 +98,7 @@ def converted(
 
     said = ""
     spool = Spool(machine.columns)
-    result = convert(source, machine, options, spool.take, progress)
+    result = convert_source(source, machine, options, spool.take, progress)
     if not result.ok:
         return result, said
     assert result.summary is not None

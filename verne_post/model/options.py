@@ -8,7 +8,7 @@ help (``cli.options``), the defaults, the ``[options]`` table of the settings fi
 import difflib
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -40,7 +40,7 @@ from verne_post.model.option_checks import (
     check_work_offsets,
     one_of,
 )
-from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Tool, WorkOffset
+from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, Tool, WorkOffset
 
 
 class Group(StrEnum):
@@ -337,13 +337,20 @@ def _range(name: str) -> str:
 
 
 def _as_json(value: object) -> object:
-    if is_dataclass(value) and not isinstance(value, type):
-        return _as_json(asdict(value))
+    """A value of an option as JSON; offsets, tools and boxes in few numbers, so that a message can show them."""
+    if isinstance(value, WorkOffset):
+        return [*value.origin_mm, value.turn_deg]
+    if isinstance(value, Tool):
+        others = [list(value.offset)] if any((*value.offset[:2], *value.offset[3:])) else []
+        return [value.offset[2], value.diameter, *others]
+    if isinstance(value, Box):
+        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        corners = {"min": list(value.low), "max": list(value.high)}
+        return {"name": value.name, **corners, "system": system, "distance_mm": value.distance}
+    if isinstance(value, Cylinder):
+        return [value.part, value.diameter, value.length]
     if isinstance(value, Mapping):
         return {str(key): _as_json(one) for key, one in sorted(value.items())}
     if isinstance(value, tuple | list):
         return [_as_json(one) for one in value]
-    if value is None or isinstance(value, str | int | float):
-        return value
-    assert isinstance(value, bytes)
-    return hashlib.sha256(value).hexdigest()
+    return hashlib.sha256(value).hexdigest() if isinstance(value, bytes) else value
