@@ -1,5 +1,6 @@
 """`batch`: the same results whoever computes them, nothing made twice, no failure that spreads."""
 
+import hashlib
 import json
 import os
 import re
@@ -16,6 +17,7 @@ from xml.etree import ElementTree
 import pytest
 
 import verne_post
+from verne_post.cli.files import RunFiles
 from verne_post.cli.jobs import Job, run_here, run_job
 from verne_post.model.options import Options
 
@@ -81,14 +83,220 @@ def test_nothing_is_made_twice(folder: Path, run: Callable[..., Any], monkeypatc
     assert "9 converted" in run("batch", "in", "-o", "out", "-j", 1, *PLACE, "--override", 0.5).out
 
 
-def test_rows_of_a_program_that_is_refused_now_do_not_stay(folder: Path, run: Callable[..., Any]) -> None:
-    run("batch", "in", "-o", "out", "-j", 1, *PLACE)
-    Path("in/p0.nc").write_text(BEYOND, encoding="utf-8")
-    Path("in/p3.nc").write_text("G1 X\n", encoding="utf-8")
-    run("batch", "in", "-o", "out", "-j", 1, *PLACE)
-    assert not Path("out/p0.csv").exists()
-    assert not Path("out/p3.csv").exists()
-    assert Path("out/p6.csv").exists()
+#: A program that was good, and is not any more: by its limits, its words, its bytes, or because it cannot be opened.
+SPOILT = {
+    "limits": BEYOND.encode(), "words": b"G1 X\n", "no text": b"\x89PNG\0\0", "setpoints": b"t_s,rho1_mm\n", "a dead link": None,
+}  # fmt: skip
+
+
+def spoil(how: str, path: Path = Path("in/p0.nc")) -> None:
+    path.unlink()
+    text = SPOILT[how]
+    if text is None:
+        path.symlink_to("nowhere")
+    else:
+        path.write_bytes(text)
+
+
+@pytest.mark.parametrize("how", SPOILT)
+def test_rows_of_a_program_that_is_refused_now_do_not_stay(folder: Path, run: Callable[..., Any], how: str) -> None:
+    words = ("batch", "in/p0.nc", "in/p3.nc", "-o", "out", "-j", 1, *PLACE)
+    assert run(*words).code == 0
+    spoil(how)
+    for _again in range(2):
+        answer = run(*words)
+        assert answer.code == (1 if how == "limits" else 2)
+        assert "not removed" not in answer.err
+        assert set(contents("out")) == {"batch.json", "p3.csv", "p3.csv.meta.json"}
+
+
+@pytest.mark.parametrize("how", SPOILT)
+def test_what_batch_did_not_make_stays_and_is_named(folder: Path, run: Callable[..., Any], how: str) -> None:
+    words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    assert run(*words).code == 0
+    Path("out/p0.csv").write_text("of somebody else")
+    spoil(how)
+    for _again in range(2):
+        answer = run(*words)
+        assert answer.code == (1 if how == "limits" else 2)
+        assert contents("out")["p0.csv"] == b"of somebody else"
+        assert "out/p0.csv: not removed: batch did not make this file, or it was changed since" in answer.err
+        assert "meta.json" not in answer.err
+        assert not Path("out/p0.csv.meta.json").exists()
+
+
+def test_parts_that_are_not_made_any_more_go(folder: Path, run: Callable[..., Any]) -> None:
+    stops = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F3000\nM0\nG1 X6\nM0\nG1 X7\nM2\n"
+    words = ("batch", "in/s.nc", "-o", "out", "-j", 1, *PLACE, "--split-at-stops")
+    Path("in/s.nc").write_text(stops)
+    assert run(*words).code == 0
+    names = {"batch.json", "s.csv.meta.json", "s.index.json", "s.1.csv", "s.2.csv", "s.3.csv"}
+    assert set(contents("out")) == names
+    assert "1 as before" in run(*words).out
+    Path("in/s.nc").write_text(stops.replace("M0\n", "", 1))
+    Path("out/s.2.csv").write_text("changed")  # it is made anew, the third goes
+    answer = run(*words)
+    assert "not removed" not in answer.err
+    assert set(contents("out")) == names - {"s.3.csv"}
+    Path("in/s.nc").write_text("G1 X\n")
+    assert run(*words).code == 2
+    assert set(contents("out")) == {"batch.json"}
+
+
+def test_records_hold_in_whatever_folder_one_is(
+    folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A record that named files from the current folder would remove those of another one."""
+    run("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    Path("other/out").mkdir(parents=True)
+    for name in ("p0.csv", "p0.csv.meta.json"):
+        Path("other/out", name).write_bytes(Path("out", name).read_bytes())  # not even the content tells them apart
+    Path("in/p0.nc").write_text("G1 X\n", encoding="utf-8")
+    monkeypatch.chdir("other")
+    assert run("batch", "../in/p0.nc", "-o", "../out", "-j", 1, *PLACE).code == 2
+    assert set(contents("out")) == {"p0.csv", "p0.csv.meta.json"}
+    assert set(contents("../out")) == {"batch.json"}
+
+
+FOREIGN = (
+    "{folder}/precious.csv",
+    "../precious.csv",
+    "sub/../../precious.csv",
+    "p3.csv",
+    "batch.json",
+    "link.csv",
+    "p0.7.csv",
+)
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+@pytest.mark.parametrize("program", [GOOD.format(z=60, x=8), "G1 X\n"], ids=["good", "unusable"])
+def test_a_record_removes_nothing_but_what_batch_made_of_its_program(
+    folder: Path, run: Callable[..., Any], name: str, program: str
+) -> None:
+    words = ("batch", "in/p0.nc", "in/p3.nc", "-o", "out", "-j", 1, *PLACE)
+    assert run(*words).code == 0
+    Path("precious.csv").write_text("precious")
+    Path("out/sub").mkdir()
+    Path("out/link.csv").symlink_to("../precious.csv")
+    Path("out/p0.7.csv").symlink_to("../precious.csv")  # a name that a part could have
+    record = Path("out/.verne-post/p0.csv.json")
+    data = json.loads(record.read_text())
+    name = name.format(folder=folder)
+    data["files"][name] = hashlib.sha256(Path("out", name).read_bytes()).hexdigest()
+    record.write_text(json.dumps(data))
+    Path("in/p0.nc").write_text(program)
+    answer = run(*words)
+    assert answer.code == (0 if program.startswith("G21") else 2)
+    assert Path("precious.csv").read_text() == "precious"
+    assert {"p3.csv", "p3.csv.meta.json", "batch.json", "link.csv", "p0.7.csv"} <= set(contents("out"))
+    if program.startswith("G21"):
+        assert contents("out")["p0.csv"] == run("convert", "in/p0.nc", *PLACE).out.encode()
+    else:
+        assert "p0.csv: not removed" in answer.err or not Path("out/p0.csv").exists()
+
+
+MALFORMED: dict[str, Callable[[dict[str, Any]], object]] = {
+    "a list": lambda data: [data],
+    "null": lambda data: None,
+    "another layout": lambda data: {**data, "layout": 1},
+    "files as a list": lambda data: {**data, "files": list(data["files"])},
+    "a digest that is no text": lambda data: {**data, "files": dict.fromkeys(data["files"], 1)},
+    "no files": lambda data: {**data, "files": {}},
+    "a zero byte": lambda data: {**data, "files": {**data["files"], "p\0.csv": ""}},
+    "no outcome": lambda data: {key: value for key, value in data.items() if key != "outcome"},
+    "an outcome of words": lambda data: {**data, "outcome": {**data["outcome"], "status": "0"}},
+    "an endless time": lambda data: {**data, "outcome": {**data["outcome"], "cycle_time_s": float("inf")}},
+    "a finding of numbers": lambda data: {**data, "outcome": {**data["outcome"], "findings": [1]}},
+}
+
+
+@pytest.mark.parametrize("how", [*MALFORMED, "no JSON", "no UTF-8", "nested without end", "cut off"])
+def test_a_malformed_record_is_none(folder: Path, run: Callable[..., Any], how: str) -> None:
+    words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, "--junit", "j.xml", *PLACE)
+    assert run(*words).code == 0
+    before, record = contents("out"), Path("out/.verne-post/p0.csv.json")
+    good = record.read_bytes()
+    raw = {"no JSON": b"{", "no UTF-8": b"\xff", "nested without end": b"[" * 100_000, "cut off": good[:-20]}
+    record.write_bytes(raw[how] if how in raw else json.dumps(MALFORMED[how](json.loads(good))).encode())
+    answer = run(*words)
+    assert answer.code == 0, answer.err
+    assert "1 converted" in answer.out
+    assert contents("out") == before
+    assert record.read_bytes() == good
+
+
+@pytest.mark.parametrize("placed", [0, 1])
+@pytest.mark.parametrize("then", ["the same", "changed", "refused", "unusable"])
+def test_killed_between_the_record_and_its_files(
+    folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, placed: int, then: str
+) -> None:
+    """Rows without their side-car, or none: never taken as current, and never left beside a program that is refused."""
+    words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    assert run(*words).code == 0
+    Path("in/p0.nc").write_text(GOOD.format(z=70, x=3), encoding="utf-8")
+    done, place = [], RunFiles.place
+
+    def killed(self: RunFiles, made: Path, path: Path, what: str) -> None:
+        if path.parent == Path("out") and path.suffix in (".csv", ".json"):
+            if len(done) == placed:
+                raise KeyboardInterrupt
+            done.append(path)
+        place(self, made, path, what)
+
+    monkeypatch.setattr(RunFiles, "place", killed)
+    assert run(*words).code == 130
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert set(contents("out")) - {"batch.json"} == {"p0.csv"} if placed else {"batch.json"}
+    if then != "the same":
+        text = {"changed": GOOD.format(z=71, x=4), "refused": BEYOND, "unusable": "G1 X\n"}[then]
+        Path("in/p0.nc").write_text(text, encoding="utf-8")
+    answer = run(*words)
+    assert "as before" not in answer.out
+    assert "not removed" not in answer.err
+    if then in ("refused", "unusable"):
+        assert set(contents("out")) == {"batch.json"}
+    else:
+        assert contents("out")["p0.csv"] == run("convert", "in/p0.nc", *PLACE).out.encode()
+
+
+@pytest.mark.parametrize("link", ["out/sub", "out/p0.csv", "out/p3.csv.meta.json", "out/.verne-post"])
+def test_nothing_is_written_outside_the_folder(folder: Path, run: Callable[..., Any], link: str) -> None:
+    Path("out").mkdir()
+    Path("elsewhere/sub").mkdir(parents=True)
+    Path(link).symlink_to(folder / "elsewhere" / ("new" if "csv" in link else ""))
+    answer = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    assert answer.code == 2
+    assert "a symbolic link inside out leads to it" in answer.err
+    assert contents("elsewhere") == contents("out") == {}
+    # the folder itself may be a link
+    Path("linked").symlink_to("elsewhere")
+    assert run("batch", "in/p0.nc", "-o", "linked", "-j", 1, *PLACE).code == 0
+    assert "1 as before" in run("batch", "in/p0.nc", "-o", "linked", "-j", 1, *PLACE).out
+
+
+def test_parts_follow_no_link_either(folder: Path, run: Callable[..., Any]) -> None:
+    Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F3000\nM0\nG1 X6\nM2\n")
+    Path("out").mkdir()
+    Path("precious").write_text("precious")
+    Path("out/s.2.csv").symlink_to("../precious")
+    answer = run("batch", "in/s.nc", "-o", "out", "-j", 1, *PLACE, "--split-at-stops")
+    assert answer.code == 2
+    assert "out/s.2.csv: a symbolic link inside out leads to it" in answer.out
+    assert Path("precious").read_text() == "precious"
+    assert not Path("out/s.1.csv").exists()
+
+
+def test_programs_beside_their_rows(folder: Path, run: Callable[..., Any]) -> None:
+    Path("in/p9.csv").write_text(GOOD.format(z=50, x=1))
+    before = contents("in")
+    answer = run("batch", "in/p9.csv", "in/p0.nc", "-o", "in", "-j", 1, *PLACE)
+    assert answer.code == 2
+    assert "in/p9.csv (the rows of in/p9.csv): this is the file of program in/p9.csv" in answer.err
+    assert contents("in") == before
+    assert run("batch", "in/p0.nc", "-o", "in", "-j", 1, *PLACE).code == 0
+    assert set(contents("in")) - set(before) == {"p0.csv", "p0.csv.meta.json", "batch.json"}
 
 
 def test_findings_of_the_whole_batch(folder: Path, run: Callable[..., Any]) -> None:

@@ -30,7 +30,7 @@ _LAYOUT: Final = 2
 
 @dataclass(frozen=True)
 class Job:
-    """One program: its file, and where its rows go: the file ``place`` in the output folder ``root``."""
+    """One program: its file, and where its rows go: to the file ``place`` of the output folder ``root``."""
 
     program: str
     root: Path
@@ -56,26 +56,35 @@ class Job:
         return self.root / RECORDS / self.place.with_name(f"{self.place.name}.json")
 
     def claim(self, files: RunFiles) -> None:
-        """Name everything that this job writes; all of it lies in the output folder.
+        """Name everything that this job writes, as far as it is known before the work.
 
         Raises
         ------
         FileError
         """
-        named = [(self.side_car, f"the side-car of {self.program}"), (self.record, f"the record of {self.program}")]
-        if self.options.split_at_stops:
-            files.claims_parts(self.output, self.rows)
-        else:
-            named.append((self.output, self.rows))
-        for path, what in named:
-            if not _inside(self.root, path):
-                raise FileError(f"{path}: a symbolic link leads out of {self.root}; batch writes only inside it")
-            files.claims(path, what)
+        from verne_post.output.parts import index_path
 
-    @property
-    def rows(self) -> str:
-        """How the rows are called where their file gets in the way of another."""
-        return f"the rows of {self.program}"
+        split = self.options.split_at_stops
+        if split:
+            files.claims_parts(self.output, self.what(self.output))
+        for path in (index_path(self.output) if split else self.output, self.side_car, self.record):
+            self.claim_one(files, path)
+
+    def claim_one(self, files: RunFiles, path: Path) -> None:
+        """Name a file that this job writes; it lies in the output folder, and nowhere else by a link.
+
+        Raises
+        ------
+        FileError
+        """
+        if not _without_links(self.root, path):
+            raise FileError(f"{path}: a symbolic link inside {self.root} leads to it; batch follows none there")
+        files.claims(path, self.what(path))
+
+    def what(self, path: Path) -> str:
+        """What a file of this job is for, in messages."""
+        kind = {self.side_car: "side-car", self.record: "record"}.get(path, "rows")
+        return f"the {kind} of {self.program}"
 
 
 @dataclass(frozen=True)
@@ -139,7 +148,7 @@ def _outcome(job: Job) -> Outcome:
     if record is not None:  # rows of another program, or of other options, must not stay
         for name, digest in record.files.items():
             if _is_made(job, name, digest):
-                Path(os.path.realpath(job.root / name)).unlink()
+                (job.root / name).unlink()
     job.record.unlink(missing_ok=True)
     if key is None:
         return replace(done, left=_left(job, record, ()))
@@ -153,14 +162,15 @@ def _outcome(job: Job) -> Outcome:
             None if summary is None else summary.cycle_time, None if summary is None else summary.n_rows,
         )  # fmt: skip
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(Path(folder).iterdir())}
+        for name in made:
+            job.claim_one(files, job.root / name)
         if done.status != 70:
             digests = {name: _digest(path) for name, path in made.items()}
             text = json.dumps(asdict(Record(_LAYOUT, key, digests, done)), allow_nan=False)
             job.record.parent.mkdir(parents=True, exist_ok=True)
-            files.write(job.record, f"the record of {job.program}", [text + "\n"])
+            files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():
-                own = job.side_car.name == path.name
-                files.place(path, job.root / name, f"the side-car of {job.program}" if own else job.rows)
+                files.place(path, job.root / name, job.what(job.root / name))
     return replace(done, left=_left(job, record, made))
 
 
@@ -194,16 +204,16 @@ def _record(job: Job) -> Record | None:
     return record if own and whole else None
 
 
-def _inside(root: Path, path: Path) -> bool:
-    """True for a path that lies in a folder, wherever links lead."""
-    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
+def _without_links(root: Path, path: Path) -> bool:
+    """True for a path that lies below a folder as its name says: no link on the way from there leads elsewhere."""
+    return Path(os.path.realpath(path)) == Path(os.path.realpath(root)) / path.relative_to(root)
 
 
 def _is_made(job: Job, name: str, digest: str) -> bool:
     """True for a file that is as batch made it."""
     path = job.root / name
     try:
-        return _inside(job.root, path) and _digest(path) == digest
+        return _without_links(job.root, path) and _digest(path) == digest
     except OSError:
         return False
 
