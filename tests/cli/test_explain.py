@@ -394,3 +394,25 @@ def test_the_transcript_of_the_docs_is_what_the_program_prints(run: Callable[...
     printed = answer.out.splitlines()
     assert [line for line in told if line != "..." and line not in printed] == []
     assert len(told) > 30
+
+
+def test_a_warning_about_words_proposes_no_move(explain: Callable[..., str]) -> None:
+    program = lines("G49 F600 G0 X0 Y0 Z60 A0 C0", "G81 X5 Y5 Z-5 R3", "G91", "X-5 L2", "G80", "M2")
+    out = explain(program, 4, "--wcs", "G54=0,0,60")
+    assert "VP030 warning: G81 keeps R and Z of G90 in G91" in out
+    assert "what would" not in out
+    assert "nothing is proposed" not in out
+
+
+def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path: Path) -> None:
+    assert "It is printed and does not stop the conversion" in run("explain", "VP030").out.replace("\n", " ")
+    path = tmp_path / "part.nc"
+    path.write_text(lines("G49 F600 G0 X0 Y0 Z60 A0 C0", "G81 X5 Y5 Z-5 R3", "G91 X-5", "G80", "M2"), "utf-8")
+    wcs = ("--wcs", "G54=0,0,60")
+    converted = run("convert", path, *wcs, "-o", tmp_path / "part.csv")
+    assert converted.code == 0
+    assert "VP030" in converted.err
+    assert (tmp_path / "part.csv").exists()
+    assert run("check", path, *wcs).code == 0
+    assert run("check", path, *wcs, "--fail-level", "warning").code == 1
+    assert "VP030" in run("dump", "moves", path).err

@@ -1,5 +1,6 @@
 """Canned cycles where rs274 gives no answer: on a tilted table, in fanuc's words, and how their corners are taken."""
 
+import numpy as np
 import pytest
 
 from verne_post import check
@@ -62,3 +63,105 @@ def test_a_hole_converts(machine):
 def test_refused(view, line, code):
     found = view(f"F9\n{line}\nM2", dialect="rs274")[1]
     assert [(item.code, item.line) for item in found] == [(code, 2)]
+
+
+# --- G90 and G91 between the blocks of a series -----------------------------------------------------------
+
+CHANGE = "F9 G0 Z6\nG81 X1 Z-3 R2\nG91\nX5 L2\nG90\nX0 R4"
+
+
+def test_kept_numbers_are_read_in_the_new_mode_with_a_warning(moves_text, view):
+    moves, findings = view(f"{CHANGE}\nM2", dialect="rs274")
+    assert findings == ()
+    assert sorted({(int(line), z) for line, z in zip(moves.line, moves.end[:, 2], strict=True)}) == [
+        (1, 6.0), (2, -3.0), (2, 2.0), (2, 6.0), (4, 5.0), (4, 8.0), (6, -3.0), (6, 4.0), (6, 8.0),
+    ]  # fmt: skip
+    assert [(item.code, item.severity, item.line, item.count) for item in moves.findings] == [
+        ("VP030", "warning", 4, 1), ("VP030", "warning", 6, 1),
+    ]  # fmt: skip
+    first, second = (item.message for item in moves.findings)
+    assert "keeps R and Z of G90 in G91: the hole goes from Z 8 to 5 mm" in first
+    assert "at the heights of before it would go from 2 to -3 mm" in first
+    assert "keeps Z of G91 in G90: the hole goes from Z 4 to -3 mm" in second
+    assert "at the heights of before it would go from 4 to 5 mm" in second
+
+
+def test_fanuc_controls_keep_the_heights_with_a_warning(view):
+    moves, findings = view(f"{CHANGE.replace('L2', 'K2')}\nM2", dialect="fanuc")
+    assert findings == ()
+    assert sorted({z for line, z in zip(moves.line, moves.end[:, 2], strict=True) if line == 4}) == [-3.0, 2.0, 6.0]
+    assert [item.line for item in moves.findings] == [4]
+    assert "the hole goes from Z 2 to -3 mm; read in G91 it would go from 8 to 5 mm" in moves.findings[0].message
+
+
+@pytest.mark.parametrize(("lines", "warnings"), [
+    ("G81 X1 Z-3 R2\nG91 X5 Z-5 R-4", 0),  # all said again
+    ("G81 X1 Z-3 R2\nG91 G90 X5", None),  # two of one group
+    ("G81 X1 Z-3 R2\nG91\nG90\nX5", 0),  # nothing was drilled between
+    ("G81 X1 Z-3 R2\nG91\nX5\nX5\nX5", 1),  # once for each change
+    ("G81 X1 Z-3 R2\nG91\nG80\nG0 X5", 0),
+    ("G0 Z0\nG91 G81 X1 Z-1 R1\nG90 R1 X5", 1),  # from R1 to 0, or to -1
+    ("G0 Z0\nG91 G81 X1 Z-1 R0\nG90 X5", 0),  # the same hole either way
+])  # fmt: skip
+def test_when_a_change_is_warned_about(view, lines, warnings):
+    moves, findings = view(f"F9 G0 Z6\n{lines}\nM2", dialect="rs274")
+    assert (len(moves.findings) if findings == () else None) == warnings
+
+
+def test_a_line_that_comes_again_is_one_warning(view):
+    program = "F9 G0 Z6\no1 repeat [3]\nG90 G81 X1 Z-3 R2\nG91 X5\no1 endrepeat\nM2"
+    moves, findings = view(program, dialect="rs274")
+    assert findings == ()
+    assert [(item.line, item.count) for item in moves.findings] == [(4, 3)]
+
+
+def test_check_shows_the_warning_also_beside_an_error(machine):
+    program = "G49 F600 G0 X0 Y0 Z60 A0 C0\nG81 X5 Y5 Z50 R55\nG91\nX-5 {}\nG80\nM2"
+    result = check(program.format("Z-3").encode(), machine, Options(dialect="rs274", tool_length=100))
+    assert [(item.code, item.line) for item in result.findings if item.severity == "warning"] == [("VP030", 4)]
+    # the number of R alone now lies 60 mm higher, that of Z below it
+    refused = check(program.format("").encode(), machine, Options(dialect="rs274"))
+    assert [(item.code, item.line) for item in refused.findings] == [("VP007", 4), ("VP030", 4)]
+
+
+@pytest.mark.parametrize(
+    "words", ["X5", "X5 Z-1", "X5 R1", "G98 X5 Z-1 R1", "G91 X5 Z-1 R1", "G83 X5 Z-1 R1 Q1\n{0}\nX3 R1 Z-1"]
+)
+@pytest.mark.parametrize("units", [("G21", "G20"), ("G20", "G21")])
+def test_a_series_does_not_go_on_in_another_unit(view, units, words):
+    first, then = units
+    lines = f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{words.format(first)}".split("\n")
+    found = view("\n".join([*lines, "M2"]), dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == [("VP017", len(lines))]
+    assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\nG99 X5 Z-1 R1\nM2", dialect="rs274")[1] == ()
+    assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\nG80\n{then}\nG81 X1 Z-1 R1\nM2", dialect="rs274")[1] == ()
+    assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{first}\n{words.format(first)}\nM2", dialect="rs274")[1] == ()
+
+
+def test_a_back_bore_says_its_shift_again(view):
+    program = "S9 M3 F9 G0 Z9\nG87 Z-1 R2 X1 I1 J1 K1\nG91 X1 {}\nM2"
+    assert [(item.code, item.line) for item in view(program.format(""), dialect="rs274")[1]] == [("VP005", 3)]
+    assert view(program.format("I1 J1 K1"), dialect="rs274")[1] == ()
+
+
+# --- polar words ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("unit", ["G21", "G20"])
+def test_polar_words_turn_on_with_every_repeat(view, unit):
+    moves, findings = view(f"{unit} F9 G0 X10 Y0 Z5\nG91 G81 ^[360/12] Z-3 R-2 L12\nM2", dialect="rs274")
+    assert findings == ()
+    holes = moves.end[moves.kind == 1, :2] / (25.4 if unit == "G20" else 1.0)
+    angle = np.radians(30 * np.arange(1, 13))
+    assert np.allclose(holes, 10 * np.stack([np.cos(angle), np.sin(angle)], axis=-1), rtol=0, atol=1e-9)
+
+
+def test_polar_distance_and_angle_grow_with_every_repeat(view):
+    moves, _ = view("F9 G0 X10 Y0 Z5\nG91 G81 @2 ^90 Z-3 R-2 L3\nM2", dialect="rs274")
+    assert np.allclose(moves.end[moves.kind == 1, :2], [[0, 12], [-14, 0], [0, -16]], rtol=0, atol=1e-9)
+
+
+def test_a_row_of_polar_repeats_does_not_guess_its_way_through_zero(view):
+    # 10 mm towards zero from 8.66, 5: what is left of the distance is rounding, and has no angle
+    found = view("F9 G0 @10 ^30 Z5\nG91 G81 @-10 Z-3 R-2 L2\nM2", dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == [("VP017", 2)]

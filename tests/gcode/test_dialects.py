@@ -297,5 +297,36 @@ def test_statements_that_are_refused(view, text, code, line):
     assert [(item.code, item.line) for item in found[:1]] == [(code, line)]
 
 
+@pytest.mark.parametrize("text", ["", "0", "0/G0X5", "G54", "/M8", " G0X5", "12/1,2", "0 G0 $"])
+def test_text_for_the_control_is_refused_however_it_is_glued(view, text):
+    found = view(f"UNITS/MM\nINSERT{text}\nFINI", dialect="aptcl")[1]
+    assert [(item.code, item.line) for item in found] == [("VP002", 2)]
+    assert found[0].message.startswith("INSERT puts text")
+
+
+@pytest.mark.parametrize(
+    "remark", ["PPRINT5 $", "PPRINT X $", "PPRINT 5$", "REMARK5$", "PARTNO12 $$ x $", "REMARK 5 $"]
+)
+def test_free_text_never_takes_the_next_statement_along(view, remark):
+    moves, findings = view(f"FEDRAT/9\n{remark}\nGOTO/7,8,9\nFINI", dialect="aptcl")
+    assert findings == ()
+    assert moves.end[:, :3].tolist() == [[7, 8, 9]]
+
+
 def test_a_text_without_fini_is_refused(view):
     assert [(item.code, item.line) for item in view("UNITS/MM\n", dialect="aptcl")[1]] == [("VP010", 1)]
+
+
+@pytest.mark.parametrize(("block", "code", "letter"), [
+    ("M98 P12 K3", "VP006", "K"), ("G4 P100 K2", "VP006", "K"), ("X5 K2 L3", "VP003", "K"), ("G10 L2 P1 X5 K3", "VP006", "K"),
+    ("X5 M98 P12 K3", "VP003", None),
+])  # fmt: skip
+def test_k_is_the_repeats_of_a_cycle_only_where_the_cycle_has_the_words(view, block, code, letter):
+    program = f"F9 G0 Z5\nG99 G81 X1 Z-1 R1\n{block}\nG80\nM30\nO12\nG80 G0 Y9\nM99"
+    found = view(program, dialect="fanuc")[1]
+    assert [(item.code, item.line) for item in found[:1]] == [(code, 3)]
+    if letter:
+        assert found[0].column == block.index(letter) + 1
+    alone = view(program.replace(block, "X5 K2"), dialect="fanuc")
+    assert alone[1] == ()
+    assert np.count_nonzero(alone[0].kind == 1) == 3

@@ -145,3 +145,24 @@ def test_errors_in_files_name_the_file(view):
 def test_a_text_may_not_end_in_a_call(view):
     found = view("M98 P1\nM2\nO1\nG0 X1", dialect="rs274")[1]
     assert [(item.code, item.line) for item in found] == [("VP010", 4)]
+
+
+def test_comments_between_arguments_lose_none(view):
+    sub = "o1 sub\nG0 X[#1+10*#2+100*#3]\no1 endsub [#1+1] (c) ; d\n"
+    for call in ("[1] (c) [2] [3]", "(c) [1] [2](d)(e)[3]", "[1][2][3] (c)", "[1](c)[2](d)[3];[4]"):
+        assert xs(view, f"{sub}o1 call {call}\nG0 X#<_value>") == [321, 2]
+
+
+@pytest.mark.parametrize(("text", "line", "column"), [
+    ("o1 sub\no1 endsub (c) [5]\no1 call", 2, 15), ("o1 sub\no1 return (c) [5]\no1 endsub\no1 call", 2, 15),
+    ("o1 sub\no1 endsub [5] (c) [6]\no1 call", 2, 19), ("o1 sub\no1 endsub\no1 call [1] (c) G0 X5", 3, 17),
+    ("o1 if [1] (c) [2]\no1 endif", 1, 15), ("o1 if [1]\no1 endif (c) G0 X5", 2, 14), ("o1 if [0]\no1 else (c) [1]\no1 endif", 2, 13),
+    ("o1 if [0]\no1 elseif [1] (c) [0]\no1 endif", 2, 19), ("o1 repeat [1] (c) X7\no1 endrepeat", 1, 19),
+    ("o1 repeat [1]\no1 endrepeat (c) X7", 2, 18), ("o1 while [0] (c) X7\no1 endwhile", 1, 18), ("o1 do\no1 while [0] (c) [1]", 2, 18),
+    ("o1 do (c) X7\no1 while [0]", 1, 11), ("o1 sub (c) [5]\no1 endsub", 1, 12), ("O1000 (c) G0 X5\nG0 X1", 1, 11),
+    ("o1 while [1]\no1 break (c) X7\no1 endwhile", 2, 14),
+])  # fmt: skip
+def test_nothing_behind_an_o_word_and_a_comment_is_lost(view, text, line, column):
+    moves, findings = view(f"{text}\nM2", dialect="rs274")
+    assert [(item.code, item.line, item.column) for item in findings][:1] == [("VP001", line, column)]
+    assert not len(moves)

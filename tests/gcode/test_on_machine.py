@@ -561,3 +561,35 @@ def test_optional_stops_stop_when_asked_for(machine):
     source, _lines = STOPS["M1 after motion"]
     assert refusals(source, machine, tool_length=60.0, optional_stop=True) == [("VP014", 3)]
     assert len(read(STOPS["before motion"][0], machine, tool_length=60.0, optional_stop=True)[0]) == 1
+
+
+# --- a work system turned by R of G10 L2 -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("part_turn", [0.0, 40.0])
+@pytest.mark.parametrize(("word", "axis"), [("G91 G28 X0", 0), ("G91 G28 Y0", 1), ("G30 X20", 0), ("G91 G28 Y0 Z0", 1)])
+def test_home_of_one_axis_stays_on_the_line_of_that_axis(variant, word, axis, part_turn):
+    machine = variant(g28="[30, -20, 0, 0, 0]", g30="[30, -20, 0, 0, 0]")
+    wcs = {1: WorkOffset((5.0, 7.0, 0.0), part_turn)}
+    program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 A0 C0\n{word}\nM2"
+    moves = read_program(program.encode(), machine, Options(dialect="rs274", wcs=wcs)).moves
+    # home in the turned system, by hand: C0 turns the part so that X points R beside the machine's
+    home = rz(-25) @ (np.array([30, -20, 0]) - rz(-part_turn) @ np.array([5, 7, 0]))
+    wanted = [50.0, -10.0]
+    wanted[axis] = home[axis]
+    assert np.allclose(moves.end[-1, :2], wanted, rtol=0, atol=1e-9)
+    if "Z" in word:
+        assert moves.end[-1, 2] == pytest.approx(ZERO_HEIGHT)
+
+
+@pytest.mark.parametrize(("place", "word", "code"), [
+    ("A20 C0", "G91 G28 X0", "VP017"), ("A0 C30", "G91 G28 Y0", "VP017"), ("A0 C30", "G91 G28 X0 Y0", None),
+    ("A20 C30", "G91 G28 Z0", None), ("A20 C30", "G28", None),
+])  # fmt: skip
+def test_home_of_one_axis_of_a_turned_system_needs_an_upright_table(machine, place, word, code):
+    program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 {place}\n{word}\nM2".encode()
+    try:
+        found = read_program(program, machine, Options(dialect="rs274")) and None
+    except InputError as error:
+        found = [(item.code, item.line) for item in error.findings]
+    assert found == (code and [(code, 3)])

@@ -16,7 +16,7 @@ def said(view, program, **options):
 
 @pytest.mark.parametrize(("program", "shown", "wanted"), [
     ("G0 X1 Y2 Z3 A4", "#5420 #5421 #5422 #5423 #<_x> #<_a>", "1 2 3 4 1 4"),
-    ("G20 G0 X1 A4", "#5420 #5423 #<_x> #<_abs_x>", "1 4 1 25.4"),
+    ("G20 G0 X1 A4", "#5420 #5423 #<_x> #<_abs_x>", "1 4 1 1"),
     ("G10 L2 P2 X7 R30\nG55", "#5220 #5241 #5250 #<_coord_system>", "2 7 30 550"),
     ("G59.3", "#5220 #<_coord_system>", "9 593"),
     ("G0 X5\nG92 X2", "#5210 #5211 #5420", "1 3 2"),

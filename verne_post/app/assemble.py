@@ -191,7 +191,7 @@ def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
         raise InputError(finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
-    return Draft(machine, options, moves, restart, path, branches)
+    return Draft(machine, options, moves, restart, path, branches, findings=moves.findings)
 
 
 def cut_at_stops(draft: Draft) -> Draft:

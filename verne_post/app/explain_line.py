@@ -245,6 +245,9 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
 
 def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would make the line legal, in numbers; every proposal has been judged along the whole line."""
+    findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
+    if not findings:
+        return
     gravest = worst(findings)
     concerned = [item for item in findings if item.severity == gravest]
     if not remedies.movable(line.joints):

@@ -110,6 +110,9 @@ ARC_RADIUS_MM: Final = 0.02828427
 ARC_RADIUS_INCH_MM: Final = 0.07184205
 #: ... and the share of the radius that is accepted up to a hundred times that.
 ARC_RADIUS_SHARE: Final = 1e-3
+#: End and start of an arc that are nearer than this are one place: half the last of six decimals, the finest that programs
+#: carry, and far above what sums, polar words and offsets leave (1e-9).
+ARC_CHORD_MM: Final = 5e-7
 #: An R word may be too small by this much; the arc is then a half circle.
 ARC_R_TOO_SMALL_MM: Final = 0.00127
 #: The start pose is found by replaying the opening lines; it must reproduce itself this well.

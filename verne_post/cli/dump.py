@@ -34,7 +34,7 @@ def command(stage: str, input_name: str, **given: Any) -> int:
         if stage == "moves":
             moves, errors = interpreter_view(source, options)
             sys.stdout.writelines(dump.moves(moves))
-            print_findings(name, errors)
+            print_findings(name, (*moves.findings, *errors))
             return status_of(errors)
         program = assemble(source, machine, options)
     except InputError as error:

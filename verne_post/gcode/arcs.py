@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from verne_post.base.tolerances import ARC_R_TOO_SMALL_MM, ARC_RADIUS_MM, ARC_RADIUS_SHARE
+from verne_post.base.tolerances import ARC_CHORD_MM, ARC_R_TOO_SMALL_MM, ARC_RADIUS_MM, ARC_RADIUS_SHARE
 from verne_post.gcode.block import BlockError
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
@@ -44,7 +44,7 @@ def center_arc(
     tolerance : float
         Radius mismatch that is always accepted, mm.
     """
-    first, second, normal, letter1, letter2 = PLANES[plane]
+    first, second, _normal, letter1, letter2 = PLANES[plane]
     wrong = set(offsets) - {letter1, letter2}
     if wrong:
         raise BlockError("VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane")
@@ -68,46 +68,42 @@ def center_arc(
             f"the end is not on the circle: radius {r1:.4f} mm at the start, {r2:.4f} mm at the end, "
             f"difference {gap:.4f} mm; allowed {allowed:.4f} mm",
         )
-    return _arc(start, end, plane, normal, c1, c2, clockwise, extra_turns)
+    turned = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
+    swept = (-turned if clockwise else turned) % (2 * math.pi)
+    if swept * r1 < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
+        swept = 2 * math.pi
+    return _arc(start, plane, (c1, c2), swept, clockwise, extra_turns)
 
 
 def radius_arc(
     start: list[float], end: list[float], plane: int, clockwise: bool, radius: float, extra_turns: int
 ) -> Arc:
-    """Arc given by its radius R; a negative one takes the long way."""
-    first, second, normal, *_ = PLANES[plane]
+    """Arc given by its radius R; a negative one takes the long way. It is never a full circle."""
+    first, second, *_ = PLANES[plane]
     d1, d2 = end[first] - start[first], end[second] - start[second]
     half = 0.5 * math.hypot(d1, d2)
-    if half == 0.0:
+    if 2 * half < ARC_CHORD_MM:
         raise BlockError(
-            "VP008", "an arc with R needs an end point other than its start; write a full circle with I, J, K"
+            "VP008",
+            f"an arc with R needs an end point other than its start; they are {2 * half:.2g} mm apart, and less than "
+            f"{ARC_CHORD_MM:g} mm does not say where the centre is; write a full circle with I, J, K, or leave the block out",
         )
     short = half - abs(radius)
-    if short > ARC_R_TOO_SMALL_MM:
+    if short > ARC_R_TOO_SMALL_MM or radius == 0.0:
         raise BlockError("VP008", f"R{radius:g} is too small to reach the end point; it takes at least {half:.4f} mm")
     height = math.sqrt(max(radius * radius - half * half, 0.0))
     # the centre lies left of the chord for a short counter-clockwise arc
     side = 1.0 if clockwise == (radius < 0) else -1.0
     c1 = 0.5 * (start[first] + end[first]) - side * height * d2 / (2 * half)
     c2 = 0.5 * (start[second] + end[second]) + side * height * d1 / (2 * half)
-    return _arc(start, end, plane, normal, c1, c2, clockwise, extra_turns)
+    swept = 2 * math.atan2(half, height)
+    return _arc(start, plane, (c1, c2), swept if radius > 0 else 2 * math.pi - swept, clockwise, extra_turns)
 
 
-def _arc(
-    start: list[float], end: list[float], plane: int, normal: int, c1: float, c2: float, clockwise: bool, extra: int
-) -> Arc:
-    first, second = PLANES[plane][:2]
-    from_angle = math.atan2(start[second] - c2, start[first] - c1)
-    to_angle = math.atan2(end[second] - c2, end[first] - c1)
-    full = 2 * math.pi
-    same = start[first] == end[first] and start[second] == end[second]
-    sweep = full if same else (to_angle - from_angle) % full
-    if clockwise:
-        sweep = full if same else (from_angle - to_angle) % full
-    # an end a rounding error behind the start is a full circle
-    if sweep < 1e-10:
-        sweep = full
+def _arc(start: list[float], plane: int, centre: tuple[float, float], swept: float, clockwise: bool, extra: int) -> Arc:
+    first, second, normal, *_ = PLANES[plane]
     sign = -1 if clockwise else 1
     center = [0.0, 0.0, 0.0]
-    center[first], center[second], center[normal] = c1, c2, start[normal]
-    return Arc(plane, (center[0], center[1], center[2]), sign * (1 + extra), sign * math.degrees(sweep + full * extra))
+    center[first], center[second], center[normal] = *centre, start[normal]
+    sweep = sign * math.degrees(swept + 2 * math.pi * extra)
+    return Arc(plane, (center[0], center[1], center[2]), sign * (1 + extra), sweep)

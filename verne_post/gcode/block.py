@@ -60,23 +60,39 @@ class OWord:
         return value
 
     def arguments(self) -> list[float]:
-        """The brackets of call; of return and endsub there is one, or none."""
+        """The brackets of call; comments may stand between them."""
+        self.reader.at = self.begin
+        values = []
+        while self._goes_on():
+            values.append(self.reader.bracket())
+        return values
+
+    def returned(self) -> float | None:
+        """The one bracket of return and endsub, or None; it directly follows the keyword."""
         reader = self.reader
         reader.at = self.begin
-        values = []
-        while reader.at < len(reader.characters) and reader.characters[reader.at] != "(":
-            values.append(reader.bracket())
-        return values
+        value = reader.bracket() if reader.characters[reader.at : reader.at + 1] == "[" else None
+        self._end()
+        return value
 
     def bare(self) -> None:
         """Nothing may follow the keyword."""
         self.reader.at = self.begin
         self._end()
 
+    def _goes_on(self) -> bool:
+        """Pass comments; True where something else follows."""
+        reader = self.reader
+        while reader.characters[reader.at : reader.at + 1] == "(":
+            reader.at += 1
+        return reader.at < len(reader.characters)
+
     def _end(self) -> None:
         reader = self.reader
-        if reader.at < len(reader.characters) and reader.characters[reader.at] != "(":
-            raise reader.error("VP001", "only a comment may follow an O word", reader.at)
+        if self._goes_on():
+            value = "; a value stands before them" if reader.characters[reader.at] == "[" else ""
+            shown = f"o{self.label or ''} {self.keyword or ''}".rstrip()
+            raise reader.error("VP001", f"only comments may follow {shown}{value}", reader.at)
 
 
 @dataclass
@@ -84,7 +100,8 @@ class Block:
     """The words of one block.
 
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
-    parameters that the block sets, with their columns.
+    parameters that the block sets, with their columns. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
+    their place.
     """
 
     line: int
@@ -93,6 +110,7 @@ class Block:
     columns: dict[str, int] = field(default_factory=dict)
     settings: list[tuple[Key, float, int]] = field(default_factory=list)
     comment: str | None = None
+    polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
 
 
@@ -174,14 +192,15 @@ def _o_word(reader: ValueReader) -> OWord:
         label = _label_number(reader.word_value("O"), reader, begin)
     found = _KEYWORD.match(characters, reader.at)
     if found is None:
-        rest = characters[reader.at :]
-        if rest and not rest.startswith("("):
+        o = OWord(label, None, reader, reader.at, begin)
+        if reader.at < len(characters) and characters[reader.at] != "(":
             raise reader.error(
                 "VP023",
                 f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing behind a program number",
                 reader.at,
             )
-        return OWord(label, None, reader, reader.at, begin)
+        o.bare()
+        return o
     return OWord(label, found.group().lower(), reader, found.end(), begin)
 
 

@@ -24,7 +24,7 @@ _FULL: Final = 2 * math.pi
 class Offset:
     """One offset piece: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
 
-    ``center`` is None for a straight piece; ``sense`` is +1 for a counter-clockwise arc.
+    ``center`` is None for a straight piece; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
     """
 
     start: Point
@@ -33,6 +33,7 @@ class Offset:
     entry: bool = False
     center: Point | None = None
     sense: int = 0
+    sweep: float = 0.0
 
 
 @dataclass
@@ -107,13 +108,12 @@ class Compensation:
         first, last = _tangent(p, c, sense), _tangent(q, c, sense)
         start_uv = self._join(recorder, feed, p, first, c, sense, radius)
         target = self._beside(q, last)
-        sweep = _sweep(start_uv, target, c, sense)
-        full = round((abs(math.radians(arc.sweep)) - sweep) / _FULL)
-        if abs(abs(math.radians(arc.sweep)) - sweep - full * _FULL) > math.pi / 2:
+        programmed, swept = abs(math.radians(arc.sweep)), _angle(start_uv, target, c, sense)
+        swept += _FULL * round((programmed - swept) / _FULL)
+        if abs(programmed - swept) > math.pi / 2 or swept * radius < -CORNER_REACH_MM:
             raise self._gouge()
-        self._begin(Offset(start_uv, target, last, center=c, sense=sense))
-        moved = Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * (sweep + full * _FULL)))
-        return self._at(end, target), moved
+        self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=swept))
+        return self._at(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
 
     def settle(self, row: int, line: int, corner: list[float]) -> None:
         """Note the row in which the last move was recorded."""
@@ -146,9 +146,8 @@ class Compensation:
         """An arc about an outside corner."""
         if feed == 0.0:
             raise BlockError("VP009", "the arc about an outside corner needs a feed; give F")
-        assert self.piece is not None
         sense = -1 if self.radius > 0 else 1
-        sweep = _sweep(self.piece.end, target, corner, sense)
+        sweep = (sense * turn) % _FULL  # half a turn may have come out either way round
         end = self._at(self.corner, target)
         center = self._at(self.corner, corner)
         arc = Arc(self.plane, (center[0], center[1], center[2]), sense, math.degrees(sense * sweep))
@@ -183,11 +182,11 @@ class Compensation:
                 raise self._gouge()
             sweep = None
         else:
-            was = _sweep(piece.start, piece.end, piece.center, piece.sense)
-            now = _sweep(piece.start, end, piece.center, piece.sense)
-            if now > was + math.pi / 2 and _FULL - now > CORNER_ANGLE:
+            taken = _angle(end, piece.end, piece.center, piece.sense)
+            taken -= _FULL if _FULL - taken < CORNER_ANGLE else 0.0
+            if (taken - piece.sweep) * math.dist(piece.end, piece.center) > CORNER_REACH_MM:
                 raise self._gouge()
-            sweep = math.degrees(piece.sense * (now - was)) if now <= was else math.degrees(-piece.sense * was)
+            sweep = math.degrees(-piece.sense * min(taken, piece.sweep))
         u, v, *_ = PLANES[self.plane]
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
@@ -225,12 +224,11 @@ def _tangent(point: Point, center: Point, sense: int) -> Point:
     return -sense * dv / size, sense * du / size
 
 
-def _sweep(start: Point, end: Point, center: Point, sense: int) -> float:
-    """Angle from start to end about a centre, in (0, 2 pi]."""
+def _angle(start: Point, end: Point, center: Point, sense: int) -> float:
+    """Angle from start to end about a centre, in [0, 2 pi)."""
     first = math.atan2(start[1] - center[1], start[0] - center[0])
     last = math.atan2(end[1] - center[1], end[0] - center[0])
-    angle = (sense * (last - first)) % _FULL
-    return angle if angle > CORNER_ANGLE else _FULL
+    return (sense * (last - first)) % _FULL
 
 
 def _line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:

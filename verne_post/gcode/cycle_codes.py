@@ -2,11 +2,11 @@
 
 from typing import ClassVar, Final
 
-from verne_post.base.tolerances import DRILL_TILT
+from verne_post.base.tolerances import DRILL_TILT, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
-from verne_post.gcode.frame_codes import MAX_DWELL_S, whole
+from verne_post.gcode.frame_codes import MAX_DWELL_S, polar_end, whole
 from verne_post.gcode.motion_codes import MotionCodes
 from verne_post.gcode.state import Cycle
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
@@ -25,6 +25,8 @@ class CycleCodes(MotionCodes):
 
     #: Cycles that need P.
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 860, 880, 890)
+    #: R and the bottom stay at their heights when G90 or G91 changes; else the numbers stay, and are read anew.
+    keeps_heights: ClassVar[bool] = False
     #: L0 stores the words of a cycle and drills no hole.
     stores_without_holes: ClassVar[bool] = False
 
@@ -91,19 +93,25 @@ class CycleCodes(MotionCodes):
         letter, name = AXES[normal], g_name(motion)
         here = state.position[normal]
         series = state.cycle if state.cycle is not None and state.cycle.normal == normal else None
+        if series is not None and series.inch != state.inch:
+            lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
+            if state.initial_level or not state.absolute or (before is not None and not lengths <= set(block.words)):
+                raise BlockError(
+                    "VP017", f"{name} after a change of units among the cycles: kept lengths, and the level where they began, would be "
+                    "read in the other unit; write G80 before G20 or G21",
+                )  # fmt: skip
         start = here if series is None else series.start
-        if "R" in block.words:
-            clear = self._length(block.words["R"]) + (0.0 if state.absolute else start)
-        elif before is not None:
-            clear = before.clear
-        else:
+        if "R" not in block.words and before is None:
             raise BlockError("VP005", f"{name} needs R, the height from which it feeds")
-        if letter in block.words:
-            bottom = self._axis_value(block, normal) + (0.0 if state.absolute else clear)
-        elif before is not None:
-            bottom = before.bottom if state.absolute else clear + before.bottom - before.clear
-        else:
+        if letter not in block.words and before is None:
             raise BlockError("VP005", f"{name} needs {letter}, the bottom of the hole")
+        kept = before.numbers if before is not None else (0.0, 0.0)
+        r = self._length(block.words["R"]) if "R" in block.words else kept[0]
+        z = self._axis_value(block, normal) if letter in block.words else kept[1]
+        clear, bottom = self._heights(start, r, z)
+        of_g90 = (state.absolute, state.absolute)
+        if before is not None:
+            (clear, bottom), of_g90 = self._after_change(block, motion, before, (clear, bottom), z)
         if clear < bottom:
             raise BlockError(
                 "VP007",
@@ -120,12 +128,46 @@ class CycleCodes(MotionCodes):
         if motion in self.needs_dwell and dwell is None:
             raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None
-        if motion == 870 and (shift is None or any(axis in block.words for axis in "IJK")):
+        changed = before is not None and before.absolute != state.absolute
+        if motion == 870 and (shift is None or changed or any(axis in block.words for axis in "IJK")):
             for axis in "IJK":
                 if axis not in block.words:
-                    raise BlockError("VP005", f"G87 needs {axis}")
+                    raise BlockError("VP005", f"G87 needs {axis}{', G90 or G91 having changed' if changed else ''}")
             shift = tuple(self._length(block.words[axis]) for axis in "IJK")
-        return Cycle(normal, start, clear, bottom, step, dwell, shift)
+        return Cycle(normal, start, clear, bottom, (r, z), of_g90, state.absolute, state.inch, step, dwell, shift)
+
+    def _heights(self, start: float, r: float, z: float) -> tuple[float, float]:
+        """Heights of R and of the bottom. In G91 R counts from where the cycles began, the bottom from R."""
+        if self.state.absolute:
+            return r, z
+        return start + r, start + r + z
+
+    def _after_change(
+        self, block: Block, motion: int, before: Cycle, anew: tuple[float, float], z: float
+    ) -> tuple[tuple[float, float], tuple[bool, bool]]:
+        """Heights of R and the bottom, and whether the numbers are of G90, where some are kept from blocks before.
+
+        ``anew`` are the heights with the numbers read in the mode of now. A warning where that is another hole.
+        """
+        absolute, letter = self.state.absolute, AXES[before.normal]
+        fresh = "R" in block.words, letter in block.words
+        was = tuple(absolute if new else old for new, old in zip(fresh, before.of_g90, strict=True))
+        if was == (absolute, absolute):
+            return anew, (absolute, absolute)
+        clear = anew[0] if fresh[0] else before.clear
+        same = clear, before.bottom if not fresh[1] else z if absolute else clear + z
+        hole, other = (same, anew) if self.keeps_heights else (anew, same)
+        differs = max(abs(a - b) for a, b in zip(anew, same, strict=True)) > ZERO_LENGTH_MM
+        if differs and before.absolute != absolute:
+            names = [name for name, mode in zip(("R", letter), was, strict=True) if mode != absolute]
+            old, now = ("G91", "G90") if absolute else ("G90", "G91")
+            how = f"read in {now}" if self.keeps_heights else "at the heights of before"
+            self.recorder.warn(
+                "VP030", f"{g_name(motion)} keeps {' and '.join(names)} of {old} in {now}: the hole goes from {letter} {hole[0]:g} to "
+                f"{hole[1]:g} mm; {how} it would go from {other[0]:g} to {other[1]:g} mm; give R and {letter} again",
+                block.line, None,
+            )  # fmt: skip
+        return hole, (was[0], was[1]) if self.keeps_heights else (absolute, absolute)
 
     def _seconds(self, block: Block) -> float:
         """The dwell of P."""
@@ -153,14 +195,23 @@ class CycleCodes(MotionCodes):
             axis: position[axis] if value is None or not state.absolute else value for axis, value in step.items()
         }
         for _hole in range(repeats):
-            for axis, value in step.items():
-                if value is not None and not state.absolute:
-                    target[axis] += value
+            if block.polar and not state.absolute:  # on from where the last hole is
+                target = dict(zip((u, v), self._polar_place(block), strict=True))
+            else:
+                for axis, value in step.items():
+                    if value is not None and not state.absolute:
+                        target[axis] += value
             self._go(block, MoveKind.RAPID, {**target, w: above})
             if above != cycle.clear:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
             self._hole(block, motion, cycle, retract)
             above = retract
+
+    def _polar_place(self, block: Block) -> list[float]:
+        """Where the polar words of a block lead in G91 from the present place, mm."""
+        unit = self._length(1.0)
+        x, y = self.state.position[:2]
+        return [unit * value for value in polar_end(block, x / unit, y / unit, absolute=False)]
 
     def _hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
         w = PLANES[self.state.plane][2]

@@ -36,6 +36,14 @@ class _Frame:
     counters: dict[int, int] = field(default_factory=dict)
 
 
+def _holds(o: OWord, line: int) -> bool:
+    """The condition of if or elseif in a line, which need not be the one that is executed."""
+    try:
+        return bool(o.condition())
+    except BlockError as error:
+        raise BlockError(error.code, error.message, error.column, line) from None
+
+
 class Flow:
     """The way through a program.
 
@@ -118,7 +126,7 @@ class Flow:
 
     def _branch(self, o: OWord, line: int) -> None:
         structure = self.text.structure
-        while not o.condition():
+        while not _holds(o, line):
             line = structure.branch[line]
             if line == structure.end.get(line, line):  # endif
                 break
@@ -126,7 +134,6 @@ class Flow:
             assert found is not None
             o = found
             if o.keyword == "else":
-                o.bare()
                 break
         self.line = line + 1
 
@@ -144,21 +151,16 @@ class Flow:
                 self.line = structure.end[line] + 1
             counters[line] = rounds
         elif o.keyword == "endwhile":
-            o.bare()
             self.line = structure.begin[line]
         elif o.keyword == "endrepeat":
-            o.bare()
             begin = structure.begin[line]
             if begin not in counters:
                 raise BlockError("VP023", f"o{o.label} endrepeat is reached, and its repeat (line {begin}) was not")
             counters[begin] -= 1
             if counters[begin] > 0:
                 self.line = begin + 1
-        else:  # do, endif
-            o.bare()
 
     def _leave_round(self, o: OWord, line: int) -> None:
-        o.bare()
         structure = self.text.structure
         end = structure.end[structure.loop[line]]
         self.line = end + 1 if o.keyword == "break" else end
@@ -166,7 +168,6 @@ class Flow:
     # --- calls -------------------------------------------------------------------------------------
 
     def _skip_sub(self, o: OWord, line: int) -> None:
-        o.bare()
         if o.label in self._called and not self.in_call:
             raise BlockError(
                 "VP023",
@@ -234,14 +235,10 @@ class Flow:
             raise BlockError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
         if frame.program:
             raise BlockError("VP023", f"o{o.label or ''} {o.keyword} in a subprogram that M98 has called; expected M99")
-        values = o.arguments()
-        if len(values) > 1:
-            raise BlockError(
-                "VP023", f"o{o.label or ''} {o.keyword} returns {len(values)} values; there is at most one"
-            )
+        value = o.returned()
         store = self.machine.state.store
-        store.named["_value"] = values[0] if values else 0.0
-        store.named["_value_returned"] = float(bool(values))
+        store.named["_value"] = 0.0 if value is None else value
+        store.named["_value_returned"] = float(value is not None)
         store.numbered.update(frame.arguments)
         store.local.pop()
         self._leave(frame)

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER
+from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
@@ -36,6 +36,18 @@ def whole(block: Block, letter: str) -> int:
     if number < 0:
         raise BlockError("VP007", f"{letter}{value:g} must not be negative", block.columns[letter])
     return number
+
+
+def polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple[float, float]:
+    """Where the polar words of a block lead from a place, all in the unit of the program."""
+    distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+    if distance < ZERO_LENGTH_MM and (not absolute or "^" not in block.polar):
+        raise BlockError("VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", block.columns["X"])
+    if absolute:
+        distance, angle = block.polar.get("@", distance), block.polar.get("^", angle)
+    else:
+        distance, angle = distance + block.polar.get("@", 0.0), angle + block.polar.get("^", 0.0)
+    return distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
 
 
 class FrameCodes:
@@ -237,10 +249,11 @@ class FrameCodes:
             raise BlockError("VP007", f"P{number}: a tool number is 1 or more", block.columns["P"])
         tools = dict(state.tools or {})
         old = tools.get(number, Tool(number, number, ZERO9))
-        offset = list(old.offset)
-        for axis in axes:
-            offset[axis] = self._axis_value(block, axis)
-        if kind != 1:
+        offset = np.array(old.offset)
+        values = {axis: self._axis_value(block, axis) for axis in axes}
+        if kind == 1:
+            offset[axes] = list(values.values())
+        else:
             self._require_known(block, axes, f"G10 L{kind}")
             tool_axis = self.setup.coordinates.tool_axis(state.position, state.frame)
             if tool_axis is not None and tool_axis[2] < 1.0 - DRILL_TILT:
@@ -252,8 +265,11 @@ class FrameCodes:
                 bare = replace(bare, g92=ZERO9)
             coordinates = self.setup.coordinates
             here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), bare)
-            for axis in axes:
-                offset[axis] = float(here[axis]) - offset[axis]
+            ways = coordinates.displacement(np.eye(3), bare)  # offsets count along the machine, values along the system
+            offset[:3] = ways @ offset[:3]
+            for axis, value in values.items():
+                offset[axis] = here[axis] - value
+            offset[:3] = coordinates.displacement(offset[:3], bare)
         diameter = 2 * self._length(block.words["R"]) if "R" in block.words else old.diameter
         for letter in "IJQ":
             if letter in block.words:

@@ -5,7 +5,6 @@ It is exact and complete for the language; long stretches of plain moves are don
 and subprograms say, in :mod:`verne_post.gcode.flow`.
 """
 
-import math
 from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 
@@ -16,7 +15,7 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, BlockError, read_block
 from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.cycle_codes import CycleCodes
-from verne_post.gcode.frame_codes import whole
+from verne_post.gcode.frame_codes import polar_end, whole
 from verne_post.gcode.messages import message
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.parameters import Parameters
@@ -358,18 +357,12 @@ class Interpreter(CycleCodes):
         x, y = state.position[0] / unit, state.position[1] / unit
         if not absolute or len(given) < len(POLAR):
             self._require_known(block, [0, 1], "a polar word alone, or in G91,")
-        distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
-        if distance == 0.0 and (not absolute or "^" not in words):
-            raise BlockError("VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", column)
-        if absolute:
-            distance, angle = words.pop("@", distance), words.pop("^", angle)
-        else:
-            distance, angle = distance + words.pop("@", 0.0), angle + words.pop("^", 0.0)
-        to_x, to_y = distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
-        words["X"], words["Y"] = (to_x, to_y) if absolute else (to_x - x, to_y - y)
+        block.polar = {letter: words.pop(letter) for letter in given}
         block.columns["X"] = block.columns["Y"] = column
-        for letter in POLAR:
-            block.columns.pop(letter, None)
+        for letter in given:
+            del block.columns[letter]
+        to_x, to_y = polar_end(block, x, y, absolute=absolute)
+        words["X"], words["Y"] = (to_x, to_y) if absolute else (to_x - x, to_y - y)
 
     # --- codes ---------------------------------------------------------------------------------------
 

@@ -63,7 +63,31 @@ class MotionCodes(MachineCodes):
                     "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
         self._leave_vector_for_machine(block, chosen, g_name(code))
-        self._to_machine(block.line, MoveKind.RAPID, {axis: home[axis] for axis in chosen})
+        self._to_machine(block.line, MoveKind.RAPID, self._home_of(block, code, home, chosen))
+
+    def _home_of(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
+        """Machine coordinates of axes that go home; X or Y alone goes along its own direction in a turned work system."""
+        targets = {axis: home[axis] for axis in axes}
+        state, coordinates = self.state, self.setup.coordinates
+        if not state.frame.turn or len({_X, _Y} & set(axes)) != 1:
+            return targets
+        axis = _X if _X in axes else _Y
+        name = f"{g_name(code)} {AXES[axis]} alone in a turned work system (R of G10 L2)"
+        self._require_known(block, [_X, _Y], name)
+        if math.isnan(home[_X]) or math.isnan(home[_Y]):
+            raise BlockError("VP015", f"{name} needs the home position of X and of Y")
+        here = np.array([state.position, state.position])
+        here[1, axis] += 1.0
+        place, beside = coordinates.to_machine(here, state.frame)[:, :3]
+        angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
+        way = np.array([math.cos(angle), math.sin(angle), 0.0])
+        if np.abs(beside - place - way).max() > RAD_PER_DEG * UPRIGHT_DEG:
+            raise BlockError(
+                "VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
+                "together, or turn the table to A0 C0 before", block.columns.get(AXES[axis]),
+            )  # fmt: skip
+        end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], way[:2]) * way
+        return targets | {_X: float(end[0]), _Y: float(end[1])}
 
     # --- motion ----------------------------------------------------------------------------------
 

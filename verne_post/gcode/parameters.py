@@ -139,14 +139,18 @@ class Parameters:
             raise BlockError(
                 "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
             )
-        value = self.state.position[axis]
-        return value / MM_PER_INCH if self.state.inch and axis in _LINEAR else value
+        return self._in_program(axis, self.state.position[axis])
 
     def machine_position(self, axis: int) -> float:
-        """Where the machine stands, in its own unit."""
+        """Where the machine stands, in the program's unit."""
         self.position(axis)
         state = self.state
-        return float(self.setup.coordinates.to_machine(np.array(state.position), state.frame)[axis])
+        return self._in_program(
+            axis, float(self.setup.coordinates.to_machine(np.array(state.position), state.frame)[axis])
+        )
+
+    def _in_program(self, axis: int, value: float) -> float:
+        return value / MM_PER_INCH if self.state.inch and axis in _LINEAR else value
 
     def _in_file(self, axis: int, value: float) -> float:
         return value / self.setup.parameter_mm if axis in _LINEAR else value

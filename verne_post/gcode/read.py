@@ -48,7 +48,8 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     start, start_frame = list(state.position), state.frame
     done = dialect.run(source, setup, state, Stops())
     if done.errors:
-        raise InputError(*done.errors)
+        every = [*done.errors, *done.recorder.warnings.values()]
+        raise InputError(*sorted(every, key=lambda item: item.line or 0))
     return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
 
 

@@ -12,6 +12,7 @@ from verne_post.base.columns import BLOCK_ROWS, GrowingTable, give_up
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.parameters import Store
+from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
 from verne_post.model.part_setup import Tool, Vector9
 
@@ -38,13 +39,18 @@ class Saved:
 class Cycle:
     """What canned cycles remember while they follow each other.
 
-    The drill axis; its place before the first of them; then of the cycle that repeats R, the bottom, Q, P, and I J K of G87.
+    The drill axis; its place before the first of them; then of the cycle that repeats R and the bottom as heights, the numbers
+    of these two words and for each whether it is one of G90, whether G90 and G20 held in the last block, Q, P, and I J K of G87.
     """
 
     normal: int
     start: float
     clear: float
     bottom: float
+    numbers: tuple[float, float]
+    of_g90: tuple[bool, bool]
+    absolute: bool
+    inch: bool
     step: float | None = None
     dwell: float | None = None
     shift: tuple[float, ...] | None = None
@@ -150,6 +156,8 @@ class Recorder:
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
+    #: Warnings by line and code: a line that is executed again counts, and does not speak again.
+    warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
     count: int = 0
@@ -229,6 +237,14 @@ class Recorder:
         """Record something that is not motion."""
         self.events.append(Event(line, kind, self.count, data))
 
+    def warn(self, code: str, message: str, line: int, column: int | None) -> None:
+        """Record a warning."""
+        before = self.warnings.get((line, code))
+        self.warnings[line, code] = (
+            finding(code, message, line=line, last_line=line, worst_line=line, column=column)
+            if before is None else replace(before, count=before.count + 1)
+        )  # fmt: skip
+
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
         rows, places = self.rows[:count], self.places[:count]
@@ -277,5 +293,6 @@ class Recorder:
         table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
         return Moves(
             arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
-            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, **table,
+            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters,
+            findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

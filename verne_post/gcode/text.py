@@ -180,6 +180,8 @@ def _percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None
 
 _CLOSES: Final = {"endsub": "sub", "endif": "if", "endwhile": "while", "endrepeat": "repeat"}
 _LOOPS: Final = ("while", "do", "repeat")
+#: Keywords that take no value.
+_BARE: Final = ("sub", "else", "endif", "do", "endwhile", "endrepeat", "break", "continue")
 
 
 @dataclass
@@ -206,6 +208,8 @@ class _Opened:
         if o.label is None:
             raise BlockError("VP023", f"o... {o.keyword or ''}: a computed label can only be called")
         kind, label = o.keyword, o.label
+        if kind in _BARE:
+            o.bare()
         if kind is None:
             found.programs.setdefault(label, line)
         elif kind == "while" and self._top("do", label):

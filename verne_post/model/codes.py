@@ -215,6 +215,14 @@ CODES: Final[dict[str, Code]] = _table(
         "compensation or a canned cycle.",
         "Take the line that the message names.",
     ),
+    (
+        "VP030",
+        "cycle words of the other distance mode",
+        "warning",
+        "A canned cycle goes on after G90 or G91 has changed, with R or a depth that was given before: the number now means "
+        "something else, or is kept where another control would read it anew. The message has both depths.",
+        "Give R and the bottom of the hole again after every change of G90 and G91.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
@@ -481,15 +489,15 @@ def response(code: Code) -> str:
     number = int(code.code[2:])
     if code.severity == "note":
         return "It only informs; exit status and setpoints are not changed."
+    warned = "it is printed and does not stop the conversion; check --fail-level warning then ends with 1."
+    if number < 100 and code.severity == "warning":
+        return warned.capitalize()
     if number < 100:
         return "Nothing is written, exit status 2. Reading goes on to the next mistakes, 50 at most."
     if number < 400:
         text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
         if code.code in _EITHER:
-            text = (
-                f"As an error: {text} As a warning: it is printed and does not stop the conversion; "
-                "check --fail-level warning then ends with 1."
-            )
+            text = f"As an error: {text} As a warning: {warned}"
         return text
     if code.code == "VP420":
         return "There is no verdict: nothing is written, exit status 3."

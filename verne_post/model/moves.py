@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.model.findings import Finding
 from verne_post.model.part_setup import Vector9
 
 Array = NDArray[np.float64]
@@ -203,6 +204,8 @@ class Moves:
     start_frame : Frame
     parameters : mapping
         What a parameter file would keep behind the program.
+    findings : tuple of Finding
+        Warnings about the text.
     """
 
     line: NDArray[np.int32]
@@ -223,6 +226,7 @@ class Moves:
     start_frame: Frame
     fixes_c: int | None = None
     parameters: Mapping[int, float] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
 
     def __len__(self) -> int:
         return len(self.line)

@@ -45,9 +45,9 @@ _REMARKS: Final = (
     "SEQNO",
     "LEADER",
     "DISPLY",
-    "INSERT0",
 )
-_FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK")
+#: Words of six letters, whose text goes from the seventh to the end of the line, also when it begins with a digit.
+_FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
 _FEED_UNITS: Final = {
     "MMPM": (94, False),
     "PERMIN": (94, None),
@@ -104,6 +104,8 @@ class Translator:
         major = statement.major
         if major in _REMARKS:
             return
+        if major == "INSERT":
+            raise BlockError("VP002", "INSERT puts text into the program of a control; it is not executed here", 1)
         method = _STATEMENTS.get(major)
         if method is None:
             raise BlockError("VP002", f"{major} is not a statement that is executed here; docs/gcode.md lists them", 1)
@@ -446,7 +448,7 @@ def _statements(source: Text) -> Iterator[Statement | BlockError]:
     lines = (raw for some in whole_lines(source) for raw in some.removesuffix(b"\n").split(b"\n"))
     for number, raw in enumerate(lines, start=1):
         line = decoded(raw).rstrip("\r")
-        free = not pending and re.match(r"\s*(" + "|".join(_FREE_TEXT) + r")\b", line, re.IGNORECASE) is not None
+        free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
         if not free:
             line = line.partition("$$")[0]
         line = line.rstrip()
@@ -462,9 +464,9 @@ def _statements(source: Text) -> Iterator[Statement | BlockError]:
 
 
 def _statement(text: str, line: int) -> Statement | BlockError:
-    for major in _FREE_TEXT:
-        if text.upper().startswith(major):
-            return Statement(line, major, (), text[len(major) :].lstrip(" /").rstrip())
+    if text.upper().startswith(_FREE_TEXT):
+        major, rest = text[:6].upper(), text[6:]
+        return Statement(line, major, (), rest.lstrip(" /").rstrip())
     found = _MAJOR.match(text)
     if found is None:
         return BlockError(

@@ -104,6 +104,7 @@ class FanucInterpreter(Interpreter):
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
+    keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
     custom_macro: ClassVar[bool] = True
 
@@ -156,11 +157,15 @@ class FanucInterpreter(Interpreter):
                         raise BlockError("VP003", f"G4 with {letter} and P; one of them is the time", columns[letter])
                     words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
                     return
-        takes = codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING} or self._calls(block)
-        cycle = codes & set(CYCLES) or (self.state.motion in CYCLES and not codes & {0, 10, 20, 30, 800} and not takes)
-        if "P" in words and (40 in codes or cycle):
+        if "P" in words and (40 in codes or self._drills(block, codes)):
             whole(block, "P")
             words["P"] *= _SECONDS_PER_P
+
+    def _drills(self, block: Block, codes: set[int]) -> bool:
+        """True where the words of a block are those of a cycle: no other code takes them."""
+        if codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING, 0, 10, 20, 30, 40, 800} or self._calls(block):
+            return bool(codes & set(CYCLES))
+        return bool(codes & set(CYCLES)) or self.state.motion in CYCLES
 
     @staticmethod
     def _calls(block: Block) -> bool:
@@ -170,11 +175,9 @@ class FanucInterpreter(Interpreter):
     def _repeats(self, block: Block, codes: set[int]) -> None:
         """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
         words, columns = block.words, block.columns
-        if (
-            "K" in words
-            and "I" not in words
-            and (codes & set(CYCLES) or (self.state.motion in CYCLES and not codes & {0, 10, 20, 30, 800}))
-        ):
+        if "K" in words and "I" not in words and self._drills(block, codes):
+            if "L" in words:
+                raise BlockError("VP003", "K and L in one block: both would be the repeats of the cycle", columns["K"])
             words["L"], columns["L"] = words.pop("K"), columns.pop("K")
         if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
             number = whole(block, "P")
