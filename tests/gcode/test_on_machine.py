@@ -572,7 +572,7 @@ def test_home_of_one_axis_stays_on_the_line_of_that_axis(variant, word, axis, pa
     machine = variant(g28="[30, -20, 0, 0, 0]", g30="[30, -20, 0, 0, 0]")
     wcs = {1: WorkOffset((5.0, 7.0, 0.0), part_turn)}
     program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 A0 C0\n{word}\nM2"
-    moves = read_program(program.encode(), machine, Options(dialect="rs274", wcs=wcs)).moves
+    moves = assemble(program.encode(), machine, Options(dialect="rs274", wcs=wcs)).moves
     # home in the turned system, by hand: C0 turns the part so that X points R beside the machine's
     home = rz(-25) @ (np.array([30, -20, 0]) - rz(-part_turn) @ np.array([5, 7, 0]))
     wanted = [50.0, -10.0]
@@ -589,7 +589,7 @@ def test_home_of_one_axis_stays_on_the_line_of_that_axis(variant, word, axis, pa
 def test_home_of_one_axis_of_a_turned_system_needs_an_upright_table(machine, place, word, code):
     program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 {place}\n{word}\nM2".encode()
     try:
-        found = read_program(program, machine, Options(dialect="rs274")) and None
+        found = assemble(program, machine, Options(dialect="rs274")) and None
     except InputError as error:
         found = [(item.code, item.line) for item in error.findings]
     assert found == (code and [(code, 3)])
