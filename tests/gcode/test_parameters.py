@@ -38,7 +38,7 @@ def test_what_parameters_show(view, program, shown, wanted):
 
 
 def test_lengths_in_the_unit_of_the_parameter_file(view):
-    assert said(view, "#5221=1\nG55\nG54\nG0 X0\n(DEBUG,%.1f#<_abs_x> #5221)", parameter_mm=25.4) == ["25.4 1.0"]
+    assert said(view, "#5221=1\nG55\nG54\nG0 X0\n(DEBUG,%.1f#<_abs_x> #5221)", parameter_units="inch") == ["25.4 1.0"]
 
 
 def test_an_origin_written_to_the_active_system_waits_for_its_next_selection(view):

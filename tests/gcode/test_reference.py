@@ -46,7 +46,7 @@ LATE = {"G41.1"}
 def answer(name):
     """Moves and findings of one program."""
     # rs274 alone keeps its parameters in inches
-    return interpreter_view(CASES[name]["program"].encode(), Options(tools=TOOLS, parameter_mm=25.4, dialect="rs274"))
+    return interpreter_view(CASES[name]["program"].encode(), Options(tools=TOOLS, parameter_units="inch", dialect="rs274"))
 
 
 def differences(name):

@@ -78,7 +78,7 @@ def linuxcnc(program: str) -> tuple[list[tuple], list[str], str]:
 
 def ours(program: str) -> tuple[list[tuple], list[str], str]:
     """The same of our interpreter."""
-    found, errors = interpreter_view(program.encode(), Options(tools=TOOLS, parameter_mm=25.4, dialect="rs274"))
+    found, errors = interpreter_view(program.encode(), Options(tools=TOOLS, parameter_units="inch", dialect="rs274"))
     moves: list[tuple] = []
     for i in range(len(found)):
         kind = MoveKind(int(found.kind[i])).name.lower()
