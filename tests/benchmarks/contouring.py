@@ -203,7 +203,7 @@ def ratios(text: str, part: Part, machine: Machine) -> list[float]:
 
 def planned(source: bytes, part: Part, machine: Machine, smoothing: str) -> Plan:
     """The plan of a program with a kind of smoothing."""
-    return plan_program(assemble(source, machine, replace(part.options, smoothing=smoothing)))
+    return plan_program(assemble(source, machine, part.options.changed(smoothing=smoothing)))
 
 
 def seconds(plan: Plan) -> float:

@@ -119,3 +119,13 @@ def test_arcs_beside_a_contour_turn_the_way_they_were_programmed(view):
             assert np.abs(reached - moves.end[move, :2]).max() < 1e-4
     assert done > 300
     assert 50 < refused < 350
+
+
+@pytest.mark.parametrize(("share", "half"), [(0.9e-12, True), (1.2e-12, False)])
+def test_an_arc_by_radius_that_is_nearly_a_half_circle_is_one(view, share, half):
+    end = 2000.0 * (1.0 - share)
+    moves, findings = view(f"F9 G3 X{end:.12f} R1000\nM2", dialect="rs274")
+    assert findings == ()
+    # the height of the centre over the chord is R sqrt(2 share): 1.3 um at 1 m
+    assert (moves.arcs.center[0, 1] == 0.0) == half
+    assert (moves.arcs.sweep[0] == 180.0) == half

@@ -117,3 +117,20 @@ def test_moves_off_the_plane_follow_their_amended_corner(view):
 def test_refused(view, program, code, line):
     found = view(f"F9 G0 X0\n{program}\nM2", dialect="rs274")[1]
     assert [(item.code, item.line) for item in found] == [(code, line)]
+
+
+BESIDE = "T1 M6\nF9 G0 X20 Y20\nG41 G0 X10\nG1 Y10\nG40\n"  # T1 is 6 mm wide: it stands at X13
+
+
+@pytest.mark.parametrize(
+    ("change", "x"), [("M6 T2", 13.0), ("M61 Q2", 13.0), ("G92 X5\nM6 T2", 8.0), ("G10 L2 P1 X4\nM6 T2", 9.0)]
+)
+def test_a_change_of_tool_behind_a_contour_takes_the_place_where_the_tool_stands(view, change, x):
+    moves, findings = view(f"{BESIDE}{change}\nG0 Z5\nM2", dialect="rs274")  # rs274's own answers
+    assert findings == ()
+    assert moves.end[-1, :3] == pytest.approx([x, 10.0, 5.0])
+
+
+def test_without_a_change_of_tool_the_next_move_goes_to_the_contour(view):
+    moves, _ = view(f"{BESIDE}G0 Z5\nM2", dialect="rs274")
+    assert moves.end[-1, :3].tolist() == [10.0, 10.0, 5.0]

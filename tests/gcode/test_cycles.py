@@ -138,6 +138,14 @@ def test_a_series_does_not_go_on_in_another_unit(view, units, words):
     assert view(f"{first} F9 G0 Z2\nG81 Z-1 R1\n{then}\n{first}\n{words.format(first)}\nM2", dialect="rs274")[1] == ()
 
 
+@pytest.mark.parametrize(
+    ("words", "legal"), [("G91 X1 Z-2 R1", False), ("G98 X1 Z-2 R1", False), ("X1", True), ("X1 R2", True)]
+)
+def test_the_level_of_another_unit_stays_unknown_when_lengths_are_given_again(view, words, legal):
+    found = view(f"F9 G0 Z6\nG81 Z-3 R1\nG20\nG99 Z-2 R1 X0\n{words}\nM2", dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == ([] if legal else [("VP017", 5)])
+
+
 def test_a_back_bore_says_its_shift_again(view):
     program = "S9 M3 F9 G0 Z9\nG87 Z-1 R2 X1 I1 J1 K1\nG91 X1 {}\nM2"
     assert [(item.code, item.line) for item in view(program.format(""), dialect="rs274")[1]] == [("VP005", 3)]

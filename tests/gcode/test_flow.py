@@ -166,3 +166,15 @@ def test_nothing_behind_an_o_word_and_a_comment_is_lost(view, text, line, column
     moves, findings = view(f"{text}\nM2", dialect="rs274")
     assert [(item.code, item.line, item.column) for item in findings][:1] == [("VP001", line, column)]
     assert not len(moves)
+
+
+@pytest.mark.parametrize("comment", ["(MSG, x)", "(DEBUG, x)", "(ABORT, x)"])
+def test_comments_beside_an_o_word_say_nothing(view, comment):
+    moves, findings = view(
+        f"o1 sub {comment}\nG0 X#1\no1 endsub {comment}\no1 call [1] {comment}\no2 if [0] {comment}\no2 else {comment}\n"
+        f"o2 endif {comment}\no3 repeat [2] {comment}\no3 endrepeat {comment}\nM2",
+        dialect="rs274",
+    )
+    assert findings == ()
+    assert len(moves) == 1
+    assert [event for event in moves.events if event.kind == "message"] == []

@@ -8,6 +8,7 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
+from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.options import Options
 
 #: Tool length of every program here, mm.
@@ -74,7 +75,7 @@ def program_of(*motions):
 
 def judged(text, machine):
     """Bounds and findings of a program."""
-    return check_program(assemble(text.encode(), machine, Options(tool_length=TOOL)))
+    return judge_everything(assemble(text.encode(), machine, Options(tool_length=TOOL)).joints())
 
 
 # --- dense sampling -------------------------------------------------------------------------------

@@ -430,8 +430,8 @@ def test_boxes_whose_place_is_a_guess(
         (("--keep-out", "-3,-2,0,3,2,20"), "expected NAME=X0,Y0,Z0,X1,Y1,Z1"),
         (("--keep-out", "pin=1,2,3"), "expected six numbers, two corners, got 3"),
         (("--keep-out", "pin=1,2,3,4,5,x"), "is not a list of numbers"),
-        (("--keep-out", "pin@G5=1,2,3,4,5,6"), "'G5' is no work system"),
-        (("--stock", "0,0,0,1,-1,1"), "x, y and z of the first corner are below those of the second"),
+        (("--keep-out", "pin@G5=1,2,3,4,5,6"), "'G5' is not a work system"),
+        (("--stock", "0,0,0,1,-1,1"), "must be below that of the second"),
         (("--stock", "0,0,0,1,1,nan"), "is not a list of numbers"),
     ],
 )

@@ -4,13 +4,20 @@ import io
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 import verne_post
+from verne_post.model.machine import Column
+from verne_post.model.setpoints import SetpointFormat
+from verne_post.output.formats import FORMATS
+from verne_post.output.spool import WrittenRows
 
 PROGRAM = "G21 G90 G64\nG0 X0 Y0 Z50 A0 C0\nG1 X40 Y10 A8 C30 F3000\nG1 X10 Y30\nG4 P0.1\nG0 Z80\nM2\n"
 PLACE = ("--tool-length", 60, "--wcs", "G54=5,-8,30")
@@ -96,6 +103,75 @@ def test_ros2(written: Callable[..., Any], file_format: str) -> None:
     # a slope by another formula: the secants on both sides, whose mean is off by a sixth of the jerk times dt^2
     secant = (positions[2:] - positions[:-2]) / 0.002
     assert np.abs(velocities[1:-1] - secant).max() < 350.0 * 1e-6 / 6 * 1.1  # 20000 deg/s3 is the largest jerk
+
+
+#: A float of base 10 by the types of YAML 1.1, and what a fixed-point reader takes.
+YAML_FLOAT = re.compile(r"[-+]?[0-9][0-9_]*\.[0-9_]*([eE][-+][0-9]+)?")
+FIXED_POINT = re.compile(r"-?[0-9]+(\.[0-9]+)?")
+SIZES = st.one_of(
+    st.floats(-1e290, 1e290, allow_subnormal=True),
+    st.builds(lambda m, e: m * 10.0**e, st.sampled_from([1.0, -1.0, 5.0, -5.0, 1.5, 9.999999999999999]), st.integers(-320, 289)),
+)  # fmt: skip
+
+
+def written_rows(table: list[tuple[float, float]], decimals: tuple[int, int], cycle: float = 0.001) -> WrittenRows:
+    """Two columns of numbers as a file has them: rounded, without negative zeros; y is a word of YAML 1.1."""
+    columns = (Column("x", "mm", 1.0, "VP101"), Column("y", "deg", 1.0, "VP102"))
+    numbers = np.stack(
+        [np.round(column, d) + 0.0 for column, d in zip(np.array(table).T, decimals, strict=True)], axis=1
+    )
+    return WrittenRows(numbers, np.arange(len(table), dtype=np.int32), columns, SetpointFormat(cycle, decimals, 3))
+
+
+@given(st.lists(st.tuples(SIZES, SIZES), min_size=1, max_size=8))
+def test_ros2_numbers_of_any_size_are_floats_to_yaml_1_1(table: list[tuple[float, float]]) -> None:
+    """What 1.1 does not know as a float it reads as text, and a publisher refuses the point."""
+    yaml = pytest.importorskip("yaml")
+    rows = replace(written_rows(table, (12, 12)), numbers=np.array(table))
+    text = b"".join(FORMATS["ros2"].write(rows)).decode("ascii")
+    message = yaml.safe_load(text)
+    assert message["joint_names"] == ["x", "y"]
+    assert not re.search(r"[\[ ]y[,\]]", text)  # by 1.1 itself, though not by pyyaml, a truth value
+    assert message == json.loads(b"".join(FORMATS["ros2-json"].write(rows)))
+    for point in message["points"]:
+        for value in (*point["positions"], *point["velocities"]):
+            assert type(value) is float
+        assert {type(value) for value in point["time_from_start"].values()} == {int}
+    positions = np.array([point["positions"] for point in message["points"]])
+    assert np.array_equal(positions, np.array(table) * [1e-3, np.pi / 180])
+    for line in re.findall(r"(?:positions|velocities): \[(.*)\]", text):
+        assert all(YAML_FLOAT.fullmatch(number) for number in line.split(", "))
+
+
+@given(
+    st.lists(st.tuples(SIZES, SIZES), min_size=2, max_size=8),
+    st.tuples(st.integers(0, 12), st.integers(0, 12)),
+)
+@example([(x, 0.0) for x in (2.1, 0.8, 0.0, 0.5, -0.3)] + [(0.0, 0.0)] * 60, (1, 1))  # a velocity of -3.7e-14
+def test_text_files_have_no_exponents(table: list[tuple[float, float]], decimals: tuple[int, int]) -> None:
+    """halstreamer, PVT controls and simple readers of CSV take digits and a point; a zero has no sign."""
+    rows = written_rows(table, decimals)
+    for name, separator in (("csv", ","), ("linuxcnc", " "), ("pvt", ",")):
+        lines = b"".join(FORMATS[name].write(rows)).decode("ascii").splitlines()[name == "csv" :]
+        cells = [line.split(separator) for line in lines]
+        for cell in (cell for line in cells for cell in line):
+            assert FIXED_POINT.fullmatch(cell), (name, cell)
+            assert not (cell.startswith("-") and float(cell) == 0), (name, cell)
+        if name != "pvt":
+            first = 1 if name == "csv" else 0
+            found = np.array([[float(cell) for cell in line[first : first + 2]] for line in cells])
+            # beyond 15 digits a decimal text and its double are not one to one
+            assert np.allclose(found, rows.numbers, rtol=1e-15, atol=0)
+
+
+def test_ros2_times_do_not_drift() -> None:
+    """A cycle of no whole number of nanoseconds: rounded and added up, it is 6 us off after 20000 rows."""
+    n, cycle = 20_000, 0.0003333333
+    rows = WrittenRows(np.zeros((n, 1)), np.zeros(n, np.int32), (Column("x", "mm", 1.0, "VP101"),),
+                       SetpointFormat(cycle, (3,), 10))  # fmt: skip
+    text = b"".join(FORMATS["ros2"].write(rows)).decode("ascii")
+    seconds, nanoseconds = map(int, re.findall(r"sec: (\d+), nanosec: (\d+)", text)[-1])
+    assert abs(seconds + 1e-9 * nanoseconds - (n - 1) * cycle) < 1e-9
 
 
 def run_pvt(raw: bytes, start: np.ndarray, cycle: float) -> tuple[np.ndarray, np.ndarray]:
@@ -205,6 +281,5 @@ def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], mon
 
 def test_the_names_of_the_command_line_are_those_of_the_table() -> None:
     from verne_post.cli.conversion import FORMAT_NAMES
-    from verne_post.output.formats import FORMATS
 
     assert tuple(FORMATS) == FORMAT_NAMES

@@ -31,6 +31,9 @@ class Curve:
     def speed(self, s: Array) -> Array:
         return self.feed(s) if callable(self.feed) else np.full(len(s), self.feed)
 
+    def hidden(self, s: Array) -> Array:
+        return np.zeros(len(s) - 1)
+
 
 def limits(n: int, velocity: float = 833.0, acceleration: float = 5000.0, jerk: float = 1e5) -> Limits:
     """The same dynamics for every joint; sliders of the default machine, mm and s."""

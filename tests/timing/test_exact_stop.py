@@ -3,7 +3,6 @@
 import ast
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -22,7 +21,7 @@ from verne_post.timing.ruckig_backend import rest_to_rest
 
 MACHINE = verne_post.load_machine()
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
-STOPS = replace(OPTIONS, smoothing="off")
+STOPS = OPTIONS.changed(smoothing="off")
 PACKAGE = Path(verne_post.__file__).parent
 
 

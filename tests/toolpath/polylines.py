@@ -16,7 +16,7 @@ def contour_of(source: str, mode: str = "spline", tip: float | None = None, axis
     """The contour of a program; tolerances in mm and rad."""
     options = Options(
         tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((7.0, -3.0, 60.0))},
-        smoothing=mode, tolerance=tip, orientation_tolerance=axis,
+        smoothing=mode, tolerance=tip, orientation_tolerance_deg=None if axis is None else float(np.degrees(axis)),
     )  # fmt: skip
     return assemble(source.encode(), MACHINE, options).contour
 

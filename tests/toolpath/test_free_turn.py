@@ -81,7 +81,7 @@ def test_a_program_that_fits_only_turned_is_converted():
     """X450 is beyond the serial machine's travel; along its diagonal the slot fits."""
     machine = MACHINES["serial"]
     body = "G0 X0 Y0 Z40\nG1 Z30\nX450"
-    plain = convert(f"{HEAD}{body}\nM2\n".encode(), machine, replace(options(), free_c=False))
+    plain = convert(f"{HEAD}{body}\nM2\n".encode(), machine, options().changed(free_c=False))
     assert {item.code for item in plain.findings} == {"VP101"}
     result = convert(f"{HEAD}{body}\nM2\n".encode(), machine, options())
     assert result.ok

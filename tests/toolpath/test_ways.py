@@ -276,7 +276,7 @@ def test_sliders_that_close_nothing_are_refused(machine):
     assert [item.code for item in refused.value.findings] == ["VP018"]
 
 
-@pytest.mark.parametrize("values", [(), (400.0, 400.0, 400.0), (400.0,) * 6])
+@pytest.mark.parametrize("values", [(400.0, 400.0, 400.0), (400.0,) * 6])
 def test_another_number_of_values_is_refused(machine, values):
     with pytest.raises(InputError, match="rho1,rho2,rho3,a,c") as refused:
         approached(machine, values)

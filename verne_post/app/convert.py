@@ -140,7 +140,8 @@ def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[Setpoi
     for some in rows(contour, plan.laws, plan.timeline):
         values, numbers = rounded(joints.q(some.segment, some.w), machine, fmt)
         move = np.where(some.dwell >= 0, dwells[some.dwell], move_of_piece[contour.piece[some.segment]])
-        yield SetpointBlock(some.first, values, some.line.astype(np.int32), fmt, numbers), move
+        tools = contour.tool_length(some.segment)
+        yield SetpointBlock(some.first, values, some.line.astype(np.int32), fmt, numbers, tools), move
 
 
 def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:

@@ -115,6 +115,8 @@ ARC_RADIUS_SHARE: Final = 1e-3
 ARC_CHORD_MM: Final = 5e-7
 #: An R word may be too small by this much; the arc is then a half circle.
 ARC_R_TOO_SMALL_MM: Final = 0.00127
+#: A chord that is shorter than twice R by no more than this share makes a half circle about its middle.
+ARC_HALF_CIRCLE_SHARE: Final = 1e-12
 #: The start pose is found by replaying the opening lines; it must reproduce itself this well.
 START_POSE_MM: Final = 1e-7
 

@@ -7,7 +7,13 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from verne_post.base.tolerances import ARC_CHORD_MM, ARC_R_TOO_SMALL_MM, ARC_RADIUS_MM, ARC_RADIUS_SHARE
+from verne_post.base.tolerances import (
+    ARC_CHORD_MM,
+    ARC_HALF_CIRCLE_SHARE,
+    ARC_R_TOO_SMALL_MM,
+    ARC_RADIUS_MM,
+    ARC_RADIUS_SHARE,
+)
 from verne_post.gcode.block import BlockError
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
@@ -91,7 +97,9 @@ def radius_arc(
     short = half - abs(radius)
     if short > ARC_R_TOO_SMALL_MM or radius == 0.0:
         raise BlockError("VP008", f"R{radius:g} is too small to reach the end point; it takes at least {half:.4f} mm")
-    height = math.sqrt(max(radius * radius - half * half, 0.0))
+    height = 0.0
+    if half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * abs(radius):
+        height = math.sqrt(radius * radius - half * half)
     # the centre lies left of the chord for a short counter-clockwise arc
     side = 1.0 if clockwise == (radius < 0) else -1.0
     c1 = 0.5 * (start[first] + end[first]) - side * height * d2 / (2 * half)

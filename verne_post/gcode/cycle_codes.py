@@ -93,9 +93,10 @@ class CycleCodes(MotionCodes):
         letter, name = AXES[normal], g_name(motion)
         here = state.position[normal]
         series = state.cycle if state.cycle is not None and state.cycle.normal == normal else None
-        if series is not None and series.inch != state.inch:
+        if series is not None:
             lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
-            if state.initial_level or not state.absolute or (before is not None and not lengths <= set(block.words)):
+            level = series.start_inch != state.inch and (state.initial_level or not state.absolute)
+            if level or (before is not None and before.inch != state.inch and not lengths <= set(block.words)):
                 raise BlockError(
                     "VP017", f"{name} after a change of units among the cycles: kept lengths, and the level where they began, would be "
                     "read in the other unit; write G80 before G20 or G21",
@@ -134,7 +135,10 @@ class CycleCodes(MotionCodes):
                 if axis not in block.words:
                     raise BlockError("VP005", f"G87 needs {axis}{', G90 or G91 having changed' if changed else ''}")
             shift = tuple(self._length(block.words[axis]) for axis in "IJK")
-        return Cycle(normal, start, clear, bottom, (r, z), of_g90, state.absolute, state.inch, step, dwell, shift)
+        of_start = state.inch if series is None else series.start_inch
+        return Cycle(
+            normal, start, of_start, clear, bottom, (r, z), of_g90, state.absolute, state.inch, step, dwell, shift
+        )
 
     def _heights(self, start: float, r: float, z: float) -> tuple[float, float]:
         """Heights of R and of the bottom. In G91 R counts from where the cycles began, the bottom from R."""
@@ -248,7 +252,7 @@ class CycleCodes(MotionCodes):
         w = PLANES[self.state.plane][2]
         step = cycle.step or 0.0
         depth = cycle.clear - step
-        while depth > cycle.bottom:
+        while depth > cycle.bottom + ZERO_LENGTH_MM:  # the last one goes to the bottom; one of no depth is rounding
             self._go(block, MoveKind.FEED, {w: depth})
             if motion == 830:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})

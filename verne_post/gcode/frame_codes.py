@@ -175,6 +175,9 @@ class FrameCodes:
         if self.recorder.count == 0 and frame.tool == old.tool:
             for axis in state.floating:  # never named: 0 in the first active work system
                 position[axis] = 0.0
+        if state.centre is not None:  # the tool still stands beside its last contour
+            centre = coordinates.to_program(coordinates.to_machine(np.array(state.centre), old), frame)
+            state.centre = [float(v) for v in centre]
         state.position = position
         state.frame = frame
         if frame.tool != old.tool:

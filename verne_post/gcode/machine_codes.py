@@ -86,6 +86,10 @@ class MachineCodes(FrameCodes):
         if tool:
             self._one_tool(tool)
         state.loaded_tool = tool
+        if (
+            state.compensation is None and state.centre is not None
+        ):  # the tool stays beside the contour that G40 has left
+            state.position, state.centre = state.centre, None
         if code == 61:  # nobody changes anything: the number is set right
             self.recorder.event(block.line, "tool number", number=tool)
             return

@@ -1,6 +1,6 @@
 """One pass over a program of blocks: chunks, stretches of plain lines, single blocks, errors collected."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Final
 
 from verne_post.base.long_text import Text
@@ -142,8 +142,6 @@ def _execute(flow: Flow, raw: bytes, machine: Interpreter, line: int) -> None:
     machine.parameters.line = line
     block = machine.read(decoded(raw), line)
     if block.o is not None:
-        if block.comment is not None:  # it may speak
-            machine.execute(replace(block, o=None))
         flow.step(block)
         return
     block.line = flow.shown_line or line

@@ -39,12 +39,13 @@ class Saved:
 class Cycle:
     """What canned cycles remember while they follow each other.
 
-    The drill axis; its place before the first of them; then of the cycle that repeats R and the bottom as heights, the numbers
+    The drill axis; its place before the first of them, and whether that was in G20; then of the cycle that repeats R and the bottom as heights, the numbers
     of these two words and for each whether it is one of G90, whether G90 and G20 held in the last block, Q, P, and I J K of G87.
     """
 
     normal: int
     start: float
+    start_inch: bool
     clear: float
     bottom: float
     numbers: tuple[float, float]

@@ -56,6 +56,10 @@ class JointFunctions(Protocol):
     def contour(self) -> Contour:
         """What is followed."""
 
+    @property
+    def pose(self) -> PoseFunction:
+        """Where the tool is along a contour."""
+
     def q(self, segment: NDArray[np.integer], w: Array) -> Array:
         """Joints (n, n_joints) at parameter w (n,) of segments (n,)."""
 

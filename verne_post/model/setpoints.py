@@ -50,6 +50,8 @@ class SetpointBlock:
     format : SetpointFormat
     numbers : ndarray, shape (n, n_joints), or None
         The numbers as written; None where they are ``values`` themselves.
+    tool_length : ndarray, shape (n,), or None
+        mm; None where the rows come from a file, which does not say it.
     """
 
     first: int
@@ -57,6 +59,7 @@ class SetpointBlock:
     line: NDArray[np.int32]
     format: SetpointFormat
     numbers: NDArray[np.float64] | None = None
+    tool_length: NDArray[np.float64] | None = None
 
     @property
     def written(self) -> NDArray[np.float64]:

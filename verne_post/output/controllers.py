@@ -81,13 +81,22 @@ def _velocities(rows: WrittenRows, at: NDArray[np.intp]) -> Array:
 
 
 def ros2(rows: WrittenRows) -> Iterator[bytes]:
-    """trajectory_msgs/JointTrajectory as YAML, SI units; in drive units the numbers stay what the drives count."""
-    yield f"joint_names: [{', '.join(column.joint for column in rows.columns)}]\npoints:\n".encode()
+    """trajectory_msgs/JointTrajectory as YAML, SI units; in drive units the numbers stay what the drives count.
+
+    It means the same by the rules of YAML 1.1, which ROS reads, and 1.2: by those of 1.1 a joint called y would be a truth value.
+    """
+    yield f"joint_names: {json.dumps([column.joint for column in rows.columns])}\npoints:\n".encode()
     for positions, velocities, seconds, nanoseconds in _points(rows):
         yield (
-            f"- positions: {json.dumps(positions)}\n  velocities: {json.dumps(velocities)}\n"
+            f"- positions: {_yaml_floats(positions)}\n  velocities: {_yaml_floats(velocities)}\n"
             f"  time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}\n"
         ).encode()
+
+
+def _yaml_floats(values: list[float]) -> str:
+    """Numbers as YAML 1.1 knows them: those with an exponent need a point too, or are text."""
+    texts = [text if "." in text else text.replace("e", ".0e") for text in map(float.__repr__, values)]
+    return f"[{', '.join(texts)}]"
 
 
 def ros2_json(rows: WrittenRows) -> Iterator[bytes]:
@@ -108,11 +117,12 @@ def _points(rows: WrittenRows) -> Iterator[tuple[list[float], list[float], int, 
     unit = np.ones(len(rows.columns))
     if not rows.format.drives:
         unit = np.array([_MM if column.unit == "mm" else RAD_PER_DEG for column in rows.columns])
-    cycle = round(rows.format.cycle * _NANO)
     for block in rows.blocks():
         at = block.first + np.arange(len(block.line))
         velocities = _velocities(rows, at) * unit
-        values = zip((block.written * unit).tolist(), velocities.tolist(), (at * cycle).tolist(), strict=True)
+        # each time rounded by itself: cycles of no whole number of nanoseconds do not add up to an error
+        stamps = np.rint(at * rows.format.cycle * _NANO).astype(np.int64)
+        values = zip((block.written * unit).tolist(), velocities.tolist(), stamps.tolist(), strict=True)
         for positions, speeds, nanoseconds in values:
             yield positions, speeds, nanoseconds // _NANO, nanoseconds % _NANO
 
@@ -132,7 +142,8 @@ def pvt(rows: WrittenRows) -> Iterator[bytes]:
         ):
             cells = [f"{dt:.{max(rows.format.time_decimals, 1)}f}"]
             for d, v, decimals in zip(moved, speed, rows.format.decimals, strict=True):
-                cells += [f"{d + 0.0:.{decimals}f}", f"{v + 0.0:.{decimals}f}"]
+                # rounded before 0 is added, which takes the sign off a zero
+                cells += [f"{round(number, decimals) + 0.0:.{decimals}f}" for number in (d, v)]
             lines.append(",".join(cells))
         yield ("\n".join(lines) + "\n").encode()
 

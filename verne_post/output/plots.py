@@ -139,7 +139,9 @@ def workspace_figure(
     axes.set_ylim(extent[2], extent[3])
     a, c = (_shown(machine, joint, angle) for joint, angle in zip("ac", angles, strict=True))
     axes.set_title(
-        f"{machine.name}: tips reached, tool {tool_length:g} mm, A{a:g} C{c:g}, {'xyz'[k]} = {at:g} mm", fontsize=11
+        f"{machine.name}: tips reached, tool {tool_length:g} mm, A{a:g} C{c:g}, {'xyz'[k]} = {at:g} mm",
+        fontsize=11,
+        parse_math=False,
     )
     handles = [Patch(facecolor=colours[limit], label=reach.limits[limit]) for limit in present]
     if handles:
@@ -192,7 +194,9 @@ def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
         axes.set_title(f"|alpha| {first:.0f} to {last:.0f} degrees", fontsize=10)
         axes.set(xlabel="x of P, mm (base frame)", aspect="equal")
     left.set_ylabel("y of P, mm")
-    figure.suptitle(f"{machine.name}: where the platform may lean by alpha, every 2 degrees", fontsize=11)
+    figure.suptitle(
+        f"{machine.name}: where the platform may lean by alpha, every 2 degrees", fontsize=11, parse_math=False
+    )
     figure.colorbar(
         ScalarMappable(norm, "turbo"), ax=right, label="|alpha|, degrees", ticks=np.arange(0, 181, 30), shrink=0.8
     )

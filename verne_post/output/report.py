@@ -5,6 +5,8 @@ The figures are plotly's (extra ``report``); the script below only links them: o
 
 import html
 import json
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,6 +26,8 @@ Array = NDArray[np.float64]
 
 #: Digits after the point that a screen can show, by what is drawn.
 _DIGITS: Final = 4
+#: Times are those of the rows, at any cycle; further digits would be noise.
+_TIME_DIGITS: Final = 9
 #: Points along each side of the workspace slice, and room around the path, mm.
 _SLICE: Final = 61
 _ROOM_MM: Final = 120.0
@@ -52,7 +56,7 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
     used = sorted({int(line) for line in study.line if 0 < line <= len(lines)})
     data = {
         "figures": figures,
-        "x": _rounded(study.x),
+        "x": np.round(study.x, _TIME_DIGITS).tolist(),
         "unit": "s" if study.timed else "mm",
         "line": study.line.tolist(),
         "text": {str(line): lines[line - 1].decode("utf-8", errors="replace").strip()[:160] for line in used},
@@ -71,16 +75,31 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         "table": _table_geometry(machine, study),
     }
     parts = {
-        "title": html.escape(f"{program} on {machine.name}"),
-        "summary": html.escape(_summary(program, study.summary, study.findings)),
+        "title": _text(f"{program} on {machine.name}"),
+        "summary": _text(_summary(program, study.summary, study.findings)),
         "findings": _findings(program, study),
-        "data": json.dumps(data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/"),
+        "data": _json_in_html(data),
         "plotly": get_plotlyjs(),
     }
     text = Path(__file__).with_name("report_page.html").read_text("utf-8")
-    for name, part in parts.items():
-        text = text.replace(f"<!--{name}-->", part)
-    return text
+    # in one pass: what is put in is never searched for places again
+    return re.sub(r"<!--(\w+)-->", lambda place: parts[place[1]], text)
+
+
+def shown(text: str) -> str:
+    """A text as it can be drawn: what is no character, as in some names of files, or none that shows, is replaced."""
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
+
+
+def _text(text: str) -> str:
+    """Text that means nothing to a reader of HTML."""
+    return html.escape(shown(text))
+
+
+def _json_in_html(data: Any) -> str:
+    """JSON that means nothing to a reader of HTML: in ASCII, and without the characters that begin tags, comments and entities."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return re.sub("[<>&]", lambda character: f"\\u{ord(character[0]):04x}", text)
 
 
 def _rounded(values: Array) -> Any:
@@ -103,14 +122,11 @@ def _findings(program: str, study: Study) -> str:
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
-    for item in study.findings:
-        line = item.worst_line or item.line
-        at = np.flatnonzero(study.line == line) if line is not None else np.empty(0, dtype=int)
-        frame = int(at[np.argmin(np.nan_to_num(study.margin[at], nan=-np.inf))]) if len(at) else -1
+    for item, frame in zip(study.findings, study.place, strict=True):
         colour = _GRAVITY[item.severity]
         entries.append(
             f'<li data-frame="{frame}" class="{item.severity}" style="border-color:{colour}" tabindex="0">'
-            f"{html.escape(text_line(program, item))}</li>"
+            f"{_text(text_line(program, item))}</li>"
         )
     return "\n".join(entries)
 
@@ -142,32 +158,35 @@ def _figures(machine: Machine, study: Study) -> dict[str, Any]:
 
 
 def _path_figure(study: Study) -> Any:
-    """The tool path on the table, coloured by margin or speed; stretches with errors marked; the cursor last."""
+    """The tool path on the table, coloured by margin or speed; places with errors marked; the cursor last."""
     import plotly.graph_objects as go
 
-    x, y, z = np.round(study.tip, _DIGITS).T
-    hover = [f"line {line}" for line in study.line]
-    margin = {"color": np.round(study.margin, 3), "colorscale": "RdYlGn", "cmin": 0.0, "cmax": 1.0, "width": 5,
+    trail = study.trail
+    x, y, z = trail.tip.astype(np.float32).T
+    margin = {"color": trail.margin.astype(np.float32), "colorscale": "RdYlGn", "cmin": 0.0, "cmax": 1.0, "width": 5,
               "colorbar": {"title": "margin", "len": 0.7}}  # fmt: skip
+    # the frame is where a click leads
+    told = np.stack([trail.line, trail.frame], axis=1).astype(np.int32)
     figure = go.Figure(
-        go.Scatter3d(x=x, y=y, z=z, mode="lines", line=margin, text=hover, hoverinfo="text", name="path")
-    )
-    bad = np.zeros(len(x), dtype=bool)
-    for item in study.findings:
-        if item.severity == "error" and item.line is not None:
-            bad |= (study.line >= item.line) & (study.line <= (item.last_line or item.line))
-    figure.add_scatter3d(x=x[bad], y=y[bad], z=z[bad], mode="markers", marker={"color": "#c0392b", "size": 3},
+        go.Scatter3d(x=x, y=y, z=z, mode="lines", line=margin, customdata=told, name="path",
+                     hovertemplate="line %{customdata[0]}<extra></extra>")
+    )  # fmt: skip
+    bad = np.round(violations(study), _DIGITS).T
+    figure.add_scatter3d(x=bad[0], y=bad[1], z=bad[2], mode="markers", marker={"color": "#c0392b", "size": 3},
                          name="violations", hoverinfo="skip")  # fmt: skip
-    figure.add_scatter3d(x=x[:1], y=y[:1], z=z[:1], mode="markers", marker={"color": "#000", "size": 6}, name="cursor")
+    at = study.tip[0].round(_DIGITS)
+    figure.add_scatter3d(
+        x=at[:1], y=at[1:2], z=at[2:], mode="markers", marker={"color": "#000", "size": 6}, name="cursor"
+    )
     figure.update_layout(
         scene={"aspectmode": "data", "xaxis": {"title": "x mm"}, "yaxis": {"title": "y mm"}, "zaxis": {"title": "z mm"}},
         showlegend=False, margin=_TIGHT,
     )  # fmt: skip
     if study.timed:
-        top = float(np.nanmax(study.speed)) or 1.0
-        speed = {"line.color": [np.round(study.speed, 2)], "line.colorscale": ["Viridis"], "line.cmin": [0.0],
+        top = float(np.nanmax(trail.speed)) or 1.0
+        speed = {"line.color": [np.round(trail.speed, 2)], "line.colorscale": ["Viridis"], "line.cmin": [0.0],
                  "line.cmax": [top], "line.colorbar.title.text": ["mm/s"]}  # fmt: skip
-        back = {"line.color": [margin["color"]], "line.colorscale": ["RdYlGn"], "line.cmin": [0.0], "line.cmax": [1.0],
+        back = {"line.color": [np.round(trail.margin, 3)], "line.colorscale": ["RdYlGn"], "line.cmin": [0.0], "line.cmax": [1.0],
                 "line.colorbar.title.text": ["margin"]}  # fmt: skip
         buttons = [{"label": label, "method": "restyle", "args": [change, [0]]}
                    for label, change in (("margin", back), ("speed", speed))]  # fmt: skip
@@ -176,41 +195,54 @@ def _path_figure(study: Study) -> Any:
     return figure
 
 
+def violations(study: Study) -> Array:
+    """Tips (n, 3) of frames on lines with errors, and of the worst place of every error."""
+    bad, worst = np.zeros(len(study.x), dtype=bool), np.zeros(len(study.findings), dtype=bool)
+    for index, item in enumerate(study.findings):
+        if item.severity == "error" and item.line is not None:
+            bad |= (study.line >= item.line) & (study.line <= (item.last_line or item.line))
+            worst[index] = study.place[index] >= 0
+    return np.concatenate([study.tip[bad], study.place_tip[worst]])
+
+
+def shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
+    """For each joint x and per cent of its limit on velocity, acceleration or jerk."""
+    limit: Array = getattr(machine.limits, name)
+    for column, most, curve in zip(machine.columns, limit, study.curves[name], strict=True):
+        yield curve.x, 100.0 * curve.values / (most * abs(column.factor))
+
+
 _TIGHT: Final = {"l": 50, "r": 10, "t": 25, "b": 35}
 
 
 def _axes_figure(machine: Machine, study: Study) -> Any:
-    """Positions with their travel, then shares of the limits on velocity, acceleration and jerk, then lean and tip speed."""
+    """Positions with their travel, then shares of the limits on velocity, acceleration and jerk, then lean."""
     from plotly.subplots import make_subplots
 
     rows = ["sliders, mm", "table, deg", "velocity, %", "acceleration, %", "jerk, %", "lean, deg"] if study.timed else [
         "sliders, mm", "table, deg", "lean, deg"]  # fmt: skip
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.02)
-    x = np.round(study.x, _DIGITS)
     limits, n = machine.limits, len(machine.columns)
+    styles = [
+        {"mode": "lines", "line": {"width": 1, "color": _COLOURS[joint % len(_COLOURS)]}, "name": column.joint,
+         "legendgroup": column.joint} for joint, column in enumerate(machine.columns)
+    ]  # fmt: skip
     for joint, column in enumerate(machine.columns):
         row = 1 if joint < n - 2 else 2
-        colour = _COLOURS[joint % len(_COLOURS)]
-        style = {
-            "mode": "lines",
-            "line": {"width": 1, "color": colour},
-            "name": column.joint,
-            "legendgroup": column.joint,
-        }
-        figure.add_scattergl(x=x, y=np.round(study.q[:, joint], _DIGITS), row=row, col=1, **style)
+        position = study.curves["position"][joint]
+        figure.add_scattergl(x=position.x, y=position.values, row=row, col=1, **styles[joint])
         ends = sorted((limits.lower[joint] * column.factor, limits.upper[joint] * column.factor))
-        low, high = np.nanmin(study.q[:, joint], initial=0.0), np.nanmax(study.q[:, joint], initial=0.0)
+        low, high = np.nanmin(position.values, initial=0.0), np.nanmax(position.values, initial=0.0)
         for end in ends:
             # a limit that is far from what is used would only flatten the curves
             if np.isfinite(end) and low - (high - low) - 50 < end < high + (high - low) + 50:
                 figure.add_hline(y=float(end), row=row, col=1, line={"color": "#c0392b", "dash": "dot", "width": 1})
-        for order, (name, limit) in enumerate(
-            (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
-        ):
-            if name in study.extremes:
-                share = 100.0 * study.extremes[name][:, joint] / (limit[joint] * abs(column.factor))
-                figure.add_scattergl(x=x, y=np.round(share, 2), row=3 + order, col=1, showlegend=False, **style)
-    figure.add_scattergl(x=x, y=np.round(study.lean_deg, _DIGITS), row=len(rows), col=1, mode="lines", name="lean",
+    for row, name in enumerate(("velocity", "acceleration", "jerk") if study.timed else (), start=3):
+        for joint, (x, share) in enumerate(shares(machine, study, name)):
+            y = share.astype(np.float32)
+            figure.add_scattergl(x=x, y=y, row=row, col=1, showlegend=False, **styles[joint])
+    lean = study.curves["lean"][0]
+    figure.add_scattergl(x=lean.x, y=lean.values.astype(np.float32), row=len(rows), col=1, mode="lines", name="lean",
                          line={"width": 1, "color": "#34495e"})  # fmt: skip
     for row, title in enumerate(rows, start=1):
         figure.update_yaxes(title_text=title, row=row, col=1)
@@ -236,7 +268,8 @@ def _slice_figure(machine: Machine, study: Study) -> Any:
     angles = np.where(np.isfinite(angles), angles, 0.0)
     height = float(study.tip[at, 2])
     # the nose stands where the tool ends: its distance from the tip is the tool's length
-    low, high = study.tip[:, :2].min(axis=0) - _ROOM_MM, study.tip[:, :2].max(axis=0) + _ROOM_MM
+    seen = study.trail.tip[:, :2]
+    low, high = seen.min(axis=0) - _ROOM_MM, seen.max(axis=0) + _ROOM_MM
     x, y = np.linspace(low[0], high[0], _SLICE), np.linspace(low[1], high[1], _SLICE)
     across, up = np.meshgrid(x, y)
     tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
@@ -247,7 +280,7 @@ def _slice_figure(machine: Machine, study: Study) -> Any:
         go.Heatmap(x=np.round(x, 2), y=np.round(y, 2), z=np.round(margin, 2), colorscale="Greens", zmin=0.0,
                    colorbar={"title": "mm to a limit", "len": 0.8}, hoverinfo="x+y+z")
     )  # fmt: skip
-    figure.add_scattergl(x=np.round(study.tip[:, 0], 3), y=np.round(study.tip[:, 1], 3), mode="lines",
+    figure.add_scattergl(x=seen[:, 0].astype(np.float32), y=seen[:, 1].astype(np.float32), mode="lines",
                          line={"width": 1, "color": "#2c3e50"}, hoverinfo="skip")  # fmt: skip
     figure.add_scatter(x=[float(study.tip[0, 0])], y=[float(study.tip[0, 1])], mode="markers",
                        marker={"color": "#000", "size": 9})  # fmt: skip

@@ -7,6 +7,7 @@ import numpy as np
 from verne_post.model.machine import Machine
 from verne_post.model.study import Study
 from verne_post.output.plots import SUFFIXES, picture
+from verne_post.output.report import shares, shown, violations
 
 __all__ = ["SUFFIXES", "picture_of"]
 
@@ -19,18 +20,17 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
 
     figure = Figure(figsize=_SIZE, layout="constrained")
     verdict = "converts" if study.timed else f"refused: {sum(one.severity == 'error' for one in study.findings)} errors"
-    figure.suptitle(f"{program} on {machine.name}: {verdict}", fontsize=11)
+    # a name is no formula, whatever dollars are in it
+    figure.suptitle(f"{shown(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
     names = ["velocity", "acceleration", "jerk"] if study.timed else []
     grid = figure.add_gridspec(2 + len(names), 2, width_ratios=[1.1, 1.0])
     plan = figure.add_subplot(grid[:, 0])
     if len(study.x):
-        shown = plan.scatter(study.tip[:, 0], study.tip[:, 1], c=np.nan_to_num(study.margin, nan=-1.0), s=2, cmap="RdYlGn",
-                             vmin=0.0, vmax=1.0)  # fmt: skip
-        figure.colorbar(shown, ax=plan, label="margin: 0 at a limit, 1 plenty", shrink=0.6)
-        for item in study.findings:
-            if item.severity == "error" and item.line is not None:
-                bad = (study.line >= item.line) & (study.line <= (item.last_line or item.line))
-                plan.plot(study.tip[bad, 0], study.tip[bad, 1], "x", color="#c0392b", ms=3)
+        x, y, _z = study.trail.tip.T
+        margin = np.nan_to_num(study.trail.margin, nan=-1.0)
+        dots = plan.scatter(x, y, c=margin, s=2, cmap="RdYlGn", vmin=0.0, vmax=1.0)
+        figure.colorbar(dots, ax=plan, label="margin: 0 at a limit, 1 plenty", shrink=0.6)
+        plan.plot(*violations(study)[:, :2].T, "x", color="#c0392b", ms=3)
     plan.set_aspect("equal")
     plan.set_xlabel("x mm on the table")
     plan.set_ylabel("y mm")
@@ -38,15 +38,15 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     for row, joints in enumerate((range(n - 2), range(n - 2, n))):
         axes = figure.add_subplot(grid[row, 1])
         for joint in joints:
-            axes.plot(study.x, study.q[:, joint], lw=0.8, label=machine.columns[joint].joint)
+            curve = study.curves["position"][joint]
+            axes.plot(curve.x, curve.values, lw=0.8, label=machine.columns[joint].joint)
         axes.set_ylabel(machine.columns[joints[0]].unit)
         axes.legend(fontsize=7, loc="upper right")
         axes.tick_params(labelsize=7)
-    limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
-    for row, (name, limit) in enumerate(zip(names, limits, strict=False), start=2):
+    for row, name in enumerate(names, start=2):
         axes = figure.add_subplot(grid[row, 1])
-        for joint, column in enumerate(machine.columns):
-            axes.plot(study.x, 100.0 * study.extremes[name][:, joint] / (limit[joint] * abs(column.factor)), lw=0.5)
+        for x, share in shares(machine, study, name):
+            axes.plot(x, share, lw=0.5)
         axes.axhspan(-100, 100, color="#27ae60", alpha=0.08)
         axes.set_ylabel(f"{name} %", fontsize=7)
         axes.tick_params(labelsize=7)

@@ -23,6 +23,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.timing.ruckig_backend import rest_to_rest
+from verne_post.timing.visible import visible_speed
 
 Array = NDArray[np.float64]
 
@@ -82,8 +83,8 @@ class RunLaws:
 
 
 def plan_runs(
-    contour: Contour, first: Array, second: Array, third: Array, limits: Limits, wanted: NDArray[np.bool_]
-) -> RunLaws:
+    contour: Contour, first: Array, second: Array, third: Array, limits: Limits, wanted: NDArray[np.bool_], cycle: float
+) -> RunLaws:  # fmt: skip
     """Plan the runs of a contour from stop to stop.
 
     Parameters
@@ -94,6 +95,8 @@ def plan_runs(
     limits : Limits
     wanted : ndarray of bool, shape (n_runs,)
         Runs to plan; the others get a law of no duration.
+    cycle : float
+        Control cycle, s.
 
     Raises
     ------
@@ -117,7 +120,8 @@ def plan_runs(
             for k, d in enumerate((first, second, third), start=1)
         ]
         with np.errstate(divide="ignore"):
-            cap = np.minimum.reduceat(1.0 / contour.pace(segment), at)
+            cap = np.minimum(1.0 / contour.pace(segment), visible_speed(contour, segment, cycle))
+        cap = np.minimum.reduceat(cap, at)
         distance[some] = np.add.reduceat(length, at)
         v, a, j = split_limits(distance[some], cap, slope[0], slope[1], slope[2], limits)
         durations[some], jerks[some] = rest_to_rest(distance[some], v, a, j)

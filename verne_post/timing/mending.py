@@ -76,6 +76,8 @@ STRETCH_ROWS: Final = 1 << 8
 ACTIVE_SETS: Final = 4
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
 SMALLEST_STRAIN: Final = 1e-6
+#: Steps that hide the path between them are made shorter by no more than this at a time: how much they need is not known.
+HIDDEN: Final = 2.0
 #: Diagonal entry that keeps a row where it is.
 FIXED: Final = 1e30
 #: The derivative by s is taken over this share of a row's step, and at least this much of the run's length.
@@ -125,7 +127,7 @@ def legal_rows(run: Run, rows: Callable[[float], Array], limits: Limits, cycle: 
         top = float(worst.max())
         if top <= 1.0:
             return s
-        if top > STUBBORN * before:
+        if top > STUBBORN * before and not (run.hidden(at_rest(s)) > 1.0).any():
             break
         before = top
         slower *= float(np.clip(np.cbrt(top), SLOWER_BY[0], SLOWER_BY[1]))
@@ -188,8 +190,9 @@ def excess(run: Run, s: Array, limits: Limits, cycle: float) -> Array:
     worst = Growing(float)
     for begin, end in blocks(len(s) - REST):
         for first in range(begin, end, CHUNK_ROWS):
-            rows = _Rows.at(run, s[first : min(first + CHUNK_ROWS, end) + REST])
-            worst.extend(_excess(rows, limits, cycle))
+            before = min(first, 1)
+            rows = _Rows.at(run, s[first - before : min(first + CHUNK_ROWS, end) + REST], cycle)
+            worst.extend(_excess(rows, limits, cycle)[before:])
     return worst.column()
 
 
@@ -326,11 +329,16 @@ class _Rows:
     cap: Array
 
     @classmethod
-    def at(cls, run: Run, s: Array) -> "_Rows":
-        """The slowest of the caps at both ends and in the middle of a step counts."""
+    def at(cls, run: Run, s: Array, cycle: float) -> "_Rows":
+        """The slowest of the caps at both ends and in the middle of a step counts, and where it hides the path a slower one."""
         ends = np.asarray(run.speed(s), dtype=float)
         middle = np.asarray(run.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
-        return cls(s, joints_at(run, s), np.minimum(np.minimum(ends[1:], ends[:-1]), middle))
+        cap = np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
+        hidden = run.hidden(s)
+        too_long = np.flatnonzero(hidden > 1.0)
+        slower = (s[too_long + 1] - s[too_long]) / (cycle * np.minimum(hidden[too_long], HIDDEN))
+        cap[too_long] = np.minimum(cap[too_long], slower)
+        return cls(s, joints_at(run, s), cap)
 
     def taken(self, rows: Ints) -> "_Rows":
         """Some rows (m,); caps between such as are no neighbours mean nothing."""
@@ -343,7 +351,7 @@ def _shifted(s: Array, lengths: Ints, reach: int, run: Run, limits: Limits, cycl
     The first and last rows of each stretch stay where they are. A step that makes a stretch worse is not taken, and the next
     one is damped more. From each step to the next a stretch is cut down to what lies around the rows still beyond a limit.
     """
-    rows = _Rows.at(run, s)
+    rows = _Rows.at(run, s, cycle)
     slope = _slopes(run, rows)  # shifts are small against a row's step: the slopes stay what they are
     high: Ints = np.cumsum(lengths)
     low: Ints = high - lengths
@@ -355,7 +363,7 @@ def _shifted(s: Array, lengths: Ints, reach: int, run: Run, limits: Limits, cycl
         # stretches follow each other along the run, so that no row of one can hold back another's
         trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
         np.maximum.accumulate(trial, out=trial)
-        tried = _Model(_Rows.at(run, trial), slope[here], owner, limits, cycle)
+        tried = _Model(_Rows.at(run, trial, cycle), slope[here], owner, limits, cycle)
         merit, after = (np.bincount(owner, one.squares(AIMED)) for one in (model, tried))
         left = tried.squares(ACCEPTED)
         better = (np.bincount(owner, left) == 0.0) | (after < merit)

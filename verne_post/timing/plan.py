@@ -14,6 +14,7 @@ from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
 from verne_post.timing.exact_stop import RunLaws, plan_runs
 from verne_post.timing.playback import Playback
+from verne_post.timing.visible import hidden, turn_rate, visible_speed
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -91,11 +92,18 @@ class ContourRun:
     joints : JointFunctions
     first, last : int
         Segments of the run, ``last`` excluded.
+    cycle : float
+        Control cycle, s.
     """
 
-    def __init__(self, joints: JointFunctions, first: int, last: int) -> None:
-        self.joints, self.first = joints, first
-        self.breaks = running_sums(joints.contour.length[first:last])
+    def __init__(self, joints: JointFunctions, first: int, last: int, cycle: float) -> None:
+        self.joints, self.first, self.cycle = joints, first, cycle
+        contour = joints.contour
+        self.breaks = running_sums(contour.length[first:last])
+        turned = Growing(float)  # by arcs, over each segment, rad
+        for begin, end in blocks(last, first) if len(contour.path.arcs.sweep) else ():
+            turned.extend(turn_rate(contour, np.arange(begin, end)) * contour.length[begin:end])
+        self.turned = running_sums(turned.column())
 
     @property
     def length(self) -> float:
@@ -113,8 +121,28 @@ class ContourRun:
         return self.joints.q(*self.locate(s))
 
     def speed(self, s: Array) -> Array:
-        """Largest ds/dt (n,) that the feed allows at s (n,), mm/s."""
-        return self.joints.speed_cap(*self.locate(s))
+        """Largest ds/dt (n,) at s (n,), mm/s: by the feed, and so that the rows show how arcs turn."""
+        segment, w = self.locate(s)
+        cap = self.joints.speed_cap(segment, w)
+        if len(self.turned) == 1:
+            return cap
+        return np.minimum(cap, visible_speed(self.joints.contour, segment, self.cycle))
+
+    def hidden(self, s: Array) -> Array:
+        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, and arcs turn too far.
+
+        The step before the first is taken to have been as long as need be.
+        """
+        segment, w = self.locate(s)
+        turned = None
+        if len(self.turned) > 1:
+            local = segment - self.first
+            turned = self.turned[local] + w * (self.turned[local + 1] - self.turned[local])
+        return hidden(self.pose, self.joints.contour, s, segment, turned)
+
+    def pose(self, s: Array) -> tuple[Array, Array]:
+        """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
+        return self.joints.pose(self.joints.contour, *self.locate(s))
 
 
 def plan_contour(
@@ -141,7 +169,7 @@ def plan_contour(
     contour = joints.contour
     begins = contour.run_begins
     flowing = contour.flowing
-    laws = plan_runs(contour, first, second, third, limits, ~flowing)
+    laws = plan_runs(contour, first, second, third, limits, ~flowing, planning.cycle)
     reached = np.zeros(len(contour.path), dtype=bool)
     peak = np.where(flowing, 0.0, laws.peak_speed())
     for begin, end in blocks(len(contour)):
@@ -164,7 +192,7 @@ def plan_contour(
         from verne_post.timing import flowing as flow
         from verne_post.timing.first_law import second_order_bound
 
-        run_path = ContourRun(joints, int(begins[run]), int(begins[run + 1]))
+        run_path = ContourRun(joints, int(begins[run]), int(begins[run + 1]), cycle)
         try:
             effort = flow.QUALITY if planning.quality else flow.NORMAL
             law = flow.flowing_law(run_path, limits, cycle, effort, _solver(planning.solver), played, begin_s)

@@ -50,6 +50,9 @@ class Run(Protocol):
     def speed(self, s: Array) -> Array:
         """Largest ds/dt (n,) by the feed at s (n,), mm/s; infinite for rapids."""
 
+    def hidden(self, s: Array) -> Array:
+        """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
+
 
 @dataclass(frozen=True, eq=False)
 class Grid:

@@ -104,7 +104,7 @@ def _kept_moves(
             end[mine] = _poses(coordinates, moves.end[rows[mine]], moves.frames[index])
         kind = moves.kind[begin:stop]
         start = _starts(*before, end, length)
-        kept = (kind != MoveKind.DWELL) & (_moving(end - start) | (kind == MoveKind.ARC))
+        kept = _kept(end - start, kind, end, length, *after_kept)
         start = _starts_after_kept(*after_kept, end, length, kept)
         before = end[-1:], length[-1:]
         if kept.any():
@@ -316,6 +316,28 @@ def _moving(delta: Array) -> Mask:
     return tip | (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
 
 
+def _kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, before: Array, before_length: Array) -> Mask:
+    """Moves (n,) that become pieces: those that end away from the end of the last piece, however short each is, and arcs.
+
+    ``delta`` leads from move to move; ``before`` and its tool length (1,) are the end of the last piece before.
+    """
+    kept = (kind != MoveKind.DWELL) & (_moving(delta) | (kind == MoveKind.ARC))
+    # what has been left out since the last piece is no longer than the bound: only short moves depend on it
+    short = (delta != 0).any(axis=1) & ~_moving(delta / 2) & (kind != MoveKind.DWELL) & (kind != MoveKind.ARC)
+    if not short.any():
+        return kept
+    last = -1  # the last piece; row -1: the one before these
+    poses, lengths = np.concatenate([end, before]), np.append(length, before_length)
+    surely = np.maximum.accumulate(np.where(kept & ~short, np.arange(len(kept)), -1))
+    for row in np.flatnonzero(short).tolist():
+        last = max(last, int(surely[row]))
+        start = _on_gauge_line(poses[[last]], lengths[[last]] - length[row])
+        kept[row] = _moving(end[[row]] - start)[0]
+        if kept[row]:
+            last = row
+    return kept
+
+
 def _starts_after_kept(before: Array, before_length: Array, end: Array, tool_length: Array, kept: Mask) -> Array:
     """Starts measured from the end of the last move that was kept, so that no gap opens between pieces."""
     last = np.where(kept, np.arange(len(end)), -1)
@@ -360,7 +382,7 @@ def _feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Arr
     feed = moves.feed[row].copy()
     per_revolution = moves.feed_mode[row] == FeedMode.PER_REVOLUTION
     feed[per_revolution] *= moves.spindle[row][per_revolution]
-    distance = np.where(tip_length > ZERO_LENGTH_MM, tip_length, DEG_PER_RAD * angle)
+    distance = np.where((tip_length > ZERO_LENGTH_MM) | (angle == 0.0), tip_length, DEG_PER_RAD * angle)
     return np.where(moves.kind[row] == MoveKind.RAPID, 0.0, SECONDS_PER_MINUTE * distance / feed)
 
 

@@ -386,7 +386,7 @@ def feeds_of(path: ToolPath) -> Feeds:
     tip = row_norm(delta[:, :3])
     arc = path.arc >= 0
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
-    by_tip = tip > ZERO_LENGTH_MM
+    by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
     fed = path.feed_time > 0
     seconds = np.where(fed, path.feed_time, 1.0)
     rate = np.where(fed, np.where(by_tip, tip, turn) / seconds, np.inf)

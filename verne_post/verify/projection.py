@@ -89,7 +89,7 @@ def _arc_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bo
     # add the small steps from row to row, so that full turns and several turns count
     step = np.diff(angle, prepend=angle[0])
     step = (step + np.pi) % (2 * np.pi) - np.pi
-    begin = angle.copy()
+    begin = (angle + np.pi / 2) % (2 * np.pi) - np.pi / 2  # the first row may be some way ahead, or a little behind
     if not fresh[0]:
         expected = u_before * abs(sweep[0])
         begin[0] = expected + (angle[0] - expected + np.pi) % (2 * np.pi) - np.pi
@@ -133,10 +133,30 @@ def chord_lengths(path: ToolPath) -> Array:
     0 for JOINT pieces, whose tip goes as it will: there the limits on the joints' speed keep rows from being left out.
     """
     length = np.where(path.kind == PieceKind.JOINT, 0.0, path.length)
+    arc = np.flatnonzero(path.arc >= 0)
+    length[arc] = _arc_ways(path, arc, np.ones(len(arc)))
     swung = np.flatnonzero(path.circle >= 0)
     tip = row_norm(path.end[swung, :3] - path.start[swung, :3])
     length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
     return length
+
+
+def ways(path: ToolPath, piece: Ints, u: Array, chord_length: Array) -> Array:
+    """Way (n,) from the start of pieces to their u (n,), mm; ``chord_length`` of all pieces."""
+    found = u * chord_length[piece]
+    arc = np.flatnonzero(path.arc[piece] >= 0)
+    found[arc] = _arc_ways(path, piece[arc], u[arc])
+    return np.asarray(found)
+
+
+def _arc_ways(path: ToolPath, piece: Ints, u: Array) -> Array:
+    """As :func:`ways`, on arcs: what they turn by is not even in u where their radius changes."""
+    arcs, row = path.arcs, path.arc[piece]
+    grow = arcs.r1[row] - arcs.r0[row]
+    around = arcs.sweep[row] * u * (arcs.r0[row] + 0.5 * u * grow)
+    turn = row_norm(path.end[piece, 3:] - path.start[piece, 3:])
+    even = grow**2 + np.sum(arcs.rise[row] ** 2, axis=1) + (RADIAN_MM * turn) ** 2
+    return np.asarray(np.sign(u) * np.sqrt(around**2 + u**2 * even))
 
 
 def paces(path: ToolPath) -> tuple[Array, Array, Array]:
@@ -149,7 +169,7 @@ def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     tip = row_norm(delta[:, :3])
     arc = np.flatnonzero(path.arc >= 0)
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
-    by_tip = tip > ZERO_LENGTH_MM
+    by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         tip_pace = np.where(by_tip, path.feed_time / tip, 0.0)
         turn_pace = np.where(by_tip, 0.0, path.feed_time / turn)

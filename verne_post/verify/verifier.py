@@ -42,6 +42,7 @@ from verne_post.verify.projection import (
     programmed_pose,
     tool_axis,
     unwrapped_u,
+    ways,
 )
 
 Array = NDArray[np.float64]
@@ -55,6 +56,9 @@ _REST_ROWS: Final = 3
 #: moves sliders by 200 mm, and a tip may be 1 m from the table's axes.
 _TIP_PER_SLIDER: Final = 3.0
 _TIP_PER_RADIAN_MM: Final = 1000.0
+#: Mean square of what rounding adds to a step between two rows, over the square of the largest displacement above: half a
+#: unit of the last decimal displaces by half of it, and values between are as likely as others.
+_NOISE_SQUARE: Final = 2.0 / 12.0
 #: Rows looked at together when several pieces share a source line.
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
@@ -398,14 +402,15 @@ class Verifier:
             self._note("VP413", f"row {block.first + row} lies beyond the ends of the piece of line {block.line[row]}",
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
-        budget, way = step * path.feed_time[piece], step * self.measures.chord_length[piece]
+        budget = step * path.feed_time[piece]
+        way = self._way(item, u) - self._way(item, np.where(same & ~dwell, before_u, u))
         slack = np.where(dwell, 0.0, 4 * self.tip_noise / even[piece] * path.feed_time[piece])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
         before = now - moved
         self.pose = now[-1]
         swung = self._swung(measured.angles)
-        chord = self._chord_time(piece, moved, swung)
+        chord, chord_slack = self._chord_time(piece, moved, swung)
         changed = np.flatnonzero(~same)
         if len(changed):
             old, new = before_item[changed], item[changed]
@@ -414,12 +419,16 @@ class Verifier:
             slack[changed] += more
             step, one, part = self._passed(changed, old, new, before_u[changed], u[changed])
             # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
-            way[step], chord[step] = 0.0, np.inf
-            np.minimum.at(chord, step, self._chord_time(one, moved[step], swung[step]))
+            way[step], chord[step], chord_slack[step] = 0.0, np.inf, np.inf
+            for found, passing in zip(
+                (chord, chord_slack), self._chord_time(one, moved[step], swung[step]), strict=True
+            ):
+                np.minimum.at(found, step, passing)
             goes_on = ~self.items.stop_before[item[step]]
             self._judge_between(block, *self._places(step[goes_on], one[goes_on], part[goes_on]), before, moved)
         self.moved = moved[-1]
-        budget = np.where(self.measures.rounded[piece] & ~dwell, chord, budget)
+        by_chord = self.measures.rounded[piece] & ~dwell
+        budget, slack = np.where(by_chord, chord, budget), np.where(by_chord, chord_slack, slack)
         self._judge_feed(block, budget, slack)
         self._count_slow(budget + slack)
         self._judge_chords(block, row_norm(moved), way)
@@ -471,14 +480,21 @@ class Verifier:
         self.axis = axis[-1]
         return row_norm(axis - before)
 
-    def _chord_time(self, piece: Ints, moved: Array, swung: Array) -> Array:
-        """Seconds (n,) that steps take at the feed of pieces (n,), 0 for rapids.
+    def _chord_time(self, piece: Ints, moved: Array, swung: Array) -> tuple[Array, Array]:
+        """Seconds (n,) that steps take at the feed of pieces (n,), 0 for rapids, and by how much rounding may change them.
 
-        Steps are given by tip and weighted angles (n, 5), and by the angle of the tool axis (n,).
+        Steps are given by tip and weighted angles (n, 5), and by the angle of the tool axis (n,). Rounding makes every step
+        longer across its direction, so that a sum of steps grows with their number: the mean of that is taken off.
         """
-        by_tip = row_norm(moved[:, :3]) * self.measures.tip_pace[piece]
-        by_turn = row_norm(moved[:, 3:]) / RADIAN_MM * self.measures.turn_pace[piece]
-        return np.asarray(by_tip + by_turn + swung * self.measures.swing_pace[piece])
+        one = self.measures
+        by_tip, by_turn = one.tip_pace[piece], one.turn_pace[piece] / RADIAN_MM
+        by_swing = one.swing_pace[piece] / RADIAN_MM
+        square = _NOISE_SQUARE * self.tip_noise**2
+        tip, turn, swing = (
+            np.sqrt(np.maximum(size**2 - square, 0.0))
+            for size in (row_norm(moved[:, :3]), row_norm(moved[:, 3:]), RADIAN_MM * swung)
+        )
+        return tip * by_tip + turn * by_turn + swing * by_swing, 4 * self.tip_noise * (by_tip + by_turn + by_swing)
 
     def _passed(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Ints, Ints, Array]:
         """What steps from one item to a later one (n,) touch, where a corner of it may be rounded.
@@ -600,10 +616,10 @@ class Verifier:
         from_item, begun = np.maximum(old, 0), old >= 0
         left = np.where(begun, np.maximum(1.0 - old_u, 0.0), 0.0)
         came = np.maximum(new_u, 0.0)
-        spent, way = (
-            left * one(from_item) + (before[new] - before[old + 1]) + came * one(new)
-            for one, before in ((self._time, self.items.time_before), (self._way, self.items.way_before))
-        )
+        one, before = self._time, self.items.time_before
+        spent = left * one(from_item) + (before[new] - before[old + 1]) + came * one(new)
+        way = self._way(from_item, np.ones(len(old))) - self._way(from_item, 1.0 - left)
+        way += self.items.way_before[new] - self.items.way_before[old + 1] + self._way(new, came)
         last = self.items.piece[from_item]
         noise = np.where(
             begun & (last >= 0), 2 * self.tip_noise / self.measures.told_by[last] * self._time(from_item), 0.0
@@ -616,10 +632,10 @@ class Verifier:
         piece = self.items.piece[item]
         return np.where(piece >= 0, self.path.feed_time[piece], 0.0)
 
-    def _way(self, item: Ints) -> Array:
-        """Way (n,) of items, mm."""
+    def _way(self, item: Ints, u: Array) -> Array:
+        """Way (n,) from the start of items to u (n,), mm; 0 for dwells."""
         piece = self.items.piece[item]
-        return np.where(piece >= 0, self.measures.chord_length[piece], 0.0)
+        return np.where(piece >= 0, ways(self.path, piece, u, self.measures.chord_length), 0.0)
 
     def _rows_before(self, item: Ints, row: int) -> int:
         """How many rows the item before ``row`` has had; those of earlier blocks count."""
