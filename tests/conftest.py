@@ -19,9 +19,9 @@ import pytest
 from hypothesis import settings
 
 import verne_post
+from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
-from verne_post.pipeline import Program, read_program
 
 # the same examples in every run: a suite that judges a change must not depend on chance
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
@@ -77,7 +77,7 @@ def laid_out(machine: verne_post.Machine, sample_words: Callable[[str], list[str
                     given["tool_table"] = Path(value)
                 case _:
                     raise AssertionError(f"{name}: {option} is new here")
-        return read_program((SAMPLES / name).read_bytes(), machine, build_options(RunFiles(), name, **given, **more))
+        return assemble((SAMPLES / name).read_bytes(), machine, build_options(RunFiles(), name, **given, **more))
 
     return program
 

@@ -15,7 +15,7 @@ from verne_post import Machine, Options, convert
 from verne_post.base import columns, long_text
 from verne_post.cli import common
 from verne_post.gcode import scan, state
-from verne_post.model.options import Tool
+from verne_post.model.part_setup import Tool
 from verne_post.timing import first_law, flowing, mending
 from verne_post.toolpath import fairing
 

@@ -11,6 +11,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.app.assemble import Program, assemble
+from verne_post.app.convert import convert_source
+from verne_post.app.result import Progress, Result, refused
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, running_sums
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
@@ -20,7 +23,6 @@ from verne_post.model.options import Options
 from verne_post.model.protocols import Sketched
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.study import Curve, Study, Trail
-from verne_post.pipeline import Program, Progress, Result, convert, failed, read_program
 from verne_post.toolpath.room import margins_of
 
 Array = NDArray[np.float64]
@@ -43,13 +45,13 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
         assert block.tool_length is not None
         table.extend(values=block.values, line=block.line, tool_length=block.tool_length)
 
-    result = convert(source, machine, options, take, progress)
+    result = convert_source(source, machine, options, take, progress)
     if result.ok:
         return _of_rows(machine, result, **table.columns())
     try:
-        program = read_program(source, machine, options)
+        program = assemble(source, machine, options)
     except InputError as error:
-        return _nothing(machine, failed(error).findings)
+        return _nothing(machine, refused(error).findings)
     if not len(program.contour):
         return _nothing(machine, result.findings)
     return _of_path(machine, result, program)

@@ -10,15 +10,15 @@ import numpy as np
 
 import verne_post
 from verne_post.base.rotations import axis_of_angles
-from verne_post.model.options import WorkOffset
-from verne_post.pipeline import read_program
+from verne_post.model.part_setup import WorkOffset
+from verne_post.app.assemble import assemble
 
 SAMPLE = Path("gcode_samples/blade_5axis.nc")
 OPTIONS = verne_post.Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}, source_name=SAMPLE.name)
 
 machine = verne_post.load_machine()
 source = SAMPLE.read_bytes()
-path = read_program(source, machine, OPTIONS).path
+path = assemble(source, machine, OPTIONS).path
 result = verne_post.convert(source, machine, OPTIONS)
 assert result.setpoints is not None
 t, q = result.setpoints.t, result.setpoints.values

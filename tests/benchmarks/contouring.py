@@ -29,14 +29,16 @@ from numpy.typing import NDArray
 from page import write_section
 
 import verne_post
-from verne_post import Options
+from verne_post import Options, convert
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
+from verne_post.app.convert import Plan, plan_program
 from verne_post.cli.arithmetic import settings
 from verne_post.model.machine import Machine
-from verne_post.model.options import WorkOffset
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
 from verne_post.output.setpoints import csv_header, csv_rows
-from verne_post.pipeline import Plan, convert, judge_program, plan_program, read_program
 from verne_post.timing import flowing, scan, toppra_backend
 from verne_post.timing.plan import ContourRun, Planning, plan_contour
 from verne_post.timing.run_path import grid_along
@@ -201,7 +203,7 @@ def ratios(text: str, part: Part, machine: Machine) -> list[float]:
 
 def planned(source: bytes, part: Part, machine: Machine, smoothing: str) -> Plan:
     """The plan of a program with a kind of smoothing."""
-    return plan_program(read_program(source, machine, replace(part.options, smoothing=smoothing)))
+    return plan_program(assemble(source, machine, part.options.changed(smoothing=smoothing)))
 
 
 def seconds(plan: Plan) -> float:
@@ -245,7 +247,7 @@ def reference_gap(plan: Plan) -> float:
 def law_cost(plan: Plan) -> float:
     """CPU of the time laws, microseconds for one millisecond of motion."""
     program = plan.program
-    bounds, _findings = judge_program(program)
+    bounds, _findings = check_program(program)
     spent, _law = least(
         partial(
             plan_contour, program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits,

@@ -14,9 +14,10 @@ import time
 import traceback
 from pathlib import Path
 
+from verne_post.app.assemble import interpreter_view
 from verne_post.model.moves import ZERO9
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = {number: Tool(number, number, (0.0, 0.0, length, *ZERO9[3:]), 6.0) for number, length in ((1, 10.0), (2, 25.0))}

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.fit import propose
-from verne_post.model.options import Options, WorkOffset
-from verne_post.pipeline import read_program
+from verne_post.app.assemble import assemble
+from verne_post.app.fit import propose
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.toolpath.room import margins_of
 
 FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
@@ -91,7 +92,7 @@ def test_room_is_larger_than_anywhere_near(tilted: Path) -> None:
     for spread in (2.0, 20.0, 120.0):
         for _ in range(40):
             x, y = np.clip(np.array([best.x, best.y]) + rng.uniform(-spread, spread, 2), -160, 160)
-            moved = read_program(
+            moved = assemble(
                 TILTED.encode(), machine, Options(tool_length=70.0, wcs={1: WorkOffset((x, y, 40.0))}, smoothing="off")
             )
             dense = []

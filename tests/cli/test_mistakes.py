@@ -33,7 +33,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("axes.csv",), "is a setpoint file, not a program"),
         (("check", "picture.png"), "is not a text file"),
         # 8: a restart from nowhere
-        (("p.nc", *PLACE, "--from-line", 5, "-o", "a.csv"), "say where the machine stands with --from"),
+        (("p.nc", *PLACE, "--from-line", 5, "-o", "a.csv"), "--from-line"),
         # 9: a stop on the way
         (("stops.nc", *PLACE), "use --split-at-stops"),
         # 10: the part too low, too far: the limit and its excess, and where to go on

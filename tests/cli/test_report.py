@@ -15,7 +15,8 @@ import pytest
 
 import verne_post
 from verne_post.config import machine_files
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.study import study
 from verne_post.toolpath.room import margins_of
 

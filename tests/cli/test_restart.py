@@ -11,9 +11,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 import verne_post
+from verne_post.app.assemble import Program, assemble
 from verne_post.model.findings import InputError
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import Program, read_program
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 from verne_post.toolpath.contour_pose import contour_pose
 
 FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
@@ -35,7 +36,7 @@ def test_the_rest_of_the_path_is_that_of_the_whole_program(
     compared = 0
     for line in random.Random(name).sample(lines, len(lines)):
         try:
-            rest = laid_out(name, smoothing=smoothing, start="home", from_line=line)
+            rest = laid_out(name, smoothing=smoothing, approach="home", from_line=line)
         except InputError as refused:  # inside a cycle or a subprogram: the next one
             assert refused.findings[0].code == "VP029"
             continue
@@ -122,7 +123,7 @@ M2
 def restarted(machine: verne_post.Machine, line: int, **more: Any) -> Program:
     tools = {3: Tool(3, 3, (0.0, 0.0, 60.0, *(0.0,) * 6), 4.0)}
     options = Options(tool_length=60.0, tools=tools, approach="home", from_line=line, **more)
-    return read_program(PROGRAM.encode(), machine, options)
+    return assemble(PROGRAM.encode(), machine, options)
 
 
 @pytest.mark.parametrize(
@@ -194,13 +195,13 @@ def test_what_is_on_is_what_holds_at_the_first_motion(
     """A tool change between the line and its first motion replaces the tool, and stops the spindle."""
     tools = {n: Tool(n, n, (0.0, 0.0, 50.0 + n, *(0.0,) * 6), 4.0) for n in (1, 2)}
     options = Options(tools=tools, approach="home", from_line=line, split_at_stops=True)
-    rest = read_program(TWO_TOOLS.encode(), machine, options)
+    rest = assemble(TWO_TOOLS.encode(), machine, options)
 
     def short(events: Any) -> list[tuple[str, object]]:
         return [(one.kind, next(iter(one.data.values()))) for one in events]
 
-    assert short(rest.switched) == on
-    ahead = [one for one in rest.moves.events if one.before == 0 and one not in rest.switched]
+    assert short(rest.restored) == on
+    ahead = [one for one in rest.moves.events if one.before == 0 and one not in rest.restored]
     assert short(ahead) == before
 
 
@@ -209,7 +210,7 @@ def test_a_stop_that_is_skipped_is_still_a_standstill(machine: verne_post.Machin
     source = "G21 G90 G64 P0.5\nG0 X0 Y0 Z50 A0 C0\nG1 X30 F600\nM0\nY20\nX0\nM2\n"
     for line in (4, 5):
         options = Options(tool_length=60.0, approach="home", from_line=line)
-        path = read_program(source.encode(), machine, options).path
+        path = assemble(source.encode(), machine, options).path
         first = int(np.flatnonzero(path.move >= 0)[0])
         assert path.end[first - 1, :2] == pytest.approx([30.0, 0.0], abs=1e-9)
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import interpreter_view
 from verne_post.model.moves import AXES, ZERO9, MoveKind
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 
 def make_tool(number, length, diameter=6.0):

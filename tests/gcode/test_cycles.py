@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from verne_post import check
+from verne_post.app.assemble import machine_setup
 from verne_post.gcode import interpret_program
 from verne_post.model.moves import PathMode
 from verne_post.model.options import Options
-from verne_post.pipeline import check, machine_setup
 
 
 def test_cycles_take_no_corner(view):

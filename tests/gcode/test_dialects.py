@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post import convert
 from verne_post.gcode.dialects import DIALECTS, chosen
-from verne_post.model.options import Options, WorkOffset
-from verne_post.pipeline import convert
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 

@@ -6,11 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from verne_post.app.assemble import interpreter_view, machine_setup
 from verne_post.gcode import interpret_program, plain
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view, machine_setup
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 SETTINGS = settings(max_examples=60, deadline=None, database=None, derandomize=True)
 COLUMNS = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "start")

@@ -7,11 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from verne_post import check
+from verne_post.app.assemble import interpreter_view
 from verne_post.gcode import read_moves
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9, MoveKind
-from verne_post.model.options import Options, Tool, WorkOffset
-from verne_post.pipeline import check, interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool, WorkOffset
 
 SETTINGS = settings(max_examples=150, deadline=None, database=None, derandomize=True)
 TOOLS = {1: Tool(1, 1, (0.0, 0.0, 60.0, *ZERO9[3:]), 6.0)}

@@ -138,9 +138,9 @@ def test_axis_words_beside_codes_of_the_shop_belong_to_nobody(view):
     "block", ["S1000 M3 G81 G98 X50 Y0 Z30 R50 F100", "G28 X40 Y10 Z60", "G2 X5 Y5 R50 F100", "G0 X51"]
 )
 def test_nothing_moves_over_a_turned_table_without_tool_centre_point_control(machine, block):
+    from verne_post.app.assemble import machine_setup
     from verne_post.gcode import interpret_program
     from verne_post.model.options import Options
-    from verne_post.pipeline import machine_setup
 
     source = f"G49 G0 X0 Y0 Z100 A0 C0\nG0 C90\nM429\n{block}\nG80\nM2".encode()
     with pytest.raises(InputError) as error:

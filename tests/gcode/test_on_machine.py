@@ -10,11 +10,12 @@ import re
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import assemble, interpreter_view
 from verne_post.config.load import machine_files, machine_from_toml
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
-from verne_post.model.options import Options, Tool, WorkOffset
-from verne_post.pipeline import interpreter_view, read_program
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool, WorkOffset
 
 ZERO_HEIGHT = 550.0  # machine_zero of the default machine file, over the rotary centre
 TOOLS = {1: Tool(1, 1, (0.0, 0.0, 60.0, *ZERO9[3:])), 2: Tool(2, 2, (0.0, 0.0, 90.0, *ZERO9[3:]))}
@@ -62,14 +63,14 @@ def poses(path):
 
 def read(source, machine, **options):
     """(path, start poses, end poses) of a program on a machine."""
-    path = read_program(source.encode(), machine, Options(**options)).path
+    path = assemble(source.encode(), machine, Options(**options)).path
     return (path, *poses(path))
 
 
 def refusals(source, machine, **options):
     """Findings of a refused program as (code, line)."""
     with pytest.raises(InputError) as caught:
-        read_program(source.encode(), machine, Options(**options))
+        assemble(source.encode(), machine, Options(**options))
     return [(item.code, item.line) for item in caught.value.findings]
 
 
@@ -229,9 +230,9 @@ def test_tool_lengths_that_are_refused(machine, name):
 
 def test_the_remedies_are_named(machine):
     with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*G49"):
-        read_program((HERE + "G1 X2 F100\nM2").encode(), machine, Options())
+        assemble((HERE + "G1 X2 F100\nM2").encode(), machine, Options())
     with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*G10 L1 P7"):
-        read_program((HERE + "G43 H7\nM2").encode(), machine, Options())
+        assemble((HERE + "G43 H7\nM2").encode(), machine, Options())
 
 
 #: program, options, tool length of each piece
@@ -453,7 +454,7 @@ def test_g10_overrides_wcs_from_its_line_on(machine):
 def test_g10_l20_under_tilt(machine, turn):
     """The place stays, its numbers become those of the block."""
     source = "G0 X40 Y-30 Z60 A30 C20\nG10 L20 P1 X1 Y2 Z3 A4 C5\nG0\nG0 X1 Y2 Z4 A4 C5\nM2"
-    program = read_program(source.encode(), machine, Options(tool_length=60.0, wcs={1: WorkOffset(ORIGIN, turn)}))
+    program = assemble(source.encode(), machine, Options(tool_length=60.0, wcs={1: WorkOffset(ORIGIN, turn)}))
     assert program.moves.end[1, [0, 1, 2, 3, 5]] == near(1, 2, 3, 4, 5)
     assert program.path.line.tolist() == [4]
     start, end = poses(program.path)
@@ -571,7 +572,7 @@ def test_home_of_one_axis_stays_on_the_line_of_that_axis(variant, word, axis, pa
     machine = variant(g28="[30, -20, 0, 0, 0]", g30="[30, -20, 0, 0, 0]")
     wcs = {1: WorkOffset((5.0, 7.0, 0.0), part_turn)}
     program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 A0 C0\n{word}\nM2"
-    moves = read_program(program.encode(), machine, Options(dialect="rs274", wcs=wcs)).moves
+    moves = assemble(program.encode(), machine, Options(dialect="rs274", wcs=wcs)).moves
     # home in the turned system, by hand: C0 turns the part so that X points R beside the machine's
     home = rz(-25) @ (np.array([30, -20, 0]) - rz(-part_turn) @ np.array([5, 7, 0]))
     wanted = [50.0, -10.0]
@@ -588,7 +589,7 @@ def test_home_of_one_axis_stays_on_the_line_of_that_axis(variant, word, axis, pa
 def test_home_of_one_axis_of_a_turned_system_needs_an_upright_table(machine, place, word, code):
     program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 {place}\n{word}\nM2".encode()
     try:
-        found = read_program(program, machine, Options(dialect="rs274")) and None
+        found = assemble(program, machine, Options(dialect="rs274")) and None
     except InputError as error:
         found = [(item.code, item.line) for item in error.findings]
     assert found == (code and [(code, 3)])

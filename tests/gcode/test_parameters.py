@@ -2,9 +2,9 @@
 
 import pytest
 
+from verne_post import check
 from verne_post.gcode.parameter_file import parameter_file, read_parameter_file
 from verne_post.model.findings import InputError
-from verne_post.pipeline import check
 
 
 def said(view, program, **options):
@@ -38,7 +38,7 @@ def test_what_parameters_show(view, program, shown, wanted):
 
 
 def test_lengths_in_the_unit_of_the_parameter_file(view):
-    assert said(view, "#5221=1\nG55\nG54\nG0 X0\n(DEBUG,%.1f#<_abs_x> #5221)", parameter_mm=25.4) == ["25.4 1.0"]
+    assert said(view, "#5221=1\nG55\nG54\nG0 X0\n(DEBUG,%.1f#<_abs_x> #5221)", parameter_units="inch") == ["25.4 1.0"]
 
 
 def test_an_origin_written_to_the_active_system_waits_for_its_next_selection(view):
@@ -87,7 +87,8 @@ def test_a_parameter_file_is_found_by_the_program_and_left_behind(view):
 
 
 def test_options_go_before_a_parameter_file(machine):
-    from verne_post.model.options import Options, WorkOffset
+    from verne_post.model.options import Options
+    from verne_post.model.part_setup import WorkOffset
 
     program = b"G49 G54 G0 X0 Y0 Z60 A0 C0\nX1\nG55 X2\nM2"
     options = Options(wcs={1: WorkOffset((0.0, 0.0, 60.0))}, parameters={5221: 500.0, 5241: -3.0, 5243: -550.0})

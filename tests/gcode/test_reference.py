@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import interpreter_view
 from verne_post.model.moves import ZERO9, MoveKind
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 FOLDER = Path(__file__).parents[1] / "reference"
 FILES = {"rs274_semantics.jsonl": 112, "rs274_found.jsonl": 41}
@@ -52,7 +53,9 @@ LATE = {"G41.1"}
 def answer(name):
     """Moves and findings of one program."""
     # rs274 alone keeps its parameters in inches
-    return interpreter_view(CASES[name]["program"].encode(), Options(tools=TOOLS, parameter_mm=25.4, dialect="rs274"))
+    return interpreter_view(
+        CASES[name]["program"].encode(), Options(tools=TOOLS, parameter_units="inch", dialect="rs274")
+    )
 
 
 def differences(name):

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from verne_post import check
 from verne_post.model.codes import CODES
 from verne_post.model.options import Options
-from verne_post.pipeline import check
 
 FILES = sorted((Path(__file__).parents[1] / "rejected").glob("*.nc"))
 FIRST_LINE = re.compile(

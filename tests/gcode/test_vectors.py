@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.app.assemble import assemble
 from verne_post.config import machine_files
 from verne_post.model.findings import InputError
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.output import dump
-from verne_post.pipeline import read_program
 
 HEAD = "G21 G90 G94 G17 F1000\n"
 START = "G43.5 G0 X0 Y0 Z60 I0 J0 K1\n"
@@ -35,7 +36,7 @@ def vector(tilt, turn):
 def path_of(machine):
     def build(body, on=machine, **options):
         options.setdefault("tool_length", 50.0)
-        return read_program(f"{HEAD}{body}\nM2\n".encode(), on, Options(**options)).path
+        return assemble(f"{HEAD}{body}\nM2\n".encode(), on, Options(**options)).path
 
     return build
 
@@ -46,7 +47,7 @@ def refused(machine):
 
     def read(body, **options):
         with pytest.raises(InputError) as error:
-            read_program(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0, **options))
+            assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0, **options))
         return [(item.code, item.line) for item in error.value.findings], " ".join(
             item.message for item in error.value.findings
         )
@@ -147,7 +148,7 @@ def test_a_vector_is_the_same_axis_on_machines_of_either_sense(tmp_path, a_sense
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
     machine = verne_post.load_machine(str(tmp_path / "m.toml"))
     body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 40)}\nG1 X20 {vector(45, 80)}\nG49\nG0 X30 A{a_sense * 20} C{c_sense * 50}"
-    path = read_program(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0)).path
+    path = assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0)).path
     expected = axis_of(*np.radians([[45.0, 20.0], [80.0, 50.0]]))
     assert axis_of(path.end[:, 3], path.end[:, 4]) == pytest.approx(expected, abs=1e-9)
 

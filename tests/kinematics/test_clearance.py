@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
 from verne_post.kinematics.clearance import _flat_end_to_table, _to_table, point_distance, segment_distance
 from verne_post.kinematics.judge_clearance import judge_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.protocols import Pose
-from verne_post.pipeline import judge_program, read_program
 
 BODIES = {
     "rods.diameter_mm": 40.0, "rods.leg1_slider_x": 480.0, "rods.leg23_slider_x": -400.0, "rods.leg23_spacing": 120.0,
@@ -27,7 +28,7 @@ def bodied(machine_with):
 
 
 def program_on(machine, source=SOURCE):
-    return read_program(source, machine, Options(tool_length=120.0))
+    return assemble(source, machine, Options(tool_length=120.0))
 
 
 def dense_margins(program, n=20001):
@@ -217,7 +218,7 @@ def test_a_cone_left_inside_a_motion_is_found(bodied, inside):
 
 def test_clearances_are_part_of_the_verdict_on_a_program(bodied):
     machine = bodied({"clearance.minimum_mm": 500.0})
-    codes = {item.code for item in judge_program(program_on(machine))[1]}
+    codes = {item.code for item in check_program(program_on(machine))[1]}
     assert {"VP211", "VP212", "VP213"} <= codes
 
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from verne_post import load_machine
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
 from verne_post.kinematics.mobility import Joint, mobility
 from verne_post.kinematics.modules.verne import VerneModule
 from verne_post.model.options import Options
-from verne_post.pipeline import judge_program, read_program
 
 LENGTHS = {
     "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,
@@ -149,15 +150,15 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
 
     def verdict(threshold):
         machine = machine_with({**wide, "limits.parallel_singularity": threshold})
-        program = read_program(source, machine, Options(tool_length=50.0))
-        return [item for item in judge_program(program)[1] if item.code == "VP203"]
+        program = assemble(source, machine, Options(tool_length=50.0))
+        return [item for item in check_program(program)[1] if item.code == "VP203"]
 
     (found,) = verdict(0.004)
     assert found.severity == "error"
     assert found.line == 3
     assert found.value < 0.004 == found.limit
     machine = machine_with({**wide, "limits.parallel_singularity": 0.004})
-    program = read_program(source, machine, Options(tool_length=50.0))
+    program = assemble(source, machine, Options(tool_length=50.0))
     joints = program.joints()
     solved = joints.solve(np.zeros(2001, dtype=int), np.linspace(0.0, 1.0, 2001))
     dense = machine.module.geometry_margins(solved.position, solved.alpha)[:, 4]
@@ -165,8 +166,8 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
     threshold = float(dense[:1000].min())  # the same line cut short stays a warning
     short = b"G21 G90 G94\nG0 X0 Y20 Z60\nG1 X75 F3000\nM2\n"
     machine = machine_with({**wide, "limits.parallel_singularity": 0.75 * threshold})
-    program = read_program(short, machine, Options(tool_length=50.0))
-    (warned,) = [item for item in judge_program(program)[1] if item.code == "VP203"]
+    program = assemble(short, machine, Options(tool_length=50.0))
+    (warned,) = [item for item in check_program(program)[1] if item.code == "VP203"]
     assert (warned.severity, warned.limit) == ("warning", pytest.approx(1.5 * threshold))
 
 

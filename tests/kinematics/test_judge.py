@@ -6,8 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
+from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.options import Options
-from verne_post.pipeline import judge_program, read_program
 
 #: Tool length of every program here, mm.
 TOOL = 50.0
@@ -73,7 +75,7 @@ def program_of(*motions):
 
 def judged(text, machine):
     """Bounds and findings of a program."""
-    return judge_program(read_program(text.encode(), machine, Options(tool_length=TOOL)))
+    return judge_everything(assemble(text.encode(), machine, Options(tool_length=TOOL)).joints())
 
 
 # --- dense sampling -------------------------------------------------------------------------------
@@ -382,8 +384,8 @@ def test_long_stretches_are_one_finding_too(machine_with):
     text = f"G21 G90 G94 G61.1 F1000\nG0 X-100 Y100 Z20 A0 C0\n{body}M2\n"
     machine = machine_with(travel_limit("rho1", 1, 700.0))
     told = []
-    program = read_program(text.encode(), machine, Options(tool_length=TOOL))
-    _bounds, findings = judge_program(program, lambda stage, done, total: told.append((done, total)))
+    program = assemble(text.encode(), machine, Options(tool_length=TOOL))
+    _bounds, findings = check_program(program, lambda stage, done, total: told.append((done, total)))
     assert [(item.line, item.last_line, item.worst_line, item.count) for item in findings] == [(3, n + 2, n + 2, n)]
     assert told[-1] == (n, n)
     assert len(told) > 1

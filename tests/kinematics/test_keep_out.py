@@ -10,15 +10,16 @@ import pytest
 from scipy.optimize import minimize
 
 import verne_post
+from verne_post.app.assemble import assemble, machine_setup
+from verne_post.app.constraints import check_program
 from verne_post.base import spans
 from verne_post.kinematics.judge_clearance import _by_convexity
 from verne_post.kinematics.keep_out import KeepOut, Placed, keep_out_of
 from verne_post.kinematics.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import Finding, InputError
-from verne_post.model.keep_out import Box, Cylinder
-from verne_post.model.options import Options, Tool, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
 from verne_post.model.protocols import Pose
-from verne_post.pipeline import judge_program, machine_setup, read_program
 
 MACHINE = verne_post.load_machine()
 
@@ -205,14 +206,14 @@ PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
 
 def judged(source: str, **options: Any) -> list[Finding]:
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, **options}
-    program = read_program(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
-    return judge_program(program)[1]
+    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
+    return check_program(program)[1]
 
 
 def least(source: str, box: Box, body: str, **options: Any) -> float:
     """Smallest distance by dense sampling of all motion."""
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "keep_out": (box,), **options}
-    program = read_program(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
+    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
     frames = machine_setup(MACHINE, program.options).frames
     model = keep_out_of(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
@@ -282,7 +283,7 @@ def test_a_tool_without_a_length_in_force_is_still_there() -> None:
     tools = {1: Tool(1, 1, (0.0, 0.0, 82.5, *(0.0,) * 6), 10.0)}
     box = Box("block", (55.0, -5.0, 90.0), (65.0, 5.0, 150.0))
     options = Options(tools=tools, wcs={1: WorkOffset((0.0, 0.0, 150.0))}, keep_out=(box,), split_at_stops=True)
-    found = judge_program(read_program(source.encode(), MACHINE, options))[1]
+    found = check_program(assemble(source.encode(), MACHINE, options))[1]
     assert {item.code for item in found} == {"VP215"}
     shaped = Options(
         tools=tools,
@@ -290,7 +291,7 @@ def test_a_tool_without_a_length_in_force_is_still_there() -> None:
         keep_out=(box,),
         tool_shapes={1: (Cylinder("cutter", 8.0, 20.0), Cylinder("holder", 30.0))},
     )
-    assert {item.code for item in judge_program(read_program(source.encode(), MACHINE, shaped))[1]} == {"VP215"}
+    assert {item.code for item in check_program(assemble(source.encode(), MACHINE, shaped))[1]} == {"VP215"}
 
 
 def test_the_last_part_reaches_up_to_the_gauge_line() -> None:
@@ -345,8 +346,8 @@ def test_each_tool_has_its_own_shape() -> None:
 
     def found(**options: Any) -> list[tuple[str, int | None]]:
         given = Options(tools=tools, split_at_stops=True, keep_out=(beside,), **options)
-        program = read_program(source.encode(), MACHINE, given)
-        return [(item.code, item.line) for item in judge_program(program)[1]]
+        program = assemble(source.encode(), MACHINE, given)
+        return [(item.code, item.line) for item in check_program(program)[1]]
 
     # by the diameters of the tool table: 3 mm pass the rail at 10 mm, 15 mm do not
     assert found() == [("VP215", 9)]
@@ -358,7 +359,7 @@ def test_boxes_in_a_work_system_move_with_the_part() -> None:
     """A part turned by 90 degrees: the box at +x of the part stands at +y of the table."""
     offset = {1: WorkOffset((5.0, -7.0, 12.0), 90.0)}
     box = Box("pin", (10.0, -2.0, 0.0), (14.0, 6.0, 20.0), system=1)
-    program = read_program(PAST.encode(), MACHINE, Options(tool_length=100.0, wcs=offset, keep_out=(box,)))
+    program = assemble(PAST.encode(), MACHINE, Options(tool_length=100.0, wcs=offset, keep_out=(box,)))
     frames = machine_setup(MACHINE, program.options).frames
     model = keep_out_of(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
@@ -429,8 +430,8 @@ def test_boxes_whose_place_is_a_guess(
         (("--keep-out", "-3,-2,0,3,2,20"), "expected NAME=X0,Y0,Z0,X1,Y1,Z1"),
         (("--keep-out", "pin=1,2,3"), "expected six numbers, two corners, got 3"),
         (("--keep-out", "pin=1,2,3,4,5,x"), "is not a list of numbers"),
-        (("--keep-out", "pin@G5=1,2,3,4,5,6"), "'G5' is no work system"),
-        (("--stock", "0,0,0,1,-1,1"), "x, y and z of the first corner are below those of the second"),
+        (("--keep-out", "pin@G5=1,2,3,4,5,6"), "'G5' is not a work system"),
+        (("--stock", "0,0,0,1,-1,1"), "must be below that of the second"),
         (("--stock", "0,0,0,1,1,nan"), "is not a list of numbers"),
     ],
 )

@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post import load_machine
+from verne_post import check, load_machine
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
-from verne_post.pipeline import check
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference" / "linear_delta.csv"
 #: A rounding of 1e-13 mm grows by at most a rod over its drop, which is below 20 for all points here.

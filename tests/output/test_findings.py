@@ -55,7 +55,7 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
     assert data["schema"] == 1
     assert [item["program"] for item in data["programs"]] == [str(file) for file in files.values()]
     for item in data["programs"]:
-        assert set(item) == {"program", "machine", "summary", "findings"}
+        assert set(item) == {"program", "machine", "verdict", "summary", "findings"}
         assert item["machine"] == {"name": "VERNE", "sha256": MACHINE.sha256}
         assert set(item["summary"]) == {"errors", "warnings", "cycle_time_s"}
         for found in item["findings"]:

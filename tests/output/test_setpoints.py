@@ -12,7 +12,8 @@ import pytest
 
 import verne_post
 from verne_post.model.findings import InputError
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv

@@ -26,9 +26,10 @@ from pathlib import Path
 from programs import KINDS, generated
 from rs274_answers import BLOCK_DELETE, PLANES, SWITCHES, TOOLS, Answer, Server, Steps, plainly
 
+from verne_post.app.assemble import interpreter_view
 from verne_post.model.moves import ZERO9, MoveKind
-from verne_post.model.options import Options, Tool
-from verne_post.pipeline import interpreter_view
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 #: mm and degrees: both compute with doubles, and rs274's answers have twelve decimals.
 CLOSE = 1.0e-6
@@ -56,7 +57,7 @@ PORTION = 250
 def ours(program: str, **options: object) -> Answer:
     """What our interpreter makes of a program; rs274 alone keeps its parameters in inches."""
     options = {"tools": TOOLS, "max_repeats": MAX_REPEATS, "block_delete": BLOCK_DELETE in program, **options}
-    found, errors = interpreter_view(program.encode(), Options(parameter_mm=25.4, dialect="rs274", **options))
+    found, errors = interpreter_view(program.encode(), Options(parameter_units="inch", dialect="rs274", **options))
     steps, events, messages = Steps(), iter(found.events), []
     event = next(events, None)
     for i in range(len(found) + 1):

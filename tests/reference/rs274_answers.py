@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from verne_post.model.moves import ZERO9
-from verne_post.model.options import Tool
+from verne_post.model.part_setup import Tool
 
 TOOLS = {1: Tool(1, 1, (0.0, 0.0, 10.0, *ZERO9[3:]), 6.0), 2: Tool(2, 2, (0.0, 0.0, 25.0, *ZERO9[3:]), 10.0)}
 #: A program with this comment runs with block delete on.

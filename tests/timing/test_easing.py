@@ -3,7 +3,8 @@
 import numpy as np
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.timing.mending import eased
 
 

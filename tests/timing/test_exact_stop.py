@@ -3,7 +3,6 @@
 import ast
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,15 +11,17 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.app.assemble import assemble
+from verne_post.app.convert import plan_program
 from verne_post.model.findings import SolverError
-from verne_post.model.options import Options, WorkOffset
-from verne_post.pipeline import plan_program, read_program
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.timing.exact_stop import RunLaws, duration, split_limits
 from verne_post.timing.ruckig_backend import rest_to_rest
 
 MACHINE = verne_post.load_machine()
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
-STOPS = replace(OPTIONS, smoothing="off")
+STOPS = OPTIONS.changed(smoothing="off")
 PACKAGE = Path(verne_post.__file__).parent
 
 
@@ -164,7 +165,7 @@ PROGRAM = source(
 
 
 def test_position_along_real_runs_is_monotone_and_complete() -> None:
-    laws = plan_program(read_program(PROGRAM, MACHINE, STOPS)).laws.laws
+    laws = plan_program(assemble(PROGRAM, MACHINE, STOPS)).laws.laws
     assert isinstance(laws, RunLaws)
     for run in range(len(laws.length)):
         t = np.linspace(0.0, laws.total[run] * 1.01, 2001)
@@ -180,7 +181,7 @@ def test_position_along_real_runs_is_monotone_and_complete() -> None:
 
 
 def test_feed_caps_the_speed() -> None:
-    program = read_program(source("G0 X0 Y0 Z20 A0 C0\nG1 X50 F1200\nY40 F3000"), MACHINE, STOPS)
+    program = assemble(source("G0 X0 Y0 Z20 A0 C0\nG1 X50 F1200\nY40 F3000"), MACHINE, STOPS)
     assert plan_program(program).laws.laws.peak_speed() == pytest.approx([20.0, 50.0], rel=1e-9)
 
 
@@ -199,7 +200,7 @@ def test_cutting_a_move_into_collinear_pieces_costs_no_time(steps: list[float]) 
     """The joints are the same function of s, however the way is cut; 1 % for the bounds on shorter pieces."""
     head = "G0 X0 Y10 Z20 A10 C0\nG1 F3000\n"
     whole, cut = (
-        plan_program(read_program(source(head + body), MACHINE, STOPS)).laws.laws.total.sum()
+        plan_program(assemble(source(head + body), MACHINE, STOPS)).laws.laws.total.sum()
         for body in ("X5", "\n".join(f"X{x:.5f}" for x in steps))
     )
     assert cut == pytest.approx(whole, rel=0.01)
@@ -268,7 +269,7 @@ def test_fake_is_taken_when_nothing_is_odd(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.parametrize("what", ODD)
 def test_odd_law_is_no_law(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ruckig", fake_ruckig(*ODD[what]))
-    program = read_program(source("(one)\nG0 X0 Y0 Z20 A0 C0\n\nX30\nY2"), MACHINE, STOPS)
+    program = assemble(source("(one)\nG0 X0 Y0 Z20 A0 C0\n\nX30\nY2"), MACHINE, STOPS)
     with pytest.raises(SolverError) as caught:
         plan_program(program)
     (item,) = caught.value.findings

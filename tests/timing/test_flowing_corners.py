@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post import pipeline
 from verne_post.model.options import Options
 
 MACHINE = verne_post.load_machine("verne")
@@ -19,7 +18,7 @@ def test_sharp_corners_at_a_feed_far_out_of_reach(corner_deg):
     source = "\n".join(["G21 G90 G94 G64 P0.01", "G0 X0 Y0 Z60 A0 C0", *lines, "M2\n"]).encode()
     seconds = {}
     for smoothing in ("spline", "off"):
-        result = pipeline.check(source, MACHINE, Options(tool_length=50.0, smoothing=smoothing))
+        result = verne_post.check(source, MACHINE, Options(tool_length=50.0, smoothing=smoothing))
         assert result.ok, result.findings
         seconds[smoothing] = result.summary.cycle_time
     # corners of 90 degrees gain a sixth, of 30 degrees a quarter

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from verne_post import Machine, Options
-from verne_post.pipeline import plan_program, read_program
+from verne_post.app.assemble import assemble
+from verne_post.app.convert import plan_program
 
 MOVES = 40
 
@@ -33,7 +34,7 @@ def test_corners_take_at_most_one_percent_more(
                                 for name, share in zip(("velocity", "acceleration", "jerk"), shares, strict=True)})  # fmt: skip
     ours, fine = (
         plan_program(
-            read_program(
+            assemble(
                 wandering(seed), replace(machine, limits=scaled), Options(tool_length=80, cycle=cycle, quality=quality)
             )
         ).laws.cycles.sum()

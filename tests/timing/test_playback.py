@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 import verne_post
+from verne_post.app.assemble import Program
 from verne_post.model.findings import InputError
-from verne_post.pipeline import Program
 from verne_post.timing.playback import SLOWEST, Playback, playback
 
 MACHINE = verne_post.load_machine()

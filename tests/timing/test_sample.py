@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.app.assemble import assemble
+from verne_post.app.convert import Plan, plan_program, setpoint_blocks
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.output.rounding import setpoint_format
-from verne_post.pipeline import Plan, plan_program, read_program, setpoint_blocks
 
 MACHINE = verne_post.load_machine()
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
@@ -27,7 +29,7 @@ CYCLES = [0.00025, 0.001, 0.004]
 
 def planned(body: str, cycle: float = 0.001, head: str = "G21 G90 G94 G17 G61.1") -> Plan:
     options = Options(tool_length=OPTIONS.tool_length, wcs=OPTIONS.wcs, cycle=cycle)
-    return plan_program(read_program(f"{head}\n{body}\nM2\n".encode(), MACHINE, options))
+    return plan_program(assemble(f"{head}\n{body}\nM2\n".encode(), MACHINE, options))
 
 
 def rows(plan: Plan) -> tuple[np.ndarray, np.ndarray]:

@@ -3,9 +3,10 @@
 import numpy as np
 
 import verne_post
+from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
-from verne_post.model.options import Options, WorkOffset
-from verne_post.pipeline import read_program
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.toolpath.contour_pose import contour_pose
 
 MACHINE = verne_post.load_machine()
@@ -15,9 +16,9 @@ def contour_of(source: str, mode: str = "spline", tip: float | None = None, axis
     """The contour of a program; tolerances in mm and rad."""
     options = Options(
         tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((7.0, -3.0, 60.0))},
-        smoothing=mode, tolerance=tip, orientation_tolerance=axis,
+        smoothing=mode, tolerance=tip, orientation_tolerance_deg=None if axis is None else float(np.degrees(axis)),
     )  # fmt: skip
-    return read_program(source.encode(), MACHINE, options).contour
+    return assemble(source.encode(), MACHINE, options).contour
 
 
 def program_of(points: np.ndarray, tolerance: float, feeds: np.ndarray | None = None) -> str:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post import check, convert
+from verne_post.app.assemble import assemble, machine_setup
 from verne_post.gcode import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.pipeline import check, convert, machine_setup, read_program
 from verne_post.toolpath.branches import plan_branches
 from verne_post.toolpath.build import build_path
 from verne_post.toolpath.evaluate import pose
@@ -42,7 +43,7 @@ def with_ranges(machine, a=None, c=None):
 
 
 def program(body, machine=SERIAL, **options):
-    return read_program(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0, **options))
+    return assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0, **options))
 
 
 def degrees(path):

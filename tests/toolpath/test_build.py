@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from verne_post.model.options import Options, WorkOffset
+from verne_post.app.assemble import assemble
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import PieceKind, ToolPath
-from verne_post.pipeline import read_program
 from verne_post.toolpath.evaluate import pose
 
 #: Positions in mm and angles in rad: the transformations cost 1e-13.
@@ -24,7 +25,7 @@ def path_of(machine):
 
     def build(body: str, head: str = HEAD + START, **options) -> ToolPath:
         options.setdefault("tool_length", 50.0)
-        return read_program(f"{head}{body}\nM2\n".encode(), machine, Options(**options)).path
+        return assemble(f"{head}{body}\nM2\n".encode(), machine, Options(**options)).path
 
     return build
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import PieceKind
-from verne_post.pipeline import read_program
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
@@ -79,7 +80,7 @@ def test_off_stops_wherever_the_path_bends(what: str) -> None:
 
 def test_a_tool_of_another_length_stops_and_so_do_motions_of_one_line() -> None:
     source = f"{HEAD}\nG43.1 Z10\n{START}\nG1 X5\nY5\nG43.1 Z12\nG0 X9\nG1 Y9\nG0 Y20\nM2\n"
-    contour = read_program(source.encode(), MACHINE, Options()).contour
+    contour = assemble(source.encode(), MACHINE, Options()).contour
     assert stops(contour) == {(5, 7)}
 
 
@@ -87,7 +88,7 @@ def test_approach_and_table_changes_stop() -> None:
     """A rewind between feed moves is made of pieces that no line of the program says: nothing is rounded there."""
     body = "G43.5\nG1 X1 I0.1 J0.1 K0.98995\nX2 I0.2 J0.1 K0.97468\nX3 I0.2 J0.2 K0.95917"
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))}, approach="home")
-    contour = read_program(lines_named(body).encode(), MACHINE, options).contour
+    contour = assemble(lines_named(body).encode(), MACHINE, options).contour
     path = contour.path
     added = np.flatnonzero((path.move < 0) | (path.kind == PieceKind.JOINT))
     assert len(added)

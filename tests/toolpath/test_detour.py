@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post import convert
+from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
 from verne_post.model.toolpath import PieceKind
-from verne_post.pipeline import convert, read_program
 
 HEAD = "G21 G90 G94 G17 F3000\n"
 #: 4 ms keep the files short.
@@ -43,7 +44,7 @@ def limited(name, degrees=300.0):
 def program(machine, body=PLAIN, **options):
     options.setdefault("tool_length", 60.0)
     options.setdefault("allow_rewind", True)
-    return read_program(f"{HEAD}{body}\nM2\n".encode(), machine, Options(**options))
+    return assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(**options))
 
 
 def one_detour(path):

@@ -5,8 +5,8 @@ import pytest
 from scipy.interpolate import make_smoothing_spline
 
 import verne_post
+from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
-from verne_post.pipeline import read_program
 from verne_post.toolpath import fairing
 
 MACHINE = verne_post.load_machine("verne")
@@ -40,7 +40,7 @@ def test_zigzags_of_flat_corners_use_their_tolerance_and_no_more(corner_deg):
 def test_a_faired_curve_runs_on_into_the_blend_of_an_arc():
     """The blend matches the piece before it as programmed, so that piece must stay where it is."""
     source = wavy("G3 X12 Y9.8161 R4", "G1 X0")
-    contour = read_program(source, MACHINE, OPTIONS).contour
+    contour = assemble(source, MACHINE, OPTIONS).contour
     assert np.abs(contour.shape.end - contour.path.end).max() > 1e-4
     result = verne_post.convert(source, MACHINE, OPTIONS)
     assert result.ok, result.findings

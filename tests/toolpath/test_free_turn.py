@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post import convert
+from verne_post.app.assemble import assemble
 from verne_post.model.findings import InputError
-from verne_post.model.options import Options, WorkOffset
-from verne_post.pipeline import convert, read_program
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 
 HEAD = "G21 G90 G94 G17 F3000\n"
 MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.004) for name in ("verne", "serial")}
@@ -25,7 +27,7 @@ def options(**more):
 
 
 def program(body, machine, **more):
-    return read_program(f"{HEAD}{body}\nM2\n".encode(), machine, options(**more))
+    return assemble(f"{HEAD}{body}\nM2\n".encode(), machine, options(**more))
 
 
 def smallest_margin(machine, tips, c):
@@ -79,7 +81,7 @@ def test_a_program_that_fits_only_turned_is_converted():
     """X450 is beyond the serial machine's travel; along its diagonal the slot fits."""
     machine = MACHINES["serial"]
     body = "G0 X0 Y0 Z40\nG1 Z30\nX450"
-    plain = convert(f"{HEAD}{body}\nM2\n".encode(), machine, replace(options(), free_c=False))
+    plain = convert(f"{HEAD}{body}\nM2\n".encode(), machine, options().changed(free_c=False))
     assert {item.code for item in plain.findings} == {"VP101"}
     result = convert(f"{HEAD}{body}\nM2\n".encode(), machine, options())
     assert result.ok

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
-from verne_post.pipeline import judge_program, read_program
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 
 MACHINE = verne_post.load_machine("verne")
 LINE = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
@@ -50,9 +52,9 @@ def test_rapids_stand_still_at_both_ends_and_feed_moves_flow():
 def test_checks_are_made_on_the_way_that_the_tool_really_takes():
     """From one side of the table to the other with A through 180 degrees of C: the straight line is legal."""
     source = b"G21 G90 G94\nG0 X90 Y0 Z25 A0 C0\nG0 X-90 Y0 Z25 A0 C179\nM2\n"
-    line, joint = (judge_program(read_program(source, MACHINE, options))[1] for options in (LINE, JOINT))
+    line, joint = (check_program(assemble(source, MACHINE, options))[1] for options in (LINE, JOINT))
     assert line == []
-    program = read_program(source, MACHINE, JOINT)
+    program = assemble(source, MACHINE, JOINT)
     joints = program.joints()
     solved = joints.solve(np.full(2001, len(program.contour) - 1), np.linspace(0.0, 1.0, 2001))
     lowest = solved.tip[:, 2].min()

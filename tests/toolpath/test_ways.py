@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from verne_post import InputError, load_machine
+from verne_post.app.assemble import assemble
 from verne_post.config import machine_files
 from verne_post.model.moves import Frame
 from verne_post.model.options import Options
 from verne_post.model.toolpath import PieceKind
-from verne_post.pipeline import read_program
 
 #: Joint values in mm and rad, positions in mm: two solutions of the same pose differ by 1e-12.
 EXACT = 1e-9
@@ -41,7 +41,7 @@ def offset_machine(tmp_path_factory):
 
 
 def approached(machine, start, text=PROGRAM, **options):
-    return read_program(text.encode(), machine, Options(tool_length=TOOL, approach=start, **options))
+    return assemble(text.encode(), machine, Options(tool_length=TOOL, approach=start, **options))
 
 
 def ends(program):
@@ -95,7 +95,7 @@ def program(any_machine):
 def test_four_steps_then_the_program(any_machine, program):
     program, start = program
     path = program.path
-    alone = read_program(PROGRAM.encode(), any_machine, Options(tool_length=TOOL)).path
+    alone = assemble(PROGRAM.encode(), any_machine, Options(tool_length=TOOL)).path
     assert path.kind.tolist() == [LINE, JOINT, JOINT, LINE, LINE, LINE]
     assert path.line.tolist() == [0, 0, 0, 0, 3, 4]
     assert path.move.tolist() == [-1] * 4 + alone.move.tolist()
@@ -175,7 +175,7 @@ def test_from_home(any_machine):
     x, y, z, a, c = any_machine.home.g28
     assert q[0, 0] == pytest.approx(joints_at(any_machine, x, y, z, a, c), abs=EXACT)
     assert np.abs(q[1:, 0] - q[:-1, 1]).max() < EXACT
-    plain = read_program(PROGRAM.encode(), any_machine, Options(tool_length=TOOL))
+    plain = assemble(PROGRAM.encode(), any_machine, Options(tool_length=TOOL))
     assert q[-2, 0] == pytest.approx(ends(plain)[0, 0], abs=EXACT)
     # the default machine's home is at machine Z 0 already: nothing to retract; the other one's is 5 mm lower
     steps = [LINE, JOINT, JOINT, LINE] if z < 0 else [JOINT, JOINT, LINE]
@@ -215,7 +215,7 @@ def test_a_machine_turned_but_not_positioned_skips_the_turn(any_machine):
 
 def test_a_machine_at_the_first_pose_goes_up_and_down(machine):
     """The approach knows no short cut through the part; from the first pose itself it retracts and comes back."""
-    plain = read_program(PROGRAM.encode(), machine, Options(tool_length=TOOL))
+    plain = assemble(PROGRAM.encode(), machine, Options(tool_length=TOOL))
     program = approached(machine, in_file_units(machine, ends(plain)[0, 0]))
     assert program.path.kind.tolist() == [LINE, LINE, LINE, LINE]
     np.testing.assert_allclose(program.path.start[0], program.path.end[1], rtol=0, atol=EXACT)
@@ -238,7 +238,7 @@ def test_a_first_pose_above_z_0_is_not_passed_from_below(machine):
     assert machine_z(machine, program.path.first_pose) > 10.0
     assert program.path.kind.tolist()[:-2] == [LINE, JOINT, JOINT]
     q = ends(program)
-    plain = read_program(text.encode(), machine, Options(tool_length=TOOL))
+    plain = assemble(text.encode(), machine, Options(tool_length=TOOL))
     assert q[2, 1] == pytest.approx(ends(plain)[0, 0], abs=EXACT)
 
 
@@ -255,7 +255,7 @@ def test_whole_turns_of_c_are_turned(machine):
 
 def test_dwells_and_arcs_of_the_program_keep_their_place(machine):
     text = PROGRAM.replace("G1 X60\n", "G1 X60\nG4 P0.5\nG3 X40 Y30 I-20 J0\n")
-    plain = read_program(text.encode(), machine, Options(tool_length=TOOL)).path
+    plain = assemble(text.encode(), machine, Options(tool_length=TOOL)).path
     program = approached(machine, "home", text)
     path, steps = program.path, 3
     assert len(path) == len(plain) + steps
@@ -263,7 +263,7 @@ def test_dwells_and_arcs_of_the_program_keep_their_place(machine):
     assert path.dwell_seconds.tolist() == [0.5]
     assert path.arc.tolist() == [-1] * steps + plain.arc.tolist()
     assert path.run.tolist() == [0, 1, 2, *(plain.run + steps)]
-    q, q_plain = ends(program), ends(read_program(text.encode(), machine, Options(tool_length=TOOL)))
+    q, q_plain = ends(program), ends(assemble(text.encode(), machine, Options(tool_length=TOOL)))
     np.testing.assert_allclose(q[steps:], q_plain, rtol=0, atol=EXACT)
 
 
@@ -276,7 +276,7 @@ def test_sliders_that_close_nothing_are_refused(machine):
     assert [item.code for item in refused.value.findings] == ["VP018"]
 
 
-@pytest.mark.parametrize("values", [(), (400.0, 400.0, 400.0), (400.0,) * 6])
+@pytest.mark.parametrize("values", [(400.0, 400.0, 400.0), (400.0,) * 6])
 def test_another_number_of_values_is_refused(machine, values):
     with pytest.raises(InputError, match="rho1,rho2,rho3,a,c") as refused:
         approached(machine, values)

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 
 from .test_verifier import MACHINE, Table, codes, judge, made, rows_of
 
@@ -39,7 +40,7 @@ SOURCE = program(BODY)
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_a_rounded_file_passes_in_any_block_size(mode: str) -> None:
-    options = replace(OPTIONS, smoothing=mode)
+    options = OPTIONS.changed(smoothing=mode)
     values, line = made(SOURCE, options)
     for block in (100, 8192):
         verdict = judge(SOURCE, values, line, options, block)
@@ -106,18 +107,18 @@ HOSTILE: dict[str, tuple[Callable[..., Table], set[str]]] = {
 @pytest.mark.parametrize("how", HOSTILE)
 def test_a_spoilt_file_fails(how: str, mode: str) -> None:
     change, expected = HOSTILE[how]
-    options = replace(OPTIONS, smoothing=mode)
+    options = OPTIONS.changed(smoothing=mode)
     values, line = made(SOURCE, options)
     assert expected <= codes(judge(SOURCE, *change(values.copy(), line.copy()), options))
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_a_rounded_file_fails_where_no_rounding_was_asked_for(mode: str) -> None:
-    values, line = made(SOURCE, replace(OPTIONS, smoothing=mode))
-    assert {"VP411", "VP412"} <= codes(judge(SOURCE, values, line, replace(OPTIONS, smoothing="off")))
+    values, line = made(SOURCE, OPTIONS.changed(smoothing=mode))
+    assert {"VP411", "VP412"} <= codes(judge(SOURCE, values, line, OPTIONS.changed(smoothing="off")))
     for word in ("G64 P0.01", "G61", "G61.1", "G64 P0"):
         asked = program(BODY.replace("G64 P0.02", word), HEAD.replace("G64 P0.02", word))
-        assert codes(judge(asked, values, line, replace(OPTIONS, smoothing=mode))) & {"VP411", "VP412"}
+        assert codes(judge(asked, values, line, OPTIONS.changed(smoothing=mode))) & {"VP411", "VP412"}
 
 
 @pytest.mark.parametrize("excess", [1.01, 1.003])
@@ -126,7 +127,7 @@ def test_feed_is_judged_on_rounded_pieces(excess: float) -> None:
     angle = np.linspace(0, np.pi, 60)
     points = "\n".join(f"X{10 * np.sin(a):.4f} Y{10 - 10 * np.cos(a):.4f}" for a in angle[1:])
     for mode in ("blend", "spline"):
-        options = replace(OPTIONS, smoothing=mode)
+        options = OPTIONS.changed(smoothing=mode)
         values, line = made(program(f"G1 F1200\n{points}"), options)
         asked = program(f"G1 F{1200 / excess:.9f}\n{points}")
         assert codes(judge(asked, values, line, options)) == {"VP404"}
@@ -149,7 +150,7 @@ LEFT_OUT: dict[str, tuple[str, str, dict[int, int]]] = {
 def test_what_is_left_out_between_two_rows_is_seen(what: str, cycle: float) -> None:
     """Every row lies on its line, the lines follow each other, nothing jumps: only the path between is missing."""
     whole, short, lines = LEFT_OUT[what]
-    options = replace(OPTIONS, cycle=cycle)
+    options = OPTIONS.changed(cycle=cycle)
     values, line = made(program(short), options)
     verdict = judge(program(whole), values, np.vectorize(lambda k: lines.get(k, k))(line).astype(line.dtype), options)
     assert "VP412" in codes(verdict)
@@ -166,7 +167,7 @@ def test_great_circles_beside_the_pole_pass(lean: float, mode: str) -> None:
         for k, v in enumerate(axis / np.linalg.norm(axis) for axis in axes)
     ]
     source = "\n".join(["G21 G90 G94 G17 G64 P0.05", "G43.5", "G0 X0 Y0 Z40", "F3000", *moves, "M2", ""])
-    result = verne_post.convert(source.encode(), MACHINE, replace(OPTIONS, smoothing=mode, allow_rewind=True))
+    result = verne_post.convert(source.encode(), MACHINE, OPTIONS.changed(smoothing=mode, allow_rewind=True))
     assert [item.message for item in result.findings if item.severity == "error"] == []
 
 

@@ -12,11 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
+from verne_post import convert
+from verne_post.app.assemble import assemble
+from verne_post.app.verify import verify_setpoints
 from verne_post.config import machine_files
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import setpoint_format
-from verne_post.pipeline import convert, read_program, verify_setpoints
 
 HEAD = "G21 G90 G94 G17 F3000\n"
 MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.002) for name in ("verne", "serial")}
@@ -67,7 +70,7 @@ def poses(setpoints, name):
 
 
 def judge(setpoints, body, machine, **more):
-    program = read_program(source(body), machine, options(**more))
+    program = assemble(source(body), machine, options(**more))
     fmt = setpoint_format(machine, program.cycle, None, accept_rounding=False)
     return verify_setpoints(program, iter([SetpointBlock(0, setpoints.values, setpoints.line, fmt)]))
 
@@ -127,7 +130,7 @@ def test_words_along_the_great_circle_where_the_option_says_so():
     vectors = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {vector(40, 120)}"
     u = np.linspace(0, 1, 60)
     q = {
-        key: read_program(source(body), machine, options(orientation=way)).joints().q(np.zeros(60, int), u)
+        key: assemble(source(body), machine, options(orientation=way)).joints().q(np.zeros(60, int), u)
         for key, body, way in (
             ("vector", vectors, "auto"), ("words as vectors", words, "vector"), ("vectors", vectors, "vector"),
             ("words", words, "auto"), ("words as angles", words, "angles"), ("vectors as angles", vectors, "angles"),
@@ -149,8 +152,7 @@ def test_a_vector_program_is_its_twin_in_words(name, turn):
     words = "G43.4 " + head + "\nG1 ".join(f"X{9 * k} A{pair[0]} C{pair[1]}" for k, pair in enumerate(tilts))
     where = {1: WorkOffset((10.0, -5.0, 50.0), turn)}
     found = [
-        read_program(source(body), MACHINES[name], options(orientation="angles", wcs=where))
-        for body in (vectors, words)
+        assemble(source(body), MACHINES[name], options(orientation="angles", wcs=where)) for body in (vectors, words)
     ]
     segments, u = np.repeat(np.arange(5), 9), np.tile(np.linspace(0, 1, 9), 5)
     assert found[0].joints().q(segments, u) == pytest.approx(found[1].joints().q(segments, u), abs=1e-9)

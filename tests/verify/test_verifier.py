@@ -10,12 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.app.assemble import assemble
+from verne_post.app.verify import verify_setpoints
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv
-from verne_post.pipeline import read_program, verify_setpoints
 
 Table = tuple[np.ndarray, np.ndarray]
 
@@ -48,7 +50,7 @@ def judge(
     fmt: SetpointFormat | None = None,
 ) -> Verification:  # fmt: skip
     """The verdict on rows that are fed in blocks."""
-    asked = read_program(source, MACHINE, options)
+    asked = assemble(source, MACHINE, options)
     fmt = fmt or setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
     blocks = (
         SetpointBlock(first, values[first : first + block], line[first : first + block], fmt)
@@ -241,7 +243,7 @@ def test_each_limit_has_its_own_bound(which: str, code: str, ratio: float) -> No
     for scale, found in ((0.9995, set()), (1.0005, {code})):
         low = getattr(MACHINE.limits, which) * worst / (ratio * scale)
         machine = replace(MACHINE, limits=replace(MACHINE.limits, **{which: low}))
-        asked = read_program(SOURCE, machine, OPTIONS)
+        asked = assemble(SOURCE, machine, OPTIONS)
         verdict = verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
         assert codes(verdict) == found
         assert getattr(verdict, f"{which}_ratio") == pytest.approx(ratio * scale, rel=1e-9)
@@ -254,7 +256,7 @@ def test_travel_is_judged_in_the_file() -> None:
     highest = float(values[:, 0].max())
     limits = MACHINE.limits
     narrow = replace(MACHINE, limits=replace(limits, upper=np.array([highest - 0.01, *limits.upper[1:]])))
-    asked = read_program(UPRIGHT, narrow, OPTIONS)
+    asked = assemble(UPRIGHT, narrow, OPTIONS)
     fmt = setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
     verdict = verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
     assert codes(verdict) == {"VP101"}
@@ -275,9 +277,9 @@ def test_dwell_at_the_end_that_is_too_short_fails(missing: int) -> None:
 # --- a good file for something else -----------------------------------------------------------------
 
 OTHER: dict[str, tuple[bytes, Options]] = {
-    "a longer tool": (SOURCE, replace(OPTIONS, tool_length=80.02)),
-    "another part position": (SOURCE, replace(OPTIONS, wcs={1: WorkOffset((0.0, 0.01, 50.0))})),
-    "a turned part": (SOURCE, replace(OPTIONS, wcs={1: WorkOffset((0.0, 0.0, 50.0), 0.01)})),
+    "a longer tool": (SOURCE, OPTIONS.changed(tool_length=80.02)),
+    "another part position": (SOURCE, OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.01, 50.0))})),
+    "a turned part": (SOURCE, OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.0, 50.0), 0.01)})),
     "another end point": (program(BODY.replace("G1 X4 F2000", "G1 X4.01 F2000")), OPTIONS),
     "another tilt": (program(BODY.replace("A4 C5", "A4.01 C5")), OPTIONS),
     "another rotary angle": (program(BODY.replace("A4 C5", "A4 C5.01")), OPTIONS),
@@ -343,7 +345,7 @@ def test_feed_is_judged_at_any_speed(feed: float, excess: float, fine: bool) -> 
 def test_faster_clock_exceeds_the_feed() -> None:
     """The same path 1.01 times as fast: made at a cycle of 1.01 ms, said to be one of 1 ms."""
     source = program("G0 X0 Y0 Z20 A0 C0\nG1 X20 F1000")
-    slow = replace(OPTIONS, cycle=0.00101)
+    slow = OPTIONS.changed(cycle=0.00101)
     fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     assert judge(source, *made(source, slow), slow).ok
     verdict = judge(source, *made(source, slow), fmt=fmt)
@@ -385,25 +387,25 @@ PASSING: dict[str, tuple[str, Options]] = {
     "very slow": ("G0 X0 Y0 Z20 A0 C0\nG1 X0.01 F1\nG2 X0.01 I-0.01 F5", OPTIONS),
     "longer tool in the middle": (
         "G43.1 Z80\nG0 X0 Y0 Z30 A0 C0\nG1 X2 F900\nG4 P.02\nG43.1 Z79.5\nG4 P.02\nG1 Z29 F1500\nG0 Z30",
-        replace(OPTIONS, tool_length=None),
+        OPTIONS.changed(tool_length=None),
     ),
     "another tool under tilt": (
         "G43.1 Z80\nG0 X0 Y0 Z30 A20 C10\nG1 X2 F900\nG43.1 Z82\nG4 P.02\nG0 X0 Y0 Z31\nG1 X1",
-        replace(OPTIONS, tool_length=None),
+        OPTIONS.changed(tool_length=None),
     ),
-    "approach from home": ("G4 P.01\nG0 X1 Y2 Z415 A1 C2\nG1 X2 F900", replace(OPTIONS, approach="home")),
+    "approach from home": ("G4 P.01\nG0 X1 Y2 Z415 A1 C2\nG1 X2 F900", OPTIONS.changed(approach="home")),
     "approach from below": (
         "G0 X0 Y0 Z415 A0 C0\nG1 X1 F900",
-        replace(OPTIONS, approach=(300.0, 250.0, 240.0, 5.0, -10.0)),
+        OPTIONS.changed(approach=(300.0, 250.0, 240.0, 5.0, -10.0)),
     ),
     "work offsets change": (
         "G0 X0 Y0 Z20 A0 C0\nG1 X1 F900\nG55\nG1 X0 Y0 Z20 F3000\nG52 X1\nX1",
-        replace(OPTIONS, wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((2.0, 1.0, 49.0), 5.0)}),
+        OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((2.0, 1.0, 49.0), 5.0)}),
     ),
     "inverse time": ("G0 X0 Y0 Z20 A0 C0\nG93 G1 X3 C3 F400\nA2 F300\nX4 F9000", OPTIONS),
-    "long cycle": ("G0 X0 Y0 Z20 A0 C0\nG1 X30 F3000\nY1\nG4 P.1", replace(OPTIONS, cycle=0.01)),
-    "short cycle": ("G0 X0 Y0 Z20 A0 C0\nG1 X.1 F3000\nG4 P.01", replace(OPTIONS, cycle=0.000125)),
-    "few decimals": ("G0 X0 Y0 Z20 A0 C0\nG1 X2 F3000\nY.1 C1\nG4 P.01", replace(OPTIONS, decimals=5,
+    "long cycle": ("G0 X0 Y0 Z20 A0 C0\nG1 X30 F3000\nY1\nG4 P.1", OPTIONS.changed(cycle=0.01)),
+    "short cycle": ("G0 X0 Y0 Z20 A0 C0\nG1 X.1 F3000\nG4 P.01", OPTIONS.changed(cycle=0.000125)),
+    "few decimals": ("G0 X0 Y0 Z20 A0 C0\nG1 X2 F3000\nY.1 C1\nG4 P.01", OPTIONS.changed(decimals=5,
                                                                               accept_rounding=True)),
 }  # fmt: skip
 
@@ -448,7 +450,7 @@ STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 
 def judge_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
-    asked = read_program(source, MACHINE, options)
+    asked = assemble(source, MACHINE, options)
     return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle))
 
 
@@ -498,7 +500,7 @@ def test_wrong_numbers_fail_however_many_decimals_are_shown(how: str, trim: bool
 @pytest.mark.parametrize(("decimals", "shift"), [(5, 0.001), (4, 0.003), (3, 0.01)])
 def test_noise_of_coarse_decimals_hides_no_moved_row(decimals: int, shift: float) -> None:
     """A row moved by many times the last decimal makes three times that in the third difference."""
-    options = replace(OPTIONS, decimals=decimals, accept_rounding=True)
+    options = OPTIONS.changed(decimals=decimals, accept_rounding=True)
     rows = written(STILL, options)
     assert judge_text(STILL, as_text(rows), options).ok
     rows[500][1] = f"{float(rows[500][1]) + shift:.{decimals}f}"
@@ -513,7 +515,7 @@ PLAIN = "G21 G90 G94 G17"
 @pytest.mark.parametrize("cycle", [0.001, 0.004, 0.01])
 def test_several_pieces_in_one_cycle(cycle: float) -> None:
     """3 mm in steps of 0.01 mm at 50 mm/s: at 4 ms a row passes up to 20 pieces."""
-    options = replace(OPTIONS, cycle=cycle)
+    options = OPTIONS.changed(cycle=cycle)
     source = program(f"G0 X0 Y0 Z20 A0 C0\nG1 F3000\n{LAYERS}\nG61.1 Y1", PLAIN)
     values, line = made(source, options)
     steps = np.diff(line)
@@ -529,7 +531,7 @@ def test_several_pieces_in_one_cycle(cycle: float) -> None:
 @pytest.mark.parametrize(("tail", "cycle"), [(0.01, 0.01), (0.002, 0.004), (0.0001, 0.002)])
 def test_short_piece_before_a_stop(tail: float, cycle: float) -> None:
     """The last collinear piece before a corner may be passed within one cycle: that is no error."""
-    options = replace(OPTIONS, cycle=cycle)
+    options = OPTIONS.changed(cycle=cycle)
     source = program(f"G0 X0 Y10 Z20 A10 C0\nG1 F3000 X5\nX{5 + tail:.6f}\nG61.1 Y9", PLAIN)
     result = verne_post.convert(source, MACHINE, options)
     assert [item.message for item in result.findings] == []

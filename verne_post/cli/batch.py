@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.common import load, refuse
-from verne_post.cli.conversion import check_format
+from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
-from verne_post.cli.options import build_options, conversion_options
+from verne_post.cli.options import WRITING, GroupedCommand, build_options, options_of, program_options
+from verne_post.model.verdict import gravest
 
 if TYPE_CHECKING:
     from verne_post.cli.jobs import Job, Outcome
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
 
 
-@click.command("batch")
+@click.command("batch", cls=GroupedCommand)
 @click.argument("inputs", nargs=-1, required=True, metavar="DIR|FILE...")
 @click.option(
     "-o",
@@ -50,7 +51,9 @@ PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
 @click.option(
     "--sarif", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as SARIF."
 )
-@conversion_options
+@format_option
+@options_of(*WRITING)
+@program_options()
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
     sarif: Path | None, file_format: str, **given: Any,
@@ -61,7 +64,6 @@ def command(
     before is not made again, so a batch that was killed goes on. OUTDIR/batch.json lists all results.
     """
     from verne_post.cli.jobs import run_here, run_on_cluster
-    from verne_post.cli.main import gravest
     from verne_post.model.findings import InputError
     from verne_post.output.findings import Report
     from verne_post.output.junit import as_junit
@@ -74,9 +76,9 @@ def command(
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)
-    paths = given.pop("subroutine_path")
+    paths = given["subroutine_path"]
     try:
-        machine = load(files, given.pop("machine_name"))
+        machine = load(files, given["machine_name"])
         options = build_options(files, "", **given)
     except InputError as error:
         return refuse(inputs[0], error)
@@ -110,12 +112,13 @@ _LIST = "the list of results"
 
 def _claim(files: RunFiles, jobs: "list[Job]", output: Path, paths: tuple[str, ...]) -> None:
     """Name everything that the jobs read and write, before any work: what one writes may be what another one reads."""
-    from verne_post.cli.subroutines import callable_files
+    from verne_post.config.subprograms import callable_files
+    from verne_post.model.findings import UsageError
 
     for job in jobs:
         files.reads(job.program, f"program {job.program}")
     for folder in sorted({Path(job.program).resolve().parent for job in jobs}):
-        with suppress(click.UsageError, OSError):  # the jobs of this folder say what is wrong with --subroutine-path
+        with suppress(UsageError, OSError):  # the jobs of this folder say what is wrong with --subroutine-path
             for path in callable_files(folder, paths):
                 files.reads(path, f"subprogram {path.stem}")
     for job in jobs:

@@ -7,13 +7,17 @@ import click
 
 from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
 from verne_post.cli.files import RunFiles, Unreadable
-from verne_post.cli.options import build_options, keep_out_options, policy_of, program_options, settings_of, way_options
+from verne_post.cli.options import GroupedCommand, build_options, program_options, settings_of
+from verne_post.model.verdict import ExitStatus, gravest, status_of
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
+    from verne_post.config.settings import SettingsFile
+    from verne_post.model.verdict import Severity
+    from verne_post.output.policy import Policy
 
 
-@click.command("check")
+@click.command("check", cls=GroupedCommand)
 @click.argument("inputs", nargs=-1, required=True, metavar="INPUT...")
 @click.option(
     "--output-format",
@@ -54,14 +58,12 @@ if TYPE_CHECKING:
     help="Write all findings of now as a baseline.",
 )
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
-@way_options
-@keep_out_options
-@program_options
+@program_options()
 def command(
     inputs: tuple[str, ...],
     output_format: str,
     output_file: Path | None,
-    fail_level: str | None,
+    fail_level: "Severity | None",
     exit_zero: bool,
     write_baseline: Path | None,
     **given: Any,
@@ -71,9 +73,10 @@ def command(
     What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option goes before an
     environment variable, and that before the file.
     """
-    from verne_post.cli.main import EXIT_VIOLATION, gravest
+    from verne_post.app.check import check_source
+    from verne_post.app.result import refused
     from verne_post.model.findings import InputError, finding
-    from verne_post.output.findings import Report, counts
+    from verne_post.output.findings import Report
     from verne_post.output.policy import applied, baseline_text
     from verne_post.output.reports import FORMATS
     from verne_post.output.summary import remarks
@@ -85,17 +88,12 @@ def command(
         if path is not None:
             files.writes(path, option)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
-    paths = given.pop("subroutine_path")
     try:
-        machine = load(files, given.pop("machine_name"))
+        machine = load(files, given["machine_name"])
         options = build_options(files, "", **given)
-        policy, level = policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
+        policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
     except InputError as error:
         return refuse(inputs[0], error)
-
-    from dataclasses import replace
-
-    from verne_post.pipeline import check, failed
 
     everything: list[Report] = []
     reports, statuses = [], []
@@ -104,21 +102,18 @@ def command(
         source: Text = b""
         with progress_bar() as progress:
             try:
-                source, own = program_text(files, name, replace(options, source_name=shown), paths)
-                result = check(source, machine, own, progress)
+                source, own = program_text(files, name, options.changed(source_name=shown), given["subroutine_path"])
+                result = check_source(source, machine, own, progress)
             except InputError as error:  # the others are judged all the same
-                result = failed(error)
+                result = refused(error)
             except (click.UsageError, Unreadable) as error:
-                result = failed(InputError(finding("VP022", str(error))))
+                result = refused(InputError(finding("VP022", str(error))))
         time = result.summary.cycle_time if result.summary else None
         said = tuple(remarks(result.summary)) if result.summary else ()
         everything.append(Report(shown, result.findings, time, source, said))
         reports.append(applied(everything[-1], policy))
-        status = result.exit_code
-        if status in (0, EXIT_VIOLATION):
-            errors, warnings = counts(reports[-1].findings)
-            status = EXIT_VIOLATION if errors or (level == "warning" and warnings) else 0
-        statuses.append(0 if exit_zero and status == EXIT_VIOLATION else status)
+        status = status_of(reports[-1].findings, level)
+        statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
         files.write(write_baseline, "--write-baseline", [baseline_text(everything)])
     written = FORMATS[output_format](reports, machine)
@@ -127,3 +122,37 @@ def command(
     else:
         files.write(output_file, "--output-file", [written])
     return gravest(statuses)
+
+
+def _policy_of(
+    files: RunFiles, settings: "SettingsFile | None", fail_level: "Severity | None", select: str | None, ignore: str | None, severity: tuple[str, ...],
+    baseline: Path | None,
+) -> "tuple[Policy, Severity]":  # fmt: skip
+    """Which findings count, and from which gravity: options and environment before the settings file."""
+    from verne_post.output.policy import Policy, mistakes, read_baseline
+
+    file = settings.check if settings is not None else None
+    codes = {
+        name: tuple(code.strip() for code in text.split(",") if code.strip())
+        if text is not None
+        else tuple(getattr(file, name, ()))
+        for name, text in (("select", select), ("ignore", ignore))
+    }
+    weights = dict(file.severity) if file is not None else {}
+    for text in severity:
+        code, _equals, gravity = text.partition("=")
+        if gravity not in ("error", "warning", "note"):
+            raise click.UsageError(f"--severity {text}: expected CODE=error, CODE=warning or CODE=note")
+        weights[code] = gravity  # type: ignore[assignment]
+    wrong = mistakes(codes["select"], codes["ignore"], weights)
+    if wrong:
+        raise click.UsageError("; ".join(wrong))
+    known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None
+    fingerprints = (
+        frozenset()
+        if known is None
+        else read_baseline(files.read(known, "--baseline").decode("utf-8", errors="replace"), str(known))
+    )
+    return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
+        file.fail_level if file else None
+    ) or "error"

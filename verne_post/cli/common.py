@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.files import RunFiles, reading
+from verne_post.model.verdict import status_of
 
 if TYPE_CHECKING:
+    from verne_post.app.result import Progress
     from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding, InputError
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
-    from verne_post.pipeline import Progress
 
 
 #: How a program is called where its file gets in the way of another.
@@ -27,6 +28,21 @@ _LOOKED_AT = 4096
 LONG_TEXT = 1 << 22
 
 
+def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Machine, Text, Options]":
+    """What every command that reads a program begins with: the machine, the program's text, its options.
+
+    Raises
+    ------
+    InputError
+        For a machine file, a program, or a file named by an option that cannot be used.
+    """
+    from verne_post.cli.options import build_options
+
+    machine = load(files, given["machine_name"])
+    options = build_options(files, shown_name(name), **given)
+    return machine, *program_text(files, name, options, given["subroutine_path"])
+
+
 def program_text(
     files: RunFiles, name: str, options: "Options", subroutine_path: tuple[str, ...]
 ) -> "tuple[Text, Options]":
@@ -34,10 +50,8 @@ def program_text(
 
     From standard input they come from the current folder, and only where ``--subroutine-path`` asks for them.
     """
-    from dataclasses import replace
-
-    from verne_post.cli.subroutines import gather
-    from verne_post.model.findings import InputError, finding
+    from verne_post.config.subprograms import subprograms_of
+    from verne_post.model.findings import InputError, UsageError, finding
 
     source = _text(files, name)
     if b"\0" in source[:_LOOKED_AT]:
@@ -47,7 +61,13 @@ def program_text(
     if name == "-" and not subroutine_path:
         return source, options
     folder = Path.cwd() if name == "-" else Path(name).resolve().parent
-    return source, replace(options, subroutines=gather(files, source, folder, subroutine_path))
+    try:
+        found = subprograms_of(
+            source, folder, subroutine_path, lambda path, called: files.read(path, f"subprogram {called}")
+        )
+    except UsageError as error:
+        raise click.UsageError(f"{error.option} {error.reason}") from None
+    return source, options.changed(subroutines=found)
 
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
@@ -95,10 +115,8 @@ def print_findings(program: str, findings: "tuple[Finding, ...]") -> None:
 
 def refuse(program: str, error: "InputError") -> int:
     """Print why a program cannot be used; returns the exit status."""
-    from verne_post.pipeline import exit_code_of
-
     print_findings(program, error.findings)
-    return exit_code_of(error)
+    return status_of(error.findings)
 
 
 @contextmanager

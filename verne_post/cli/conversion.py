@@ -12,15 +12,21 @@ import click
 from verne_post.cli.files import RunFiles
 
 if TYPE_CHECKING:
+    from verne_post.app.result import Progress, Result
     from verne_post.base.long_text import Text
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
     from verne_post.model.summary import Summary
     from verne_post.output.spool import WrittenRows
-    from verne_post.pipeline import Progress, Result
 
 #: Names of the formats; the table itself (output.formats) costs numpy.
 FORMAT_NAMES = ("csv", "linuxcnc", "pvt", "ros2", "ros2-json", "twincat", "npz", "parquet")
+
+
+format_option = click.option(
+    "--format", "file_format", type=click.Choice(FORMAT_NAMES), default="csv", show_default=True,
+    help="Format of the setpoint file.",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -82,17 +88,17 @@ def converted(
     progress: "Progress | None" = None,
 ) -> "tuple[Result, str]":  # fmt: skip
     """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
+    from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.controllers import pvt_knots
     from verne_post.output.events import events_text
     from verne_post.output.formats import FORMATS
     from verne_post.output.spool import Spool
     from verne_post.output.summary import meta as meta_text
-    from verne_post.pipeline import convert
 
     said = ""
     spool = Spool(machine.columns)
-    result = convert(source, machine, options, spool.take, progress)
+    result = convert_source(source, machine, options, spool.take, progress)
     if not result.ok:
         return result, said
     assert result.summary is not None

@@ -5,13 +5,13 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import PROGRAM, load, print_findings, program_text, progress_bar, refuse, shown_name
-from verne_post.cli.conversion import Outputs, converted
+from verne_post.cli.common import PROGRAM, print_findings, progress_bar, read_program, refuse, shown_name
+from verne_post.cli.conversion import Outputs, converted, format_option
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import build_options, conversion_options
+from verne_post.cli.options import WRITING, GroupedCommand, options_of, program_options
 
 
-@click.command("convert")
+@click.command("convert", cls=GroupedCommand)
 @click.argument("input_name", metavar="INPUT")
 @click.option(
     "-o",
@@ -38,7 +38,9 @@ from verne_post.cli.options import build_options, conversion_options
     metavar="FILE",
     help="Write the parameter file that the program leaves behind.",
 )
-@conversion_options
+@format_option
+@options_of(*WRITING)
+@program_options()
 def command(
     input_name: str, output: Path | None, file_format: str, meta: Path | None,
     events: Path | None, write_parameters: Path | None, **given: Any,
@@ -47,17 +49,15 @@ def command(
 
     INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
     """
+    from verne_post.app.assemble import drives_of
     from verne_post.model.findings import InputError
-    from verne_post.pipeline import drives_of
 
     files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
     files.reads(input_name, PROGRAM)
-    outputs.check(files, split=given["split_at_stops"])
+    outputs.check(files, split=bool(given["split_at_stops"]))
     name = shown_name(input_name)
     try:
-        machine = load(files, given.pop("machine_name"))
-        paths = given.pop("subroutine_path")
-        source, options = program_text(files, input_name, build_options(files, name, **given), paths)
+        machine, source, options = read_program(files, input_name, given)
         drives_of(machine, options)
     except InputError as error:
         return refuse(name, error)

@@ -4,12 +4,13 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import load, program_text, refuse, shown_name
+from verne_post.cli.common import read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import build_options, keep_out_options, numbers_of, program_options
+from verne_post.cli.options import GroupedCommand, numbers_of, program_options
+from verne_post.model.verdict import status_of
 
 
-@click.command("fit")
+@click.command("fit", cls=GroupedCommand)
 @click.argument("input_name", metavar="INPUT")
 @click.option(
     "--free",
@@ -31,8 +32,7 @@ from verne_post.cli.options import build_options, keep_out_options, numbers_of, 
     help="Seek the least time, with a little room at every limit, not the most room.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
-@keep_out_options
-@program_options
+@program_options()
 def command(
     input_name: str, free: str, ranges: tuple[str, ...], minimise: str | None, as_json: bool, **given: Any
 ) -> int:
@@ -41,28 +41,21 @@ def command(
     --wcs says where the part stands now; what is not free stays so. The offset that is proposed has been judged like any program.
     Exit status: 0 it fits, 1 no place was found, 2 unusable input.
     """
-    from verne_post.cli.main import EXIT_CLEAN
-    from verne_post.fit import propose
-    from verne_post.model.findings import InputError, worst
+    from verne_post.app.fit import propose
+    from verne_post.model.findings import InputError
     from verne_post.output import fit as output
-    from verne_post.pipeline import exit_code_of
 
     name = shown_name(input_name)
     if not free or len(set(free)) != len(free) or not set(free) <= set("xyzc"):
         raise click.UsageError(f"--free {free}: expected some of the letters x, y, z, c, each once")
-    files = RunFiles()
     try:
-        machine = load(files, given.pop("machine_name"))
-        paths = given.pop("subroutine_path")
-        source, options = program_text(files, input_name, build_options(files, name, **given), paths)
+        machine, source, options = read_program(RunFiles(), input_name, given)
         allowed = dict(_range(text, free) for text in ranges)
         proposal = propose(source, machine, options, free, allowed, least_time=minimise == "time")
     except InputError as error:
         return refuse(name, error)
     click.echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
-    if worst(proposal.findings) == "error":
-        return exit_code_of(InputError(*proposal.findings))
-    return EXIT_CLEAN
+    return status_of(proposal.findings)
 
 
 def _range(text: str, free: str) -> tuple[str, tuple[float, float]]:

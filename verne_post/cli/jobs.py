@@ -136,7 +136,7 @@ def _outcome(job: Job) -> Outcome:
     files, record, key = RunFiles(), _record(job), None
     job.claim(files)
     try:
-        options = replace(job.options, source_name=job.program)
+        options = job.options.changed(source_name=job.program)
         source, options = program_text(files, job.program, options, job.subroutine_path)
         key = _key(job, source, options)
     except InputError as error:
@@ -178,12 +178,10 @@ def _key(job: Job, source: "Text", options: "Options") -> str:
     """The same for the same program, machine, options and version."""
     from verne_post import __version__
     from verne_post.base.long_text import sha256
-    from verne_post.output.summary import options_record
 
     parts = {
         "version": __version__, "program": sha256(source), "machine": job.machine.sha256,
-        "format": job.file_format, "options": options_record(options), "max_repeats": options.max_repeats,
-        "cycle": options.cycle, "split": options.split_at_stops, "name": job.program,
+        "format": job.file_format, "options": options.record(), "name": job.program,
     }  # fmt: skip
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 

@@ -8,7 +8,8 @@ import click
 
 from verne_post.cli.common import load, refuse, shown_name
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import units_option
+from verne_post.cli.options import options_of
+from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
     from verne_post.model.machine import Machine
@@ -120,7 +121,6 @@ def _draw(
 @click.argument("name", metavar="NAME|FILE")
 def validate(name: str) -> int:
     """Check a machine file: every key and bound, and that both home positions can be reached."""
-    from verne_post.cli.main import EXIT_USAGE
     from verne_post.config import validate_machine
     from verne_post.model.findings import InputError
 
@@ -131,7 +131,7 @@ def validate(name: str) -> int:
             raise InputError(*found)
     except InputError as error:
         refuse(name, error)
-        return EXIT_USAGE
+        return ExitStatus.UNUSABLE
     click.echo(f"{name}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         click.echo(f"  {group}: {source}")
@@ -152,22 +152,20 @@ def validate(name: str) -> int:
     metavar="DIR",
     help="Folder for the files; must not exist, or be empty.",
 )
-@click.option("--cycle", type=float, metavar="SECONDS", help="Control cycle, in place of the machine file's.")
-@click.option("--accept-rounding", is_flag=True, help="Write even where rounding alone breaks a limit.")
-@units_option
+@options_of("cycle", "accept_rounding", "units")
 def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, accept_rounding: bool, units: str) -> int:
     """Make setpoint files that move one actuator at a time, for the first motion of a machine.
 
     Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed, without a tool;
     and README.txt, which says what one must see each time.
     """
+    from verne_post.app.assemble import drives_of
     from verne_post.axis_check import axis_moves
     from verne_post.cli.options import build_options, numbers_of
     from verne_post.model.findings import InputError
     from verne_post.output.axis_check import instructions
     from verne_post.output.rounding import setpoint_format
     from verne_post.output.setpoints import csv_header, csv_rows
-    from verne_post.pipeline import drives_of
 
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")
@@ -262,7 +260,6 @@ def identify_(
     import numpy as np
 
     from verne_post.base.units import RAD_PER_DEG
-    from verne_post.cli.main import EXIT_CLEAN, EXIT_NO_VERDICT, EXIT_VIOLATION
     from verne_post.config.measured import read_measured, refused_lengths
     from verne_post.kinematics.identify import Uncertainty, identify
     from verne_post.model.findings import InputError
@@ -319,8 +316,8 @@ def identify_(
     )
     click.echo((identification_json if as_json else identification_text)(report), nl=False)
     if not report.usable:
-        return EXIT_NO_VERDICT
-    return EXIT_VIOLATION if report.contradicted else EXIT_CLEAN
+        return ExitStatus.NO_VERDICT
+    return ExitStatus.VIOLATION if report.contradicted else ExitStatus.CLEAN
 
 
 def _lengths(text: str | None, option: str, between: str, known: dict[str, float]) -> tuple[str, ...]:

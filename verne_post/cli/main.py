@@ -14,6 +14,7 @@ import click
 from verne_post import __version__
 from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.files import FileError
+from verne_post.model.verdict import ExitStatus
 
 #: Command -> module of :mod:`verne_post.cli` that defines it.
 COMMANDS: Final = {
@@ -21,9 +22,6 @@ COMMANDS: Final = {
     "explain": "explain", "fit": "fit", "batch": "batch",
     "report": "report",
 }  # fmt: skip
-
-EXIT_CLEAN, EXIT_VIOLATION, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_BUG = 0, 1, 2, 3, 70
-EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 130, 141
 
 
 class PipeClosed(Exception):
@@ -99,26 +97,26 @@ def main(arguments: list[str]) -> int:
     """Run the command line and return its exit status."""
     try:
         result = cli.main(arguments, prog_name="verne-post", standalone_mode=False)
-        return result if isinstance(result, int) else EXIT_CLEAN
+        return int(result) if isinstance(result, int) else ExitStatus.CLEAN
     except click.exceptions.Exit as error:
         return error.exit_code
     except click.Abort:
-        return EXIT_INTERRUPTED
+        return ExitStatus.INTERRUPTED
     except click.ClickException as error:
         error.show()
-        return EXIT_USAGE
+        return ExitStatus.UNUSABLE
     except FileError as error:
         click.echo(f"Error: {error}", err=True)
-        return EXIT_USAGE
+        return ExitStatus.UNUSABLE
     except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
+        return ExitStatus.INTERRUPTED
     except OSError as error:  # a full disk, a device that went away
         click.echo(f"verne-post: {error.filename or 'output'}: {error.strerror or error}", err=True)
-        return EXIT_USAGE
+        return ExitStatus.UNUSABLE
     except PipeClosed:
         # the reader has gone; do not let the interpreter's own flush complain about it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_BROKEN_PIPE
+        return ExitStatus.BROKEN_PIPE
     except Exception as error:
         if os.environ.get("VERNE_POST_TRACEBACK"):
             raise
@@ -126,10 +124,4 @@ def main(arguments: list[str]) -> int:
             f"verne-post: internal error: {type(error).__name__}: {error}\nPlease report it with the program; "
             "VERNE_POST_TRACEBACK=1 shows where it happened.", err=True,
         )  # fmt: skip
-        return EXIT_BUG
-
-
-def gravest(statuses: list[int]) -> int:
-    """The exit status of several programs."""
-    order = (EXIT_INTERRUPTED, EXIT_BROKEN_PIPE, EXIT_BUG, EXIT_USAGE, EXIT_NO_VERDICT, EXIT_VIOLATION)
-    return next((status for status in order if status in statuses), EXIT_CLEAN)
+        return ExitStatus.INTERNAL_ERROR

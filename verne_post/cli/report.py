@@ -6,12 +6,13 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
+from verne_post.cli.common import PROGRAM, progress_bar, read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import build_options, keep_out_options, playback_options, program_options, way_options
+from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.model.verdict import status_of
 
 
-@click.command("report")
+@click.command("report", cls=GroupedCommand)
 @click.argument("input_name", metavar="INPUT")
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), metavar="OUT.html", help="The page.")
 @click.option(
@@ -20,10 +21,7 @@ from verne_post.cli.options import build_options, keep_out_options, playback_opt
     metavar="OUT.png|OUT.svg",
     help="A picture of the path and the axes, for CI.",
 )
-@playback_options
-@way_options
-@keep_out_options
-@program_options
+@program_options()
 def command(input_name: str, output: Path | None, static: Path | None, **given: Any) -> int:
     """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism at the cursor.
 
@@ -32,7 +30,6 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
     from verne_post.model.findings import InputError
     from verne_post.output import report_picture
     from verne_post.output.report import page
-    from verne_post.pipeline import exit_code_of
 
     if output is None and static is None:
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
@@ -55,9 +52,7 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
             )
     name = shown_name(input_name)
     try:
-        machine = load(files, given.pop("machine_name"))
-        paths = given.pop("subroutine_path")
-        source, options = program_text(files, input_name, build_options(files, name, **given), paths)
+        machine, source, options = read_program(files, input_name, given)
     except InputError as error:
         return refuse(name, error)
 
@@ -69,5 +64,4 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
         files.write(output, "-o", [page(name, source, machine, found)])
     if static is not None:
         files.write(static, "--static", [report_picture.picture_of(name, machine, found, static.suffix)])
-    errors = [item for item in found.findings if item.severity == "error"]
-    return exit_code_of(InputError(*errors)) if errors else 0
+    return status_of(found.findings)

@@ -6,20 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import load, print_findings, program_text, refuse, shown_name
+from verne_post.cli.common import print_findings, read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import build_options, program_options, units_option, way_options
+from verne_post.cli.options import GroupedCommand, options_of, program_options
+from verne_post.model.verdict import ExitStatus, gravest, status_of
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from verne_post.app.assemble import Program
     from verne_post.model.drives import Drive
-    from verne_post.pipeline import Program
     from verne_post.verify.following import Following
 
 
-@click.command("verify")
+@click.command("verify", cls=GroupedCommand)
 @click.argument("setpoints", metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option(
@@ -46,14 +47,11 @@ if TYPE_CHECKING:
 @click.option(
     "--following", type=float, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
 )
-@click.option("--accept-rounding", is_flag=True, help="Judge files whose decimals alone break a limit.")
-@units_option
-@way_options
-@program_options
+@options_of("accept_rounding")
+@program_options("solver", "quality", "slow_start")
 def command(
     setpoints: str,
     against: str,
-    machine_name: str,
     meta: Path | None,
     measured: Path | None,
     columns: str,
@@ -63,16 +61,17 @@ def command(
 ) -> int:
     """Judge a setpoint file as written, believing nothing but the file.
 
-    Give the options (--from, --wcs, --tool-table, ...) with which it was made; of the override, the decimals and the fixtures nothing
-    need be said.
+    Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed is judged against that share of the
+    programmed one; with --keep-out or --stock the program is checked against these bodies too.
     """
-    from verne_post.cli.main import EXIT_CLEAN, EXIT_VIOLATION
+    from verne_post.app.assemble import assemble, drives_of
+    from verne_post.app.constraints import check_program
+    from verne_post.app.verify import verify_setpoints
     from verne_post.model.findings import InputError
     from verne_post.output.origin import changed_since, read_side_car
     from verne_post.output.parts import parts_of, read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.summary import following_text, verdict_line
-    from verne_post.pipeline import drives_of, read_program, verify_setpoints
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
@@ -85,14 +84,14 @@ def command(
     name, files = shown_name(setpoints), RunFiles()
     files.reads(setpoints, "AXES.CSV")
     try:
-        paths = given.pop("subroutine_path")
-        source, options = program_text(files, against, build_options(files, shown_name(against), **given), paths)
-        machine = load(files, machine_name)
-        changed = []
+        machine, source, options = read_program(files, against, given)
+        found = []
         if meta is not None:
             side_car = read_side_car(files.read(meta, "--meta").decode("utf-8", errors="replace"), str(meta))
-            changed = changed_since(side_car, source, machine, options)
-        program = read_program(source, machine, options)
+            found = changed_since(side_car, source, machine, options)
+        program = assemble(source, machine, options)
+        if options.keep_out or options.stock:
+            found += check_program(program)[1]
         drives = drives_of(program.machine, options)
         if setpoints.endswith(".index.json"):
             for part in parts_of(Path(setpoints)):
@@ -110,18 +109,19 @@ def command(
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:
         raise click.UsageError(f"{name}: {error}") from None
-    print_findings(shown_name(against), (*changed, *verdict.findings))
+    findings = (*found, *verdict.findings)
+    print_findings(shown_name(against), findings)
     click.echo(verdict_line(name, verdict, program.machine), err=True)
-    good = verdict.ok and not changed
+    status = status_of(findings)
     if log is not None:
-        found, source_lines = log
+        followed, source_lines = log
         click.echo(
-            following_text(str(measured), found, source_lines, program.cycle, program.machine), nl=False, err=True
+            following_text(str(measured), followed, source_lines, program.cycle, program.machine), nl=False, err=True
         )
-        if following is not None and not found.path_worst <= following:
+        if following is not None and not followed.path_worst <= following:
             click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
-            good = False
-    return EXIT_CLEAN if good else EXIT_VIOLATION
+            status = gravest([status, ExitStatus.VIOLATION])
+    return status
 
 
 def _followed(

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from verne_post.model.findings import InputError, finding
-from verne_post.model.moves import SYSTEM_NAMES, ZERO9
-from verne_post.model.options import Tool, WorkOffset
+from verne_post.model.moves import ZERO9
+from verne_post.model.part_setup import SYSTEM_NAMES, Tool, WorkOffset
 
 #: Offsets beyond this are mistakes, mm and degrees.
 MAX_PLACE = 1e5

@@ -1,17 +1,19 @@
-"""The settings file, verne-post.toml: codes of the shop, fixtures and stock. Every error names file, key and value."""
+"""The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
 
+import difflib
 import re
 import tomllib
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from verne_post.config.sentences import sentences
 from verne_post.gcode.codes import RS274
-from verne_post.model.findings import InputError, finding
-from verne_post.model.keep_out import Box
-from verne_post.model.moves import SYSTEM_NAMES
+from verne_post.model.findings import InputError, UsageError, finding
+from verne_post.model.option_checks import Meaning
+from verne_post.model.options import Options, about
+from verne_post.model.part_setup import SYSTEM_NAMES, Box
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
@@ -70,7 +72,8 @@ class SettingsFile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    remap: dict[str, Literal["tcp on", "tcp off", "ignore", "event"]] = Field(default_factory=dict)
+    options: dict[str, Any] = Field(default_factory=dict)
+    remap: dict[str, Meaning] = Field(default_factory=dict)
     keep_out: dict[str, BoxFile] = Field(default_factory=dict)
     stock: BoxFile | None = None
     check: CheckFile = Field(default_factory=CheckFile)
@@ -110,9 +113,26 @@ def load_settings(path: Path) -> SettingsFile:
     if settings.check.baseline is not None:
         settings.check.baseline = str(path.parent / settings.check.baseline)
     wrong = [finding("VP503", f"{path.name}: {why}") for code in settings.remap if (why := _mistake(code))]
+    wrong += [finding("VP503", f"{path.name}: {why}") for why in _wrong_options(settings.options)]
     if wrong:
         raise InputError(*wrong)
     return settings
+
+
+def _wrong_options(given: dict[str, Any]) -> list[str]:
+    """What is wrong with the table of options, as sentences."""
+    allowed = [name for name in Options.model_fields if about(name).in_settings]
+    for name in given:
+        if name not in allowed:
+            near = difflib.get_close_matches(name, allowed, n=1)
+            return [
+                f"options.{name}: this is no option of a settings file" + (f"; did you mean {near[0]}?" if near else "")
+            ]
+    try:
+        Options(**given)
+    except UsageError as error:
+        return [f"options.{error.option} = {error.reason}"]
+    return []
 
 
 def _mistake(code: str) -> str | None:

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from verne_post.config.sentences import sentences
 from verne_post.model.findings import InputError, finding
-from verne_post.model.keep_out import TOOL_PARTS, Cylinder, ToolShape
+from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 
 Size = Annotated[float, Field(gt=0, le=1e4)]
 

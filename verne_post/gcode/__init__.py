@@ -6,9 +6,9 @@ from typing import Any
 from verne_post.base.long_text import Text
 from verne_post.gcode.offsets import CartesianCoordinates
 from verne_post.gcode.read import interpret_program
-from verne_post.gcode.state import Setup
-from verne_post.model.moves import AXES, WORK_SYSTEMS, ZERO9, Frame, Moves
-from verne_post.model.options import Tool
+from verne_post.gcode.setup import Setup
+from verne_post.model.moves import AXES, ZERO9, Frame, Moves
+from verne_post.model.part_setup import WORK_SYSTEMS, Tool
 
 __all__ = ["interpret_program", "interpreter_setup", "read_moves"]
 

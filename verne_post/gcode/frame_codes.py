@@ -14,9 +14,10 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.offsets import vector9
-from verne_post.gcode.state import Recorder, Setup, State
-from verne_post.model.moves import AXES, ZERO9, Frame, Vector9
-from verne_post.model.options import Tool
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import Recorder, State
+from verne_post.model.moves import AXES, ZERO9, Frame
+from verne_post.model.part_setup import Tool, Vector9
 
 #: Axes whose words are lengths.
 LINEAR: Final = "XYZUVW"

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.moves import Frame, Vector9
+from verne_post.model.moves import Frame
+from verne_post.model.part_setup import Vector9
 
 Array = NDArray[np.float64]
 

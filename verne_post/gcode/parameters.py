@@ -16,7 +16,8 @@ from verne_post.gcode.offsets import vector9
 from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame
 
 if TYPE_CHECKING:
-    from verne_post.gcode.state import Setup, State
+    from verne_post.gcode.setup import Setup
+    from verne_post.gcode.state import State
 
 MAX_INDEX: Final = 5601
 #: Arguments of a call: saved and restored by it.

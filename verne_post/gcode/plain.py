@@ -14,7 +14,8 @@ from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.motion_codes import effective_feed, line_lengths
 from verne_post.gcode.scan import WordTable
-from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import Recorder, State
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 Array = NDArray[np.float64]

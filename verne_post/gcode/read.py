@@ -7,7 +7,8 @@ from verne_post.base.tolerances import START_POSE_MM
 from verne_post.gcode.dialects import Dialect, chosen
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.run import Pass, Stops, all_known
-from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import Recorder, State
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
 

@@ -7,7 +7,8 @@ import numpy as np
 from verne_post.base.long_text import Text
 from verne_post.gcode.read import replayed
 from verne_post.gcode.run import Stops, Trace
-from verne_post.gcode.state import Setup, State
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Event, Moves
 

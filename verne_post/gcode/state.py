@@ -13,9 +13,8 @@ from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.parameters import Store
 from verne_post.model.findings import Finding, finding
-from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Vector9
-from verne_post.model.options import TextOptions, Tool
-from verne_post.model.protocols import Coordinates
+from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+from verne_post.model.part_setup import Tool, Vector9
 
 Array = NDArray[np.float64]
 
@@ -23,40 +22,6 @@ Array = NDArray[np.float64]
 OVERRIDES = {"speed": True, "feed": True, "adaptive": False, "hold": True}
 #: In place of a tool axis where A and C words hold.
 NO_VECTOR = (np.nan, np.nan, np.nan)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setup(TextOptions):
-    """What an interpretation is given beside the text.
-
-    Attributes
-    ----------
-    coordinates : Coordinates
-        What standing still means when frames change, and where machine coordinates are.
-    axes : str
-        Letters of the axes that may be named.
-    machine : bool
-        True for `convert` and `check`: positions must be known, tool lengths said.
-    home, home2 : tuple or None
-        Machine positions of G28 and G30 (nine-vectors), None where there are none.
-    tools : dict or None
-    tool_length : float or None
-        Holds throughout when given.
-    frames : dict
-        Initial frame of each work system, 1 to 9.
-    given_systems : frozenset of int
-        Work systems whose origin was given: parameters do not change them.
-    """
-
-    coordinates: Coordinates
-    axes: str
-    machine: bool
-    home: tuple[float, ...] | None
-    home2: tuple[float, ...] | None
-    tools: dict[int, Tool] | None
-    tool_length: float | None
-    frames: dict[int, Frame]
-    given_systems: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.scan import chunk_end, scan, whole_lines
-from verne_post.gcode.state import Setup
+from verne_post.gcode.setup import Setup
 
 #: So many scanned chunks are kept: loops that stay within them are scanned once.
 _KEPT_CHUNKS: Final = 8

@@ -2,8 +2,8 @@
 
 from verne_post.gcode.block import BlockError, read_block
 from verne_post.model.findings import Finding, InputError, finding
-from verne_post.model.moves import AXES, Vector9
-from verne_post.model.options import Tool
+from verne_post.model.moves import AXES
+from verne_post.model.part_setup import Tool, Vector9
 
 _LETTERS = set("TPDIJQ" + AXES)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
+from verne_post.kinematics.keep_out import KeepOut
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Pose, PoseFunction, SpeedFunction
@@ -37,7 +38,8 @@ class JointPath:
     """The joints of a machine that follows a contour.
 
     ``pose`` evaluates the geometry and ``speed`` the feed; they are handed in, because kinematics knows no tool path.
-    In a dry run the real tool is ``lift`` (mm) shorter than the one that the poses are solved with.
+    In a dry run the real tool is ``lift`` (mm) shorter than the one that the poses are solved with. ``keep_out`` is what the
+    motion has to keep out of, None where nothing is named.
     """
 
     contour: Contour
@@ -45,6 +47,7 @@ class JointPath:
     pose: PoseFunction
     speed: SpeedFunction
     lift: float = 0.0
+    keep_out: KeepOut | None = None
 
     def solve(self, segment: Ints, w: Array) -> Solved:
         """Solve poses at parameter w (n,) of segments (n,)."""

@@ -19,10 +19,11 @@ from verne_post.base.rotations import axis_of_angles
 from verne_post.base.rows import row_max
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.joint_path import JointPath, Solved
-from verne_post.model.codes import CODES, Severity
+from verne_post.model.codes import CODES
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import Severity
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]

@@ -39,14 +39,20 @@ HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 
 
 def judge_everything(
-    joints: JointPath, progress: Callable[[int], None] | None = None, keep_out: ClearanceModel | None = None
+    joints: JointPath, progress: Callable[[int], None] | None = None
 ) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check of a contour: :func:`judge`, the clearances that the machine file has, and what to keep out of."""
     bounds, findings = judge(joints, progress)
-    for model in (joints.machine.clearance, keep_out):
-        if model is not None and model.names:
+    for model in clearances(joints):
+        if model.names:
             findings += judge_clearance(joints, model)
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
+
+
+def clearances(joints: JointPath) -> list[ClearanceModel]:
+    """The models of distances that a motion is checked by: between bodies of the machine, and from boxes on the table."""
+    models: tuple[ClearanceModel | None, ...] = (joints.machine.clearance, joints.keep_out)
+    return [model for model in models if model is not None]
 
 
 def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:

@@ -6,7 +6,7 @@ motions are judged as in ``judge_clearance``.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -16,10 +16,10 @@ from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
-from verne_post.model.keep_out import TOOL_PARTS, Box, Cylinder, ToolShape
 from verne_post.model.machine import Bodies, Machine
-from verne_post.model.moves import SYSTEM_NAMES, Frame, Moves
+from verne_post.model.moves import Frame, Moves
 from verne_post.model.options import Options
+from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, ToolShape
 from verne_post.model.protocols import FiveAxis, Margin, Pose
 from verne_post.model.toolpath import PieceKind, ToolPath
 
@@ -51,6 +51,8 @@ class Placed:
         mm.
     stock : bool
         Feeding cutters may be in it.
+    with_part : bool
+        It is given in a work system: it moves with the work offset.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Placed:
     turn: float
     distance: float
     stock: bool
+    with_part: bool = False
 
     def inside(self, point: Array) -> Array:
         """Points (n, 3) of the table frame in the frame of the box."""
@@ -68,7 +71,7 @@ class Placed:
 def placed(box: Box, middle: Array, turn: float, *, stock: bool) -> Placed:
     """A box whose middle stands at ``middle`` of the table frame, turned by ``turn``."""
     half = 0.5 * (np.array(box.high) - np.array(box.low))
-    return Placed(box.name, middle, half, turn, box.distance, stock)
+    return Placed(box.name, middle, half, turn, box.distance, stock, box.system is not None)
 
 
 class KeepOut:
@@ -94,6 +97,7 @@ class KeepOut:
         five_axis: FiveAxis,
     ) -> None:  # fmt: skip
         self.boxes, self.lengths, self.tool, self.entering = tuple(boxes), lengths, tool, entering
+        self.shapes = tuple(shapes)
         self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
         #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
         self.parts = np.array([_of_shape(shape) for shape in shapes]).reshape(len(shapes), len(TOOL_PARTS), 3)
@@ -118,6 +122,11 @@ class KeepOut:
             [-np.inf if body == "platform" else box.distance + NEAR_MM for body, box in listed]
         )
         self.group: tuple[str, ...] = tuple("tool" if body in TOOL_PARTS else body for body, _box in listed)
+
+    def moved(self, shift: Array) -> "KeepOut":
+        """The same where the part stands elsewhere on the table by ``shift`` (3,), mm: boxes of work systems go with it."""
+        boxes = [replace(box, middle=box.middle + shift) if box.with_part else box for box in self.boxes]
+        return KeepOut(boxes, self.shapes, self.lengths, self.tool, self.entering, self.bodies, self.five_axis)
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""

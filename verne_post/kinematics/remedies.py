@@ -15,7 +15,7 @@ from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.kinematics.judge import Check, checks_of
-from verne_post.kinematics.judge_clearance import clearance_checks, judge_everything
+from verne_post.kinematics.judge_clearance import clearance_checks, clearances, judge_everything
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding
 from verne_post.model.toolpath import PieceKind
@@ -122,9 +122,9 @@ def every_check(line: JointPath) -> list[Check]:
     machine = line.machine
     checks = checks_of(machine)
     first = len(machine.columns) + len(machine.margins)
-    if machine.clearance is not None:
-        checks += clearance_checks(machine.clearance, first)
-        first += len(machine.clearance.names)
+    for model in clearances(line):
+        checks += clearance_checks(model, first)
+        first += len(model.names)
     checks.append(Check("VP210", "height over the table face", None, first, 1.0, 0.0, 0.0, LIMIT_SLACK_MM, "mm", 1.0))
     return checks
 
@@ -135,8 +135,7 @@ def measured(line: JointPath, segment: Ints, w: Array) -> tuple[Array, Solved]:
     solved = line.solve(segment, w)
     parts = [solved.q, machine.module.geometry_margins(solved.position, solved.alpha)]
     tool = line.contour.tool_length(segment)
-    if machine.clearance is not None:
-        parts.append(machine.clearance.evaluate(line.bodies(segment, solved))[0])
+    parts += [model.evaluate(line.bodies(segment, solved))[0] for model in clearances(line)]
     nose = solved.tip + tool[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
     heights = [
         np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)
@@ -257,7 +256,8 @@ def tilt_inside(line: JointPath, place: Place) -> float | None:
 def shifted(line: JointPath, shift: Array, end_only: bool = False) -> JointPath:
     """The line with its part, or the end of a straight line alone, moved on the table by ``shift`` (3,), mm."""
     x, y, z = (float(value) for value in shift)
-    return replace(line, pose=_Moved(line, (x, y, z), end_only))
+    keep_out = line.keep_out if end_only or line.keep_out is None else line.keep_out.moved(shift)
+    return replace(line, pose=_Moved(line, (x, y, z), end_only), keep_out=keep_out)
 
 
 def smallest_shift(

@@ -1,9 +1,9 @@
 """The registry of finding codes: one row a code, with what `verne-post explain CODE` prints."""
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
-Severity = Literal["error", "warning", "note"]
+from verne_post.model.verdict import Severity
 
 
 @dataclass(frozen=True)

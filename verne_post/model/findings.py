@@ -1,9 +1,9 @@
 """Findings: what is wrong with a program, as data. Every room returns them, output prints them."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-from verne_post.model.codes import CODES, Severity
+from verne_post.model.codes import CODES
+from verne_post.model.verdict import Severity
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,6 @@ def finding(code: str, message: str, **where: object) -> Finding:
     return Finding(code=code, message=message, **where)  # type: ignore[arg-type]
 
 
-def worst(findings: Iterable[Finding]) -> Severity | None:
-    """Return the gravest severity among findings, None when there are none."""
-    found = {item.severity for item in findings}
-    order: tuple[Severity, ...] = ("error", "warning", "note")
-    return next((severity for severity in order if severity in found), None)
-
-
 class InputError(Exception):
     """The input cannot be used at all; carries the findings that say why."""
 
@@ -69,3 +62,22 @@ class InputError(Exception):
 
 class SolverError(InputError):
     """A solver gave up: there is no verdict (exit status 3)."""
+
+
+class UsageError(Exception):
+    """An option, or an argument of the Python API, that means nothing: what is wrong, and what would be right.
+
+    Attributes
+    ----------
+    option : str
+        Name of the option, as in :class:`Options`; of the argument, where it is no option.
+    reason : str
+        What is wrong with its value, without its name.
+    """
+
+    def __init__(self, option: str, reason: str) -> None:
+        super().__init__(f"{option}: {reason}")
+        self.option, self.reason = option, reason
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (type(self), (self.option, self.reason))

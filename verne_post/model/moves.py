@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.model.findings import Finding
+from verne_post.model.part_setup import Vector9
 
 Array = NDArray[np.float64]
-Vector9 = tuple[float, float, float, float, float, float, float, float, float]
 
 AXES: Final = "XYZABCUVW"
 ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -57,16 +57,6 @@ class PathControl:
     mode: PathMode = PathMode.BLEND
     tolerance: float | None = None
     merge: float | None = None
-
-
-#: Number of the work system before G54.1 P1: those of G54 to G59.3 are 1 to 9.
-ADDITIONAL_SYSTEMS: Final = 100
-#: G54 to G59.3, then G54.1 P1 to P48.
-WORK_SYSTEMS: Final = (*range(1, 10), *range(ADDITIONAL_SYSTEMS + 1, ADDITIONAL_SYSTEMS + 49))
-#: Number -> how it is written in options and reports.
-SYSTEM_NAMES: Final = dict(zip(WORK_SYSTEMS, (
-    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", *(f"G54.1P{number}" for number in range(1, 49)),
-), strict=True))  # fmt: skip
 
 
 @dataclass(frozen=True)

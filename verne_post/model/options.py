@@ -1,159 +1,356 @@
-"""Options of a conversion: plain data, picklable, no files."""
+"""Options of a program: one validated, frozen model. Plain data, picklable, no files.
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+Each option stands here once, with its type, default, bounds, unit and help. Made from it are the command line's options and
+help (``cli.options``), the defaults, the ``[options]`` table of the settings file, the JSON record of ``--meta`` and of
+``batch`` (:meth:`Options.record`), and the checks of the Python API.
+"""
 
-from verne_post.model.keep_out import Box, ToolShape
-from verne_post.model.moves import Vector9
+import difflib
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
 
-#: Blocks that loops and calls may repeat, unless the user says otherwise.
-MAX_REPEATS = 100_000
+from annotated_types import Ge, Le
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+
+from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
+from verne_post.model.findings import UsageError
+from verne_post.model.option_checks import (
+    check_box,
+    check_boxes,
+    check_override,
+    check_place,
+    check_remap,
+    check_shapes,
+    check_texts,
+    check_tools,
+    check_work_offsets,
+    one_of,
+)
+from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, Tool, WorkOffset
+
+
+class Group(StrEnum):
+    """Headings under which help shows the options."""
+
+    SETUP = "Set-up of machine and part"
+    PROGRAM = "Reading the program"
+    CONTOURING = "Contouring"
+    TABLE = "Rotary table"
+    APPROACH = "Approach, departure, restart"
+    SAFETY = "Fixtures and dry runs"
+    SETPOINTS = "Setpoints"
+    ADVANCED = "Advanced"
+
+
+class Changes(StrEnum):
+    """What another value of an option changes: ``verify --meta`` compares what changes the tool's motion."""
+
+    MOTION = "motion"
+    TIMING = "timing"
+    ROWS = "rows"
+    CHECKS = "checks"
 
 
 @dataclass(frozen=True)
-class Tool:
-    """One line of a tool table: offsets in mm and degrees, diameter in mm."""
-
-    number: int
-    pocket: int
-    offset: Vector9
-    diameter: float = 0.0
-
-
-@dataclass(frozen=True)
-class WorkOffset:
-    """Where the part's zero sits on the table (mm, table frame) and how far the part is turned (deg)."""
-
-    origin_mm: tuple[float, float, float]
-    turn_deg: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class TextOptions:
-    """What concerns the text of a program alone.
+class About:
+    """How an option is shown.
 
     Attributes
     ----------
-    block_delete : bool
-        Skip blocks that begin with a slash.
-    subroutines : mapping
-        Text of the files that calls may name, by name without ending, in lower case.
-    parameters : mapping
-        Numbered parameters that the program finds (a parameter file).
-    parameter_mm : float
-        Unit of the lengths among them, in mm.
-    remap : mapping
-        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
-    max_repeats : int
-        So many blocks, and moves of such blocks, may loops and calls repeat.
-    dialect : str
-        Name of the program's dialect; "auto" recognises it.
+    help : str
+    group : Group
+    changes : Changes
+    unit : str
+        Of its number: part of the key in records.
+    metavar : str
+        What the command line shows for its value.
+    flag : str
+        Its option on the command line, where that is not made from its name; "" for none of its own.
+    choices : callable or None
+        Names that it may have, where its type does not say so.
+    in_settings : bool
+        May stand in the ``[options]`` table of the settings file.
     """
 
-    block_delete: bool = False
-    subroutines: Mapping[str, bytes] = field(default_factory=dict)
-    parameters: Mapping[int, float] = field(default_factory=dict)
-    parameter_mm: float = 1.0
-    remap: Mapping[str, str] = field(default_factory=dict)
-    max_repeats: int = MAX_REPEATS
-    dialect: str = "auto"
-
-    def of_text(self) -> dict[str, Any]:
-        """These options alone, by name."""
-        return {one.name: getattr(self, one.name) for one in fields(TextOptions)}
+    help: str
+    group: Group
+    changes: Changes = Changes.MOTION
+    unit: str = ""
+    metavar: str = ""
+    flag: str | None = None
+    choices: Callable[[], tuple[str, ...]] | None = None
+    in_settings: bool = True
 
 
-@dataclass(frozen=True, kw_only=True)
-class Options(TextOptions):
+def _names_of_modules(folder: str) -> tuple[str, ...]:
+    """Names of the modules of a package, without importing it: a new file there is a new name."""
+    package = Path(__file__).parents[1].joinpath(*folder.split("/"))
+    return tuple(sorted(path.stem for path in package.glob("*.py") if not path.stem.startswith("_")))
+
+
+def dialects() -> tuple[str, ...]:
+    """Names of the controller dialects: the modules of :mod:`verne_post.gcode.dialects`."""
+    return ("auto", *_names_of_modules("gcode/dialects"))
+
+
+Finite = Field(allow_inf_nan=False)
+#: Tolerances outside these bounds (mm, degrees) are mistakes of units.
+Tolerance = Field(ge=1e-6, le=10.0)
+
+
+class Options(BaseModel):
     """What a user may choose for one program.
 
-    Attributes
-    ----------
-    tool_length : float or None
-        mm; holds throughout when given, the program's words do not change it.
-    tools : mapping or None
-        Tool table by number; None when there is none.
-    wcs : mapping
-        Work offsets by system number (1 = G54).
-    cycle : float or None
-        Control cycle in s, in place of the machine file's.
-    decimals : int or None
-        Decimals of every column; None chooses them per column.
-    keep_out : tuple of Box
-        Fixtures.
-    stock : Box or None
-    tool_shapes : mapping
-        Shapes of tools by number, from the tip upwards.
-    units : {"joint", "drive"}
-        Numbers of the rows are mm and degrees, or what the drives count.
-    accept_rounding : bool
-        Write even where the rounding noise of the given decimals exceeds a limit.
-    approach : None, "home" or tuple of float
-        Where the machine stands before the program: home, or joint values in file units.
-    departure : None, "home" or "park"
-        Where the machine goes behind the program.
-    from_line : int or None
-        The program is taken up at this source line.
-    air : float
-        The whole program is lifted by so many mm, along ``air_along``: "tool" or "table" (its normal).
-    override, slow_start : float
-        Share of the planned speed; seconds in which it is reached from a tenth of it.
-    smoothing : {"spline", "blend", "off"}
-        Corners of finely divided curves reach over each other, every corner is rounded by itself, or is a stop.
-    tolerance, orientation_tolerance : float or None
-        Default of G64 in mm and rad, in place of the machine file's.
-    solver : {"scan", "toppra", "both"}
-        Of the second-order problem.
-    quality : bool
-        Plan finely and without margin, at many times the cost.
-    rapids : {"line", "joint"}
-        Straight for the tip, or linear in the joints.
-    orientation : str
-        How the tool axis goes between poses of a feed move: "auto", "vector" or "angles".
-    allow_rewind : bool
-        The table may rewind or change sides between feed moves, with a retract.
-    free_c : bool
-        Under a tool that is vertical throughout, turn the part to where the smallest margin is largest.
-    optional_stop : bool
-        M1 stops.
-    split_at_stops : bool
-        Stops for a person after the first motion are standstills at which the file is cut.
-    source_name : str
-        Name of the program in messages.
+    Lengths in mm, times in s, angles in degrees where the name says so. Every option has the meaning of the command-line
+    option of the same name; ``approach`` is ``--from``, ``departure`` is ``--to``.
+
+    Raises
+    ------
+    UsageError
+        For an unknown name, a wrong type, a value out of range, or options that do not fit together.
+
+    Examples
+    --------
+    >>> Options(tool_length=80, wcs={"G54": (-10, 15, 60)}).wcs
+    {1: WorkOffset(origin_mm=(-10.0, 15.0, 60.0), turn_deg=0.0)}
     """
 
-    tool_length: float | None = None
-    tools: Mapping[int, Tool] | None = None
-    wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
-    cycle: float | None = None
-    decimals: int | None = None
-    keep_out: tuple[Box, ...] = ()
-    stock: Box | None = None
-    tool_shapes: Mapping[int, ToolShape] = field(default_factory=dict)
-    units: str = "joint"
-    accept_rounding: bool = False
-    approach: str | tuple[float, ...] | None = None
-    departure: str | None = None
-    from_line: int | None = None
-    air: float = 0.0
-    air_along: str = "tool"
-    override: float = 1.0
-    slow_start: float = 0.0
-    smoothing: str = "spline"
-    tolerance: float | None = None
-    orientation_tolerance: float | None = None
-    solver: str = "scan"
-    quality: bool = False
-    rapids: str = "line"
-    orientation: str = "auto"
-    allow_rewind: bool = False
-    free_c: bool = False
-    optional_stop: bool = False
-    split_at_stops: bool = False
-    source_name: str = "program"
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)
+
+    # fmt: off
+    # --- set-up ---
+    tool_length: Annotated[float | None, Finite, Field(ge=0, le=MAX_TOOL), About(
+        "Gauge line to tip; holds throughout the program.", Group.SETUP, unit="mm")] = None
+    tools: Annotated[dict[int, InstanceOf[Tool]] | None, BeforeValidator(check_tools), About(
+        "Tool table by number.", Group.SETUP, flag="", in_settings=False)] = None
+    wcs: Annotated[dict[int, InstanceOf[WorkOffset]], BeforeValidator(check_work_offsets), About(
+        "Work offset on the table in mm, and the part's turn in degrees; repeatable.", Group.SETUP,
+        metavar="G54=X,Y,Z[,C]", in_settings=False)] = Field(default_factory=dict)
+    cycle: Annotated[float | None, Finite, Field(ge=1e-4, le=1.0), About(
+        "Control cycle, in place of the machine file's.", Group.SETUP, unit="s")] = None
+
+    # --- reading the program ---
+    dialect: Annotated[str, one_of(dialects), About(
+        "Controller dialect; auto: as its first lines show, else rs274.", Group.PROGRAM, choices=dialects)] = "auto"
+    block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
+    optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
+    subroutines: Annotated[dict[str, Any], BeforeValidator(check_texts), About(
+        "Text of the files that calls may name, by name without ending, in lower case.", Group.PROGRAM, flag="",
+        in_settings=False)] = Field(default_factory=dict)
+    parameters: Annotated[dict[int, Annotated[float, Finite]], About(
+        "Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False)] = Field(default_factory=dict)
+    parameter_units: Annotated[Literal["mm", "inch"], About(
+        "Unit of the lengths in the parameter file.", Group.PROGRAM)] = "mm"
+    remap: Annotated[dict[str, str], BeforeValidator(check_remap), About(
+        "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = Field(
+        default_factory=dict)
+    max_repeats: Annotated[int, Field(ge=0), About(
+        "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000
+
+    # --- contouring ---
+    smoothing: Annotated[Literal["spline", "blend", "off"], About(
+        "Corners under G64. spline: blended, along short moves several together; blend: blended, each by itself; off: the "
+        "tool stops at each and keeps the exact path.", Group.CONTOURING)] = "spline"
+    tolerance: Annotated[float | None, Finite, Tolerance, About(
+        "How far the tip may leave the path at corners under a G64 without P, in place of the machine file's.",
+        Group.CONTOURING, unit="mm")] = None
+    orientation_tolerance_deg: Annotated[float | None, Finite, Tolerance, About(
+        "How far the tool axis may leave the programmed one at corners under G64, in place of the machine file's.",
+        Group.CONTOURING, metavar="DEG", flag="--orientation-tolerance")] = None
+    rapids: Annotated[Literal["line", "joint"], About(
+        "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
+        Group.CONTOURING)] = "line"
+    orientation: Annotated[Literal["auto", "vector", "angles"], About(
+        "Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are linear (angles); "
+        "auto: as the poses were programmed, I J K or A C.", Group.CONTOURING)] = "auto"
+
+    # --- rotary table ---
+    allow_rewind: Annotated[bool, About(
+        "The table may rewind C or change to the other solution where a limit needs it, with a retract, between feed moves.",
+        Group.TABLE)] = False
+    free_c: Annotated[bool, About(
+        "For a tool that is vertical throughout: turn the part to where the smallest margin is largest.", Group.TABLE)] = False
+
+    # --- approach, departure, restart ---
+    approach: Annotated[str | tuple[float, ...] | None, BeforeValidator(check_place), About(
+        "Where the machine is before the program: home, or joint values in the file's units. Adds a checked approach.",
+        Group.APPROACH, flag="--from", metavar="home|Q1,Q2,...", in_settings=False)] = None
+    departure: Annotated[Literal["home", "park"] | None, About(
+        "Where the machine goes after the program: [home] g28 or park of the machine file.", Group.APPROACH, flag="--to")] = None
+    from_line: Annotated[int | None, Field(ge=1), About(
+        "Block search: start the program at this line; needs --from.", Group.APPROACH, metavar="N", in_settings=False)] = None
+    split_at_stops: Annotated[bool, About(
+        "Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index.", Group.APPROACH,
+        Changes.ROWS)] = False
+
+    # --- fixtures, dry runs ---
+    keep_out: Annotated[tuple[InstanceOf[Box], ...], BeforeValidator(check_boxes), About(
+        "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
+        metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
+    stock: Annotated[InstanceOf[Box] | None, AfterValidator(lambda box: None if box is None else check_box(box)), About(
+        "The stock as a box: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
+        metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = None
+    tool_shapes: Annotated[dict[int, Any], BeforeValidator(check_shapes), About(
+        "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = Field(
+        default_factory=dict)
+    air: Annotated[float, Finite, Field(ge=0, le=1000.0), About(
+        "Dry run: lift the whole program by so much.", Group.SAFETY, unit="mm", in_settings=False)] = 0.0
+    air_along: Annotated[Literal["tool", "table"], About(
+        "Lift it along the tool axis, or along the table's normal.", Group.SAFETY, in_settings=False)] = "tool"
+    override: Annotated[float, Finite, AfterValidator(check_override), About(
+        "Feed override: execute the planned motion at this share of its speed, 0.05 to 1; dwells keep their length.",
+        Group.SAFETY, Changes.TIMING, metavar="SHARE")] = 1.0
+    slow_start: Annotated[float, Finite, Field(ge=0, le=3600.0), About(
+        "Begin at a tenth of the speed and reach it within so many seconds.", Group.SAFETY, Changes.TIMING, unit="s")] = 0.0
+
+    # --- setpoints ---
+    units: Annotated[Literal["joint", "drive"], About(
+        "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.SETPOINTS)] = "joint"
+    decimals: Annotated[int | None, Field(ge=0, le=12), About(
+        "Decimals of every column; default: chosen per column, so that rounding stays below 1 % of the jerk limit.",
+        Group.SETPOINTS, Changes.ROWS, metavar="auto|N")] = None
+    accept_rounding: Annotated[bool, About(
+        "Accept setpoints whose rounding alone exceeds a limit.", Group.SETPOINTS, Changes.ROWS)] = False
+
+    # --- advanced ---
+    solver: Annotated[Literal["reachability", "toppra", "both"], About(
+        "Solver of the time-optimal problem without jerk limits, from which planning starts; both prints how far they differ.",
+        Group.ADVANCED, Changes.TIMING)] = "reachability"
+    quality: Annotated[bool, About(
+        "Plan the motion finely: practically the shortest time, for many times the computing.", Group.ADVANCED,
+        Changes.TIMING)] = False
+    source_name: Annotated[str, About(
+        "Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)] = "program"
+    # fmt: on
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _explain(cls, value: object, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Turn the validator's complaint into a UsageError about the first option that is wrong."""
+        try:
+            options = handler(value)
+        except ValidationError as error:
+            raise usage_error(error, cls) from None
+        options._check_together()
+        return options
+
+    def _check_together(self) -> None:
+        """Refuse options that mean nothing without, or beside, another."""
+        if self.from_line is not None and self.approach is None:
+            raise UsageError(
+                "from_line",
+                f"{self.from_line} needs approach: the way into the middle of a program is made and checked",
+            )
+        if self.air_along != "tool" and not self.air:
+            raise UsageError("air_along", f"{self.air_along} needs air, the height by which to lift")
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuse: options are frozen."""
+        raise UsageError(name, "options cannot be changed; make others with changed()")
+
+    def changed(self, **values: Any) -> "Options":
+        """These options with other values for some; validated like new ones.
+
+        Raises
+        ------
+        UsageError
+        """
+        return Options(**{**{name: getattr(self, name) for name in self.model_fields_set}, **values})
+
+    # --- what other packages derive from them ---
+
+    @property
+    def orientation_tolerance(self) -> float | None:
+        """Rad."""
+        return None if self.orientation_tolerance_deg is None else RAD_PER_DEG * self.orientation_tolerance_deg
+
+    @property
+    def parameter_mm(self) -> float:
+        """Unit of the lengths among the parameters, mm."""
+        return MM_PER_INCH if self.parameter_units == "inch" else 1.0
 
     @property
     def lift(self) -> float:
         """How much shorter the real tool is than the one that a dry run along the tool axis is solved with, mm."""
         return self.air if self.air_along == "tool" else 0.0
+
+    def record(self) -> dict[str, object]:
+        """All options as JSON values, texts of files as their SHA-256; the same options give the same record.
+
+        Keys are the names, with the unit where the option has one: ``tolerance_mm``.
+        """
+        values = {name: getattr(self, name) for name in Options.model_fields if name != "source_name"}
+        values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
+        return {key_of(name): _as_json(value) for name, value in values.items()}
+
+
+def about(name: str) -> About:
+    """How an option is shown."""
+    return next(one for one in Options.model_fields[name].metadata if isinstance(one, About))
+
+
+def key_of(name: str) -> str:
+    """The key of an option in records."""
+    unit = about(name).unit
+    return f"{name}_{unit}" if unit else name
+
+
+def usage_error(error: ValidationError, model: type[BaseModel]) -> UsageError:
+    """What a validator complains about first, as a UsageError."""
+    item = error.errors()[0]
+    name = str(item["loc"][0]) if item["loc"] else "options"
+    if item["type"] == "extra_forbidden":
+        near = difflib.get_close_matches(name, model.model_fields, n=1)
+        return UsageError(name, "there is no such option" + (f"; did you mean {near[0]}?" if near else ""))
+    shown = repr(item["input"])
+    if len(item["loc"]) == 1 and item["type"] in _BOUNDS:
+        return UsageError(name, f"{shown}: expected {_range(name)}")
+    reason = item["msg"].removeprefix("Value error, ").replace("Input should be", "expected")
+    return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason[:1].lower()}{reason[1:]}")
+
+
+#: Complaints about a number that is outside its bounds.
+_BOUNDS: Final = ("greater_than_equal", "less_than_equal")
+
+
+def _range(name: str) -> str:
+    """The bounds of an option's number, in words."""
+    low = next((one.ge for one in Options.model_fields[name].metadata if isinstance(one, Ge)), None)
+    high = next((one.le for one in Options.model_fields[name].metadata if isinstance(one, Le)), None)
+    unit = about(name).unit or ("degrees" if name.endswith("_deg") else "")
+    bounds = f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
+    return f"{bounds} {unit}".rstrip()
+
+
+def _as_json(value: object) -> object:
+    """A value of an option as JSON; offsets, tools and boxes in few numbers, so that a message can show them."""
+    if isinstance(value, WorkOffset):
+        return [*value.origin_mm, value.turn_deg]
+    if isinstance(value, Tool):
+        others = [list(value.offset)] if any((*value.offset[:2], *value.offset[3:])) else []
+        return [value.offset[2], value.diameter, *others]
+    if isinstance(value, Box):
+        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        corners = {"min": list(value.low), "max": list(value.high)}
+        return {"name": value.name, **corners, "system": system, "distance_mm": value.distance}
+    if isinstance(value, Cylinder):
+        return [value.part, value.diameter, value.length]
+    if isinstance(value, Mapping):
+        return {str(key): _as_json(one) for key, one in sorted(value.items())}
+    if isinstance(value, tuple | list):
+        return [_as_json(one) for one in value]
+    return hashlib.sha256(value).hexdigest() if isinstance(value, bytes) else value

@@ -9,6 +9,7 @@ from verne_post.base.long_text import Text, line_of
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import concerns_pose, concerns_text, counts, status_of, verdict_of
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,9 @@ _SHOWN: Final = 100
 
 def quoted(item: Finding, source: Text, program: str) -> list[str]:
     """The line of an error, a caret under the column, what the code means and what helps; nothing for other findings."""
-    at = item.line if item.code.startswith("VP0") else item.worst_line or item.line
-    if not at or (item.severity != "error" and not item.code.startswith("VP0")):
+    in_text = concerns_text(item.code)
+    at = item.line if in_text else item.worst_line or item.line
+    if not at or (item.severity != "error" and not in_text):
         return []
     text = line_of(source, at)
     if text is None:
@@ -56,7 +58,7 @@ def quoted(item: Finding, source: Text, program: str) -> list[str]:
         found.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     code = CODES[item.code]
     found.append(f"  {blank} = {code.title}: {code.remedy}")
-    if item.code[2] in "123":
+    if concerns_pose(item.code):
         found.append(f"  {blank} = `verne-post explain {program}:{at}` says how much is needed")
     return found
 
@@ -73,12 +75,6 @@ def text(reports: Sequence[Report]) -> str:
         lines.append(f"{report.program}: {verdict}: {errors} errors, {warnings} warnings{time}")
         lines += [f"  {remark}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
-
-
-def counts(findings: Sequence[Finding]) -> tuple[int, int]:
-    """Numbers of errors and of warnings."""
-    severities = [item.severity for item in findings]
-    return severities.count("error"), severities.count("warning")
 
 
 _KEYS: Final = (
@@ -103,6 +99,7 @@ def as_json(reports: Sequence[Report], machine: Machine) -> str:
             {
                 "program": report.program,
                 "machine": {"name": machine.name, "sha256": machine.sha256},
+                "verdict": verdict_of(status_of(report.findings), report.findings),
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "findings": [
                     {key: getattr(item, key) for key in _KEYS}

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.findings import Finding, worst
+from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import SYSTEM_NAMES
+from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.verdict import worst
 from verne_post.output.findings import text_line
 from verne_post.toolpath.work_offset import DECIMALS, Place, Proposal
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from verne_post.model.findings import worst
+from verne_post.model.verdict import worst
 from verne_post.output.findings import Report, quoted, text_line
 
 #: Characters that XML cannot hold, made visible.

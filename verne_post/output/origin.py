@@ -7,15 +7,11 @@ from typing import Any
 from verne_post.base.long_text import Text, sha256
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.options import Options
-from verne_post.output.summary import options_record
+from verne_post.model.options import Changes, Options, about, key_of
+from verne_post.output.summary import SIDE_CAR_SCHEMA
 
 #: How options are called in messages, where their key does not say it.
 _NAMES = {"wcs": "work offset", "tools": "tool"}
-#: Options that say how rows are planned, judged or written, and not what the tool does.
-_BESIDE = frozenset({
-    "accept_rounding", "decimals", "override", "slow_start_s", "solver", "quality", "keep_out", "stock", "tool_shapes",
-})  # fmt: skip
 
 
 def read_side_car(text: str, name: str) -> dict[str, Any]:
@@ -28,27 +24,30 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
     """
     try:
         data = json.loads(text)
-        _ = data["program"]["sha256"], data["machine"]["sha256"], data["options"].items()
+        schema, _ = data["schema"], (data["program"]["sha256"], data["machine"]["sha256"], data["options"].items())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(finding("VP020", f"{name}: not a side-car of --meta: {error!r}")) from None
+    if schema != SIDE_CAR_SCHEMA:
+        text = f"{name}: a side-car of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program again"
+        raise InputError(finding("VP020", text))
     return dict(data)
 
 
 def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
     """VP414 for everything that is not what it was when the side-car was written.
 
-    Lengths and offsets are named with both values. ``[length, diameter]`` of tools, ``[x, y, z, turn]`` of offsets.
+    Options that change the tool's motion are compared; each is named with both values.
     """
     found = []
     if side_car["program"]["sha256"] != sha256(source):
         found.append(f"the program is not the one that it was made from ({side_car['program'].get('name')})")
     if side_car["machine"]["sha256"] != machine.sha256:
         found.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")
-    # as JSON has them: tuples are lists there
-    now = json.loads(json.dumps(options_record(options)))
-    for key, value in now.items():
-        if key in side_car["options"] and key not in _BESIDE:
-            found += _differences(_NAMES.get(key, key), side_car["options"][key], value)
+    now = options.record()
+    for name in Options.model_fields:
+        key = key_of(name)
+        if about(name).changes == Changes.MOTION and key in now:
+            found += _differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
     return [finding("VP414", f"the setpoint file is out of date: {text}") for text in found]
 
 

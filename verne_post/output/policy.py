@@ -6,16 +6,13 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
-from typing import Final
 from urllib.parse import quote
 
 from verne_post.base.long_text import line_of
-from verne_post.model.codes import CODES, Severity
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.verdict import Severity, is_deniable
 from verne_post.output.findings import Report
-
-#: Codes of these hundreds say that there is no verdict, or that we are wrong: nobody can ignore or lower them.
-UNDENIABLE: Final = ("VP0", "VP5", "VP9")
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ def mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping
         for code in codes:
             if not any(known.startswith(code) for known in CODES) or not code.startswith("VP"):
                 found.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
-            elif what != "select" and any(one.startswith(code) or code.startswith(one) for one in UNDENIABLE):
+            elif what != "select" and not is_deniable(code):
                 found.append(f"{what}: {code}: programs that cannot be read or judged are errors whatever one wishes")
     return found
 
@@ -56,7 +53,7 @@ def applied(report: Report, policy: Policy) -> Report:
     kept, ignored, known = [], 0, 0
     for item in report.findings:
         fingerprint = fingerprint_of(report, item, counts)
-        undeniable = item.code.startswith(UNDENIABLE)
+        undeniable = not is_deniable(item.code)
         selected = not policy.select or item.code.startswith(policy.select)
         if not undeniable and (not selected or item.code.startswith(policy.ignore or ("none",))):
             ignored += 1
@@ -71,9 +68,7 @@ def applied(report: Report, policy: Policy) -> Report:
 
 def _severity(item: Finding, policy: Policy) -> Severity:
     matching = [code for code in policy.severity if item.code.startswith(code)]
-    return (
-        policy.severity[max(matching, key=len)] if matching and not item.code.startswith(UNDENIABLE) else item.severity
-    )
+    return policy.severity[max(matching, key=len)] if matching and is_deniable(item.code) else item.severity
 
 
 def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
@@ -102,7 +97,7 @@ def baseline_text(reports: list[Report]) -> str:
         counts: Counter[str] = Counter()
         for item in report.findings:
             fingerprint = fingerprint_of(report, item, counts)
-            if not item.code.startswith(UNDENIABLE):
+            if is_deniable(item.code):
                 known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
     return json.dumps({"schema": 1, "known": dict(sorted(known.items()))}, indent=2) + "\n"
 

@@ -2,6 +2,7 @@
 
 import json
 import textwrap
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +10,16 @@ from numpy.typing import NDArray
 from verne_post.base.long_text import sha256
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.keep_out import Box
 from verne_post.model.machine import Machine
-from verne_post.model.moves import SYSTEM_NAMES
-from verne_post.model.options import Options
+from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
 from verne_post.output.setpoints import headings
 from verne_post.verify.following import Following
+
+#: Version of the layout of the side-car file.
+SIDE_CAR_SCHEMA: Final = 2
 
 
 def remarks(summary: Summary) -> list[str]:
@@ -216,11 +218,11 @@ def meta(summary: Summary) -> str:
     machine, verdict = summary.machine, summary.verification
     joints = [column.joint for column in machine.columns]
     data: dict[str, object] = {
-        "schema": 1,
+        "schema": SIDE_CAR_SCHEMA,
         "version": __version__,
         "program": {"name": summary.options.source_name, "sha256": sha256(summary.source)},
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
-        "options": options_record(summary.options),
+        "options": summary.options.record(),
         "columns": {
             "names": list(headings(machine.columns, summary.format.drives)),
             "decimals": list(summary.format.decimals),
@@ -260,62 +262,6 @@ def meta(summary: Summary) -> str:
             "axis_deviation_deg": verdict.axis_deviation_deg,
         }
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
-
-
-def options_record(options: Options) -> dict[str, object]:
-    """The options of a conversion as JSON has them."""
-    return {
-        "tool_length_mm": options.tool_length,
-        "decimals": options.decimals,
-        "units": options.units,
-        "approach": options.approach,
-        "departure": options.departure,
-        "from_line": options.from_line,
-        "air_mm": options.air,
-        "air_along": options.air_along,
-        "override": options.override,
-        "slow_start_s": options.slow_start,
-        "smoothing": options.smoothing,
-        "orientation": options.orientation,
-        "tolerance_mm": options.tolerance,
-        "orientation_tolerance_rad": options.orientation_tolerance,
-        "rapids": options.rapids,
-        "solver": options.solver,
-        "quality": options.quality,
-        "allow_rewind": options.allow_rewind,
-        "accept_rounding": options.accept_rounding,
-        "free_c": options.free_c,
-        "block_delete": options.block_delete,
-        "dialect": options.dialect,
-        "parameters": {str(index): value for index, value in sorted(options.parameters.items())},
-        "parameter_mm": options.parameter_mm,
-        "remap": dict(sorted(options.remap.items())),
-        "subroutines": {name: sha256(text) for name, text in sorted(options.subroutines.items())},
-        "optional_stop": options.optional_stop,
-        "tools": {
-            str(number): [tool.offset[2], tool.diameter] for number, tool in sorted((options.tools or {}).items())
-        },
-        "wcs": {
-            SYSTEM_NAMES[system]: [*offset.origin_mm, offset.turn_deg] for system, offset in sorted(options.wcs.items())
-        },
-        "keep_out": [_box_record(box) for box in options.keep_out],
-        "stock": None if options.stock is None else _box_record(options.stock),
-        "tool_shapes": {
-            str(number): [[one.part, one.diameter, one.length] for one in shape]
-            for number, shape in sorted(options.tool_shapes.items())
-        },
-    }
-
-
-def _box_record(box: Box) -> dict[str, object]:
-    system = "table" if box.system is None else SYSTEM_NAMES[box.system]
-    return {
-        "name": box.name,
-        "min": list(box.low),
-        "max": list(box.high),
-        "system": system,
-        "distance_mm": box.distance,
-    }
 
 
 def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:

@@ -9,7 +9,6 @@ from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
-from verne_post.model.options import Options
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
@@ -18,8 +17,12 @@ from verne_post.toolpath.evaluate import pose
 Array = NDArray[np.float64]
 
 
-def on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolPath, BranchPlan | None]:
+def on_branches(
+    moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool
+) -> tuple[ToolPath, BranchPlan | None]:
     """The tool path on the branches of the table that keep the limits, and what that took.
+
+    ``orientation`` as for :func:`build_path`; with ``allow_rewind`` the table may turn between feed moves.
 
     A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
     """
@@ -43,10 +46,10 @@ def on_branches(moves: Moves, machine: Machine, options: Options) -> tuple[ToolP
             return None
         chosen.append(plan)
         planned.append(path.move)
-        taken = path.free.any() or (options.allow_rewind and not any(change.feeding for change in plan.changes))
+        taken = path.free.any() or (allow_rewind and not any(change.feeding for change in plan.changes))
         return (plan.start, plan.end) if taken else None
 
-    path = build_path(moves, machine.coordinates, options.orientation, planner)
+    path = build_path(moves, machine.coordinates, orientation, planner)
     if not chosen:
         return path, None
     plan, piece = chosen[0], np.searchsorted(planned[0], path.move)

@@ -5,19 +5,25 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verne_post.model.moves import MOVE_COLUMNS, MoveKind, Moves
+from verne_post.model.toolpath import ToolPath, runs_at
 
 #: A stop stands as a dwell of this length, which becomes one cycle.
 STOP_SECONDS: Final = 1e-9
 
 
-def with_stops(moves: Moves, stops: Sequence[tuple[int, int]]) -> tuple[Moves, tuple[int, ...]]:
-    """Put standstills among the moves; returns the moves, and the places of the standstills.
+def with_stops(
+    moves: Moves, path: ToolPath, stops: Sequence[tuple[int, int]]
+) -> tuple[Moves, ToolPath, tuple[int, ...]]:
+    """Put standstills among the moves and along their path; returns both, and the places of the standstills.
 
     Parameters
     ----------
     moves : Moves
+    path : ToolPath
+        Of these moves.
     stops : sequence of (int, int)
         Number of the move that follows, and source line; ascending, each number once.
     """
@@ -30,4 +36,19 @@ def with_stops(moves: Moves, stops: Sequence[tuple[int, int]]) -> tuple[Moves, t
         replace(event, before=event.before + int(np.searchsorted(at, event.before, side="left")))
         for event in moves.events
     )
-    return replace(moves, events=events, **rows), tuple(new.tolist())
+    stopped = replace(moves, events=events, **rows)
+    return stopped, _stop_path(path, stopped, at), tuple(new.tolist())
+
+
+def _stop_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:
+    """The path of moves with standstills before the moves ``at``, as they were counted without them."""
+    move = path.move + np.searchsorted(at, path.move, side="right")
+    new_run = np.diff(path.run, prepend=path.run[:1]) > 0
+    new_run[np.searchsorted(path.move, at)] = True
+    new_run[0] = False
+    run = np.cumsum(new_run).astype(np.int32)
+    dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
+    return replace(
+        path, move=move.astype(np.int32), run=run, dwell_run=runs_at(run, np.searchsorted(move, dwell)),
+        dwell_seconds=moves.feed[dwell], dwell_line=moves.line[dwell],
+    )  # fmt: skip

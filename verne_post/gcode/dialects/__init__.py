@@ -10,7 +10,8 @@ from typing import Final
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import aptcl, fanuc, rs274
 from verne_post.gcode.run import Pass, Stops
-from verne_post.gcode.state import Setup, State
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
 
 #: Stands for the dialect that the first lines speak.
 AUTO: Final = "auto"

@@ -21,7 +21,8 @@ from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, all_known, may_restart, note
 from verne_post.gcode.scan import whole_lines
-from verne_post.gcode.state import Recorder, Setup, State
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import Recorder, State
 from verne_post.gcode.text import decoded
 from verne_post.model.findings import finding
 

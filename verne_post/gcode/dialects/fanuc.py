@@ -20,8 +20,10 @@ from verne_post.gcode.dialects import rs274
 from verne_post.gcode.frame_codes import whole
 from verne_post.gcode.interpret import Interpreter, initial_state
 from verne_post.gcode.run import Pass, Stops, run_blocks
-from verne_post.gcode.state import Setup, State
-from verne_post.model.moves import ADDITIONAL_SYSTEMS, AXES, Feature, MoveKind, PathControl, PathMode
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
+from verne_post.model.moves import AXES, Feature, MoveKind, PathControl, PathMode
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 _PLANE, _TO_PLANE, _PLANE_OFF, _ADDITIONAL = 682, 531, 690, 541

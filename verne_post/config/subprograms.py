@@ -2,15 +2,13 @@
 
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-import click
-
-if TYPE_CHECKING:
-    from verne_post.base.long_text import Text
-    from verne_post.cli.files import RunFiles
-
+from verne_post.base.long_text import Text
+from verne_post.gcode.scan import whole_lines
+from verne_post.model.findings import UsageError
 
 #: Endings under which a file is looked for.
 ENDINGS: Final = (".ngc", ".nc")
@@ -22,26 +20,27 @@ _NUMBERED: Final = re.compile(
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
 
 
-def gather(files: "RunFiles", source: "Text", folder: Path, paths: tuple[str, ...]) -> dict[str, bytes]:
+def subprograms_of(
+    source: Text, folder: Path, paths: tuple[str, ...], read: Callable[[Path, str], bytes]
+) -> dict[str, bytes]:
     """Text of every file that the program, or a file that it calls, may call.
 
     Parameters
     ----------
-    files : RunFiles
     source : Text
         The program.
     folder : Path
         Its folder; nothing outside is read.
     paths : tuple of str
         Further folders, below that one.
+    read : callable
+        Reads a file, given its path and its name in calls.
 
     Raises
     ------
-    click.UsageError
+    UsageError
         For a path that leaves the folder, or does not exist.
     """
-    from verne_post.gcode.scan import whole_lines
-
     root = folder.resolve()
     places = _places(folder, root, paths)
     found: dict[str, bytes] = {}
@@ -53,7 +52,7 @@ def gather(files: "RunFiles", source: "Text", folder: Path, paths: tuple[str, ..
         text = waiting.pop()
         for name in _called(text, known):
             if name in known and name not in found:
-                found[name] = files.read(known[name], f"subprogram {name}")
+                found[name] = read(known[name], name)
                 waiting.append(found[name])
     return found
 
@@ -63,8 +62,8 @@ def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
 
     Raises
     ------
-    click.UsageError
-        As :func:`gather`.
+    UsageError
+        As :func:`subprograms_of`.
     """
     root = folder.resolve()
     return list(_files(root, _places(folder, root, paths)).values())
@@ -93,9 +92,9 @@ def _places(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:
     for path in (".", *paths):
         place = (root / path).resolve()
         if not place.is_relative_to(root):
-            raise click.UsageError(f"--subroutine-path {path}: lies outside the folder of the program, {folder}")
+            raise UsageError("--subroutine-path", f"{path}: lies outside the folder of the program, {folder}")
         if not place.is_dir():
-            raise click.UsageError(f"--subroutine-path {path}: there is no such folder in {folder}")
+            raise UsageError("--subroutine-path", f"{path}: there is no such folder in {folder}")
         places.append(place)
     return places
 

@@ -1,18 +1,18 @@
 """A work offset with which a program fits: sought on its points, proven by judging the whole program there."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from verne_post import gcode
+from verne_post.app.assemble import machine_setup
+from verne_post.app.check import check_source
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import SYSTEM_NAMES
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.moves import Moves
+from verne_post.model.options import Options
+from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
-from verne_post.pipeline import check, machine_setup
 from verne_post.toolpath.branch_choice import on_branches
 from verne_post.toolpath.work_offset import COORDINATES, DECIMALS, PartPoints, Place, Proposal, Search, part_points
 
@@ -49,7 +49,7 @@ def propose(
         The program cannot be read; VP018 where it uses several work systems, or nothing of it follows the part.
     """
     moves = gcode.interpret_program(source, machine_setup(machine, options))
-    path, _branches = on_branches(moves, machine, options)
+    path = _path_of(moves, machine, options)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     systems = sorted({moves.frames[index].system for index in np.unique(moves.frame[path.move])})
@@ -69,7 +69,7 @@ def propose(
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     after = search.best(here, least_time=least_time)
     after = search.at(_rounded(after.place), after.counts)
-    before, judged = (check(source, machine, one) for one in (options, at_place(options, system, after.place)))
+    before, judged = (check_source(source, machine, one) for one in (options, at_place(options, system, after.place)))
     return Proposal(
         system, search.at(here, after.counts), after, before.findings, judged.findings,
         *(result.summary.cycle_time if result.summary else None for result in (before, judged)),
@@ -79,7 +79,7 @@ def propose(
 def at_place(options: Options, system: int, place: Place) -> Options:
     """Options with the part at a place."""
     turn = round(place.c / RAD_PER_DEG, DECIMALS)
-    return replace(options, wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), turn)})
+    return options.changed(wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), turn)})
 
 
 def _place_of(offset: WorkOffset) -> Place:
@@ -92,10 +92,14 @@ def _rounded(place: Place) -> Place:
 
 
 def _path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
-    moved = replace(
-        options, wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)}
-    )
-    return on_branches(gcode.interpret_program(source, machine_setup(machine, moved)), machine, moved)[0]
+    offset = WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)
+    moved = options.changed(wcs={**options.wcs, system: offset})
+    return _path_of(gcode.interpret_program(source, machine_setup(machine, moved)), machine, moved)
+
+
+def _path_of(moves: Moves, machine: Machine, options: Options) -> ToolPath:
+    """The tool path of moves, on the branches of the table that keep the limits."""
+    return on_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)[0]
 
 
 def _ranges(

@@ -7,30 +7,29 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text, short_text
+from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
 from verne_post.base.rotations import axis_of_angles
-from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, ZERO_LENGTH_MM
-from verne_post.base.units import DEG_PER_RAD
+from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.state import State
 from verne_post.kinematics import remedies
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.kinematics.judge_clearance import judge_everything
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, worst
+from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, SYSTEM_NAMES, FeedMode, Frame, Moves, PathMode
+from verne_post.model.moves import AXES, FeedMode, Frame, Moves, PathMode
 from verne_post.model.options import Options
-from verne_post.model.protocols import Margin, Pose, WholeSolution
+from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.toolpath import PieceKind
+from verne_post.model.verdict import worst
 
 Array = NDArray[np.float64]
 
 _FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
 _PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}
-#: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
-SAME: Final = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +43,16 @@ class Line:
     text : str
         As it stands in the source.
     joints : JointPath
-        The segments of this line alone.
+        The segments of this line alone, as they will be driven: what the findings and remedies are about.
     moves : Moves
         Of the whole program.
     state : State or None
         Modal state behind the line; None for the approach.
     options : Options
-    told : tuple of Finding
-        What was found out about the line before its geometry was judged (VP301).
+    findings : tuple of Finding
+        Those of the line, by the check that ``check`` and ``convert`` make.
+    exact : JointPath
+        The line as programmed, without blended corners: what the words are about.
     """
 
     number: int
@@ -60,17 +61,18 @@ class Line:
     moves: Moves
     state: State | None
     options: Options
-    told: tuple[Finding, ...] = ()
+    findings: tuple[Finding, ...]
+    exact: JointPath
 
     @property
     def last(self) -> int:
         """Its last segment."""
-        return len(self.joints.contour) - 1
+        return len(self.exact.contour) - 1
 
     @property
     def move(self) -> int:
         """Row of the last motion in the Moves table, -1 for the approach."""
-        contour = self.joints.contour
+        contour = self.exact.contour
         return int(contour.path.move[contour.piece[self.last]])
 
     @property
@@ -88,7 +90,7 @@ def lines_near(joints: JointPath, line: int) -> list[int]:
 
 def explain_line(line: Line) -> Iterator[str]:
     """Lines of text about one line of a program and the pose at the end of its motion."""
-    joints, machine = line.joints, line.joints.machine
+    joints, machine = line.exact, line.exact.machine
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tip, angles = solved.tip[0], solved.angles[0]
     tool = float(joints.contour.tool_length(np.array([line.last]))[0])
@@ -98,14 +100,13 @@ def explain_line(line: Line) -> Iterator[str]:
     yield from _program_step(line, angles)
     yield from _machine_steps(machine, tip, angles, tool)
     yield ""
-    findings = [*line.told, *judge_everything(joints)[1]]
-    yield from _findings(line, findings)
+    yield from _findings(line, line.findings)
     yield ""
     other = np.array([-angles[0], angles[1] + np.pi])
     for name, pair in ((_own_name(line, angles), angles), ("other table solution", other)):
-        yield from _table_solution(machine, name, tip, pair, tool)
+        yield from explain_table_solution(machine, name, tip, pair, tool)
     yield ""
-    yield from _every_solution(machine, tip, angles, solved.q[0], tool)
+    yield from explain_solutions(machine, tip, angles, solved.q[0], tool)
 
 
 # --- words -------------------------------------------------------------------------------------
@@ -129,15 +130,16 @@ def _words(line: Line, tool: float) -> Iterator[str]:
     ]
     feed = float(moves.feed[line.move])
     if np.isfinite(feed):
-        modal.append(f"feed {feed:g} {_feed_unit(line)}")
+        share = "" if line.options.override == 1.0 else f" at an override of {100 * line.options.override:g} %"
+        modal.append(f"feed {feed:g} {_feed_unit(line)}{share}")
     yield f"  in force             {', '.join(modal)}"
 
 
 def _feed_unit(line: Line) -> str:
     if line.moves.feed_mode[line.move] == FeedMode.PER_REVOLUTION:
         return "mm per turn of the spindle"
-    path = line.joints.contour.path
-    piece = line.joints.contour.piece[line.last]
+    path = line.exact.contour.path
+    piece = line.exact.contour.piece[line.last]
     still = np.linalg.norm(path.end[piece, :3] - path.start[piece, :3]) < ZERO_LENGTH_MM
     return "deg/min" if still and path.kind[piece] == PieceKind.LINE else "mm/min"
 
@@ -146,7 +148,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     """Words -> program coordinates -> place on the table."""
     if line.state is None or line.move < 0:
         return
-    machine, frame = line.joints.machine, line.frame
+    machine, frame = line.exact.machine, line.frame
     try:
         block = read_block(line.text, line.number)
     except BlockError:  # values to compute, an O word, another tongue
@@ -166,18 +168,18 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
             how = "of the tool axis I J K"
         elif letter in named:
             scale = " in" if line.state.inch and letter not in "ABC" else ""
-            how = f"word {letter}{_short(named[letter])}{scale}{''.join(machine_words)}"
+            how = f"word {letter}{short_text(named[letter])}{scale}{''.join(machine_words)}"
         else:
             how = "kept" if block is not None else "as the line says"
-        parts.append(f"{letter} {_short(end[AXES.index(letter)])} {unit} ({how})")
+        parts.append(f"{letter} {short_text(end[AXES.index(letter)])} {unit} ({how})")
     yield f"  program coordinates  {', '.join(parts)}"
     shift = np.asarray(frame.g92)
     if shift.any():
-        shown = ", ".join(f"{letter} {_short(shift[AXES.index(letter)])}" for letter in machine.coordinates.axes)
+        shown = ", ".join(f"{letter} {short_text(shift[AXES.index(letter)])}" for letter in machine.coordinates.axes)
         yield f"  G92, G52             p = program coordinates + ({shown})"
     origin = _origin_on_table(machine, frame)
     turn = frame.turn + frame.part_turn
-    yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {_mm(origin)}, c = {_short(turn)} deg; "
+    yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {mm_text(origin)}, c = {short_text(turn)} deg; "
            "tip = o + Rz(c) p")  # fmt: skip
     wanted = machine.coordinates.to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
@@ -193,22 +195,22 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     """Place on the table -> gauge point -> platform -> joints, with the names of docs/conventions.md."""
     axis = axis_of_angles(angles[0], angles[1])
     gauge = machine.five_axis.platform_gauge(tip, angles, tool)
-    yield f"  tip on the table     {_mm(tip)}"
+    yield f"  tip on the table     {mm_text(tip)}"
     yield (f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
-           f"({', '.join(f'{_clean(value):.6f}' for value in axis)})")  # fmt: skip
-    yield (f"  nominal angles       A {_degrees(angles[0])} deg, C {_degrees(angles[1])} deg "
+           f"({', '.join(f'{clean(value):.6f}' for value in axis)})")  # fmt: skip
+    yield (f"  nominal angles       A {degrees_text(angles[0])} deg, C {degrees_text(angles[1])} deg "
            "(workpiece sense)")  # fmt: skip
-    yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {_mm(gauge)}"
+    yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {mm_text(gauge)}"
     q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.why_not(tip[None], angles[None], tool)
         yield f"  platform             no lean alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
-    yield (f"  platform             P = pivot + F Rx(alpha) g = {_mm(position)}, "
-           f"leaning by alpha {_degrees(alpha)} deg")  # fmt: skip
+    yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(position)}, "
+           f"leaning by alpha {degrees_text(alpha)} deg")  # fmt: skip
     names = ", ".join(machine.module.actuators)
     yield f"  joints               {names} from P; a = A + alpha, c = C:"
-    shown = ", ".join(_joint(machine, k, value) for k, value in enumerate(q))
+    shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
     yield f"                       {shown}"
 
 
@@ -237,8 +239,8 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
     n = len(joints.contour)
     which = f" of part {place.segment + 1} of {n}" if n > 1 else ""
     from_ = "first at" if first else "at"
-    return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {_mm(tip[0])} on the table, "
-            f"A {_degrees(angles[0, 0])} deg, C {_degrees(angles[0, 1])} deg")  # fmt: skip
+    return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {mm_text(tip[0])} on the table, "
+            f"A {degrees_text(angles[0, 0])} deg, C {degrees_text(angles[0, 1])} deg")  # fmt: skip
 
 
 def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
@@ -272,7 +274,7 @@ def _tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
             joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[3]
             for a in (angles[0, 0], tilt)
         )
-        yield f"tilt: A {_short(then, 3)} in place of A {_short(now, 6)} at that tip and C"
+        yield f"tilt: A {short_text(then, 3)} in place of A {short_text(now, 6)} at that tip and C"
 
 
 def _branches(line: Line, error: bool) -> Iterator[str]:
@@ -280,10 +282,10 @@ def _branches(line: Line, error: bool) -> Iterator[str]:
         return
     joints = line.joints
     for branch in remedies.legal_branches(joints):
-        tip, angles = joints.pose(joints.contour, np.array([line.last]), np.array([1.0]))
+        tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
         words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
         name = "the other table solution" if branch.flip else "another turn of C"
-        yield (f"{name}: the line ends at A {_short(words[3])}, C {_short(words[5])} with the same tool axis "
+        yield (f"{name}: the line ends at A {short_text(words[3])}, C {short_text(words[5])} with the same tool axis "
                "(the table must begin the line on that side)")  # fmt: skip
         return  # the nearest one
 
@@ -297,27 +299,27 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     warnings = worst(asked) == "warning"
     ways = coordinates.displacement(np.eye(3), frame)
 
-    def alone(end_only: bool) -> Iterator[tuple[str, Array, remedies.Shift]]:
+    def alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
         for letter, way in zip("XYZ", ways, strict=True):
-            found = remedies.smallest_shift(joints, way[None], end_only=end_only, also_warnings=warnings)
+            found = remedies.smallest_shift(part, way[None], end_only=end_only, also_warnings=warnings)
             if found is not None:
                 yield letter, way, found
 
     least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
-        moved = ", ".join(f"{_clean(value):+.3f}" for value in least.vector)
+        moved = ", ".join(f"{clean(value):+.3f}" for value in least.vector)
         yield f"the part moved by ({moved}) mm on the table: {_offset(line, least)}{_leaves(least)}"
-        single = [f"{letter} {np.array(one.vector) @ way:+.3f} mm{_leaves(one)}" for letter, way, one in alone(False)]
+        single = [f"{letter} {np.array(one.vector) @ way:+.3f} mm{_leaves(one)}" for letter, way, one in alone(joints)]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
-    if remedies.straight(joints):
-        tip, angles = joints.pose(joints.contour, np.array([line.last]), np.array([1.0]))
+    if remedies.straight(line.exact):
+        tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
         ends = []
-        for letter, _way, one in alone(True):
+        for letter, _way, one in alone(line.exact, end_only=True):
             words = coordinates.from_table(tip[0] + np.array(one.vector), angles[0], frame)
             now = line.moves.end[line.move]
             at = AXES.index(letter)
-            ends.append(f"{letter} {_short(words[at], 4)} in place of {_short(now[at])} mm{_leaves(one)}")
+            ends.append(f"{letter} {short_text(words[at], 4)} in place of {short_text(now[at])} mm{_leaves(one)}")
         if ends:
             yield f"the line ended elsewhere: {', or '.join(ends)}"
 
@@ -331,15 +333,12 @@ def _offset(line: Line, shift: remedies.Shift) -> str:
     given = line.options.wcs.get(frame.system)
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
     if np.abs(before - origin).max() > LIMIT_SLACK_MM:
-        return f"the G10 of the program puts {name} at {_mm(origin)}, to become {_mm(origin + np.array(shift.vector))}"
-    return f'--wcs "{name}={",".join(_short(value) for value in numbers)}"'
+        return f"the G10 of the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
+    return f'--wcs "{name}={",".join(short_text(value) for value in numbers)}"'
 
 
 def _leaves(shift: remedies.Shift) -> str:
     return f" (leaves {', '.join(shift.leaves)})" if shift.leaves else ""
-
-
-# --- solutions -------------------------------------------------------------------------------------
 
 
 def _own_name(line: Line, angles: Array) -> str:
@@ -348,137 +347,3 @@ def _own_name(line: Line, angles: Array) -> str:
         return "as driven"
     wanted = line.joints.machine.coordinates.to_table(line.moves.end[line.move], line.frame)[1]
     return "as programmed" if np.abs(wanted - angles).max() <= SAME else "as driven"
-
-
-def _table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:
-    q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
-    if not ok:
-        (code,) = machine.five_axis.why_not(tip[None], angles[None], tool)
-        yield f"{name}: refused: {code}, no solution in the working mode"
-        return
-    measures = _measures(machine, tip, angles, tool)
-    beyond = _beyond(machine, q)
-    reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
-    reasons += _too_small(measures)
-    yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
-    yield f"  platform             P {_mm(position)}, leaning by alpha {_degrees(alpha)} deg"
-    for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
-        margin = abs(column.factor) * float(min(value - low, high - value))
-        room = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
-        yield f"  {column.header:<20} {_clean(value * column.factor):.6f}   {room}"
-    for measure, value in measures:
-        what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
-        unit = f" {measure.unit}" if measure.unit else ""
-        bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
-        yield f"  {what:<36} {_clean(value):.6f}{unit}{bound} ({measure.code})"
-    parallel, serial = machine.module.conditioning(position, alpha, q[:-2])
-    yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
-
-
-def _measures(machine: Machine, tip: Array, angles: Array, tool: float) -> list[tuple[Margin, float]]:
-    """Margins of the module, clearances, and the height over the table face, of a pose in the working mode."""
-    q, position, alpha, _ok = machine.five_axis.solve(tip, angles, tool)
-    found = list(zip(machine.margins, machine.module.geometry_margins(position, alpha).tolist(), strict=True))
-    if machine.clearance is not None:
-        rho = q[None, : len(machine.module.actuators)]
-        pose = Pose(position[None], np.array([alpha]), rho, tip[None], angles[None], np.array([tool]))
-        found += zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0].tolist(), strict=True)
-    nose = tip + tool * axis_of_angles(angles[0], angles[1])
-    for name, point in (("tip over the table face", tip), ("nose over the table face", nose)):
-        if np.hypot(point[0], point[1]) < machine.table_radius:
-            found.append((Margin(name, "VP210", None, "mm", 0.0, 0.0), float(point[2])))
-    return found
-
-
-def _too_small(measures: Sequence[tuple[Margin, float]]) -> list[str]:
-    """What of it is an error."""
-    return [
-        f"{margin.code} {margin.name}" + (f" of {margin.axis}" if margin.axis else "")
-        for margin, value in measures
-        if value < margin.error_below - LIMIT_SLACK_MM
-    ]
-
-
-def _every_solution(machine: Machine, tip: Array, angles: Array, q: Array, tool: float) -> Iterator[str]:
-    """Both table solutions, every lean, every posture of the legs; the refused ones with all their reasons."""
-    axis = axis_of_angles(angles[0], angles[1])
-    rows = []
-    for solution in machine.five_axis.inverse_all(tip, axis, tool):
-        reasons = [solution.refused] if solution.refused else []
-        own = _is(solution, q)
-        beyond = _beyond(machine, q if own else _turned_inside(machine, np.array(solution.q)))
-        if beyond:
-            reasons.append("travel of " + ", ".join(beyond))
-        if not solution.refused:
-            pair = np.array([solution.q[-2] - solution.alpha, solution.q[-1]])
-            reasons += _too_small(_measures(machine, tip, pair, tool))
-        rows.append((solution, own, reasons))
-    usable = sum(not reasons for _solution, _own, reasons in rows)
-    by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
-    yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
-           f"geometry, {len(rows) - usable - by_geometry} by other limits")  # fmt: skip
-    for other in (_other_side(angles), not _other_side(angles)):
-        some = [row for row in rows if row[0].other_table == other]
-        if not some:
-            continue
-        turn = _joint(machine, len(machine.columns) - 1, some[0][0].q[-1], 4)
-        yield f" {'this' if other == _other_side(angles) else 'other'} table solution, {turn}: {len(some)}"
-        for solution, own, reasons in sorted(some, key=lambda row: bool(row[2])):
-            signs = ",".join(f"{sign:+d}" for sign in solution.signs)
-            mode = f"  s ({signs})" if signs else ""
-            joints = ", ".join(_joint(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
-            verdict = ("in use" if own else "possible") if not reasons else "refused: " + "; ".join(reasons)
-            yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}  {verdict}"
-
-
-def _other_side(angles: Array) -> bool:
-    """Whether a pair of angles is the table solution with a negative tilt."""
-    return bool(np.sin(angles[0]) < -SAME)
-
-
-def _is(solution: WholeSolution, q: Array) -> bool:
-    """Whether a solution is the one of joint values q, whole turns of the table aside."""
-    difference = np.array(solution.q) - q
-    difference[-2:] = np.remainder(difference[-2:] + np.pi, 2 * np.pi) - np.pi
-    return bool(np.abs(difference).max() < SAME)
-
-
-def _turned_inside(machine: Machine, q: Array) -> Array:
-    """The same with C by whole turns inside its travel, where that is possible."""
-    low, high = machine.limits.lower[-1], machine.limits.upper[-1]
-    turns = q[-1] + 2 * np.pi * np.arange(-remedies.TURNS, remedies.TURNS + 1)
-    inside = turns[(turns >= low) & (turns <= high)]
-    return np.append(q[:-1], inside[np.argmin(np.abs(inside - q[-1]))] if len(inside) else q[-1])
-
-
-def _beyond(machine: Machine, q: Array) -> list[str]:
-    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
-    bad = (q < machine.limits.lower - slack) | (q > machine.limits.upper + slack)
-    return [column.joint for column, out in zip(machine.columns, bad, strict=True) if out]
-
-
-# --- numbers ---------------------------------------------------------------------------------------
-
-
-def _joint(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
-    column = machine.columns[k]
-    unit = " deg" if column.unit == "deg" else ""
-    return f"{column.joint} {_clean(value * column.factor, decimals):.{decimals}f}{unit}"
-
-
-def _mm(point: Array) -> str:
-    return f"({', '.join(f'{_clean(value):.6f}' for value in point)}) mm"
-
-
-def _degrees(angle: float | Array) -> str:
-    return f"{_clean(DEG_PER_RAD * float(angle)):.6f}"
-
-
-def _short(value: float, decimals: int = 6) -> str:
-    """A number as a person would write it, without the last digits of the arithmetic."""
-    return f"{_clean(value, decimals):.{decimals}f}".rstrip("0").rstrip(".")
-
-
-def _clean(value: float, decimals: int = 6) -> float:
-    """Rounded, and never minus zero."""
-    return round(float(value), decimals) + 0.0

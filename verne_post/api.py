@@ -1,0 +1,206 @@
+"""The Python API: what the commands do, for programs that import verne_post.
+
+A program is given as bytes, as text, or as a path; a path brings the subprograms beside it, as on the command line. Bad input
+becomes findings of the result, as on the command line; a call that means nothing raises UsageError.
+"""
+
+import io
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from verne_post.app.assemble import assemble, drives_of
+from verne_post.app.check import check_source
+from verne_post.app.convert import convert_source
+from verne_post.app.explain import Explanation, explain_source
+from verne_post.app.fit import propose
+from verne_post.app.result import Progress, Result, Setpoints, Sink
+from verne_post.app.verify import verify_setpoints
+from verne_post.base.long_text import LongText, Text
+from verne_post.config import load_machine
+from verne_post.config.subprograms import subprograms_of
+from verne_post.model.findings import UsageError
+from verne_post.model.machine import Machine
+from verne_post.model.options import Options
+from verne_post.model.verification import Verification
+from verne_post.output.setpoints import read_csv
+from verne_post.toolpath.work_offset import COORDINATES, Proposal
+
+#: A program: its bytes, its text, or where its file is.
+Source = bytes | str | os.PathLike[str]
+#: A machine, its name, or where its file is.
+MachineLike = Machine | str | os.PathLike[str]
+
+
+def convert(
+    source: Source, machine: MachineLike, options: Options | None = None, sink: Sink | None = None,
+    progress: Progress | None = None,
+) -> Result:  # fmt: skip
+    """Convert a program to verified setpoints.
+
+    Parameters
+    ----------
+    source : bytes, str or path
+        G-code. A ``str`` is the text of a program, never the name of a file.
+    machine : Machine, str or path
+    options : Options, optional
+    sink : callable, optional
+        Takes blocks of rows (:class:`~verne_post.model.setpoints.SetpointBlock`) as they are made; discard them unless the
+        result is ok. Without a sink the rows are collected in ``Result.setpoints``.
+    progress : callable, optional
+        Called with (stage, done, total).
+
+    Returns
+    -------
+    Result
+        ``ok``, ``exit_code``, ``findings``, ``summary``, ``setpoints``. Bad programs do not raise.
+
+    Raises
+    ------
+    UsageError
+        An argument has the wrong type.
+    InputError
+        The machine file cannot be used.
+
+    Examples
+    --------
+    >>> import verne_post as vp
+    >>> result = vp.convert("G21 G90 F600\\nG0 X0 Y0 Z20\\nG1 X10\\nM2\\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+    >>> result.ok, len(result.setpoints) > 1000
+    (True, True)
+    """
+    text, chosen = _program(source, options)
+    _callable(sink, "sink")
+    _callable(progress, "progress")
+    return convert_source(text, _machine(machine), chosen, sink, progress)
+
+
+def check(
+    source: Source, machine: MachineLike, options: Options | None = None, progress: Progress | None = None
+) -> Result:
+    """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
+
+    Examples
+    --------
+    >>> import verne_post as vp
+    >>> result = vp.check("G21 G90\\nG0 X0 Y0 Z900 A0 C0\\nM2\\n", "verne", vp.Options(tool_length=80))
+    >>> result.ok, result.findings[0].code
+    (False, 'VP101')
+    """
+    text, chosen = _program(source, options)
+    _callable(progress, "progress")
+    return check_source(text, _machine(machine), chosen, progress)
+
+
+def explain(source: Source, machine: MachineLike, line: int, options: Options | None = None) -> Explanation:
+    """Explain one source line: words, pose, findings with what would make the line legal, and every solution of the machine.
+
+    Raises
+    ------
+    InputError
+        The program cannot be read.
+    UsageError
+        The line has no motion; names the nearest lines that have.
+    """
+    text, chosen = _program(source, options)
+    if isinstance(line, bool) or not isinstance(line, int):
+        raise UsageError("line", f"{line!r}: expected the number of a source line")
+    return explain_source(text, _machine(machine), chosen, line)
+
+
+def verify(
+    setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None
+) -> Verification:
+    """Verify setpoints as written (CSV) against the program that they were made from.
+
+    Parameters
+    ----------
+    setpoints : Setpoints, bytes, str or path
+        What :func:`convert` returned, or the text or file of a setpoint CSV.
+    source, machine, options
+        As they were converted with.
+
+    Raises
+    ------
+    InputError
+        The file or the program cannot be read.
+    """
+    text, chosen = _program(source, options)
+    loaded = _machine(machine)
+    program = assemble(text, loaded, chosen)
+    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
+    stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
+    drives = drives_of(loaded, chosen)
+    return verify_setpoints(program, read_csv(stream, "setpoints", loaded.columns, program.cycle, drives))
+
+
+def fit(
+    source: Source, machine: MachineLike, options: Options | None = None, free: str = COORDINATES,
+    ranges: Mapping[str, tuple[float, float]] | None = None, *, least_time: bool = False,
+) -> Proposal:  # fmt: skip
+    """Find a work offset with which the whole program is legal.
+
+    Parameters
+    ----------
+    source, machine, options
+        As for :func:`convert`; ``wcs`` says where the part is now.
+    free : str
+        Letters of what may change: x, y, z (mm) and c (the part's turn).
+    ranges : mapping, optional
+        (low, high) by letter, mm and degrees.
+    least_time : bool
+        Minimise time instead of maximising the smallest margin.
+
+    Raises
+    ------
+    InputError
+    """
+    text, chosen = _program(source, options)
+    if not free or len(set(free)) != len(free) or not set(free) <= set(COORDINATES):
+        raise UsageError("free", f"{free!r}: expected some of the letters x, y, z, c, each once")
+    return propose(text, _machine(machine), chosen, free, dict(ranges or {}), least_time=least_time)
+
+
+# --- arguments -----------------------------------------------------------------------------------------
+
+
+def _program(source: Source, options: Options | None) -> tuple[Text, Options]:
+    """The text of a program, and its options; a path brings its subprograms."""
+    if options is not None and not isinstance(options, Options):
+        raise UsageError("options", f"expected Options, got {type(options).__name__}")
+    chosen = options or Options()
+    text = _read(source, "source")
+    if not isinstance(source, os.PathLike):
+        return text, chosen
+    path = Path(source)
+    found = subprograms_of(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
+    return text, chosen.changed(subroutines={**found, **chosen.subroutines}, source_name=str(path))
+
+
+def _read(source: Source, what: str) -> Text:
+    """Bytes of a text, or of a file."""
+    if isinstance(source, os.PathLike):
+        try:
+            return Path(source).read_bytes()
+        except OSError as error:
+            raise UsageError(what, f"{source}: {error.strerror or error}") from None
+    if isinstance(source, str):
+        if "\n" not in source and source.strip() and os.path.exists(source):
+            raise UsageError(what, f"{source!r} is taken as text; pass pathlib.Path({source!r}) to read the file")
+        return source.encode()
+    if isinstance(source, bytes | LongText):
+        return source
+    raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
+
+
+def _machine(machine: MachineLike) -> Machine:
+    if isinstance(machine, Machine):
+        return machine
+    if isinstance(machine, str | os.PathLike):
+        return load_machine(str(machine))
+    raise UsageError("machine", f"expected a Machine, a name or a path, got {type(machine).__name__}")
+
+
+def _callable(given: object, what: str) -> None:
+    if given is not None and not callable(given):
+        raise UsageError(what, f"expected a function, got {type(given).__name__}")

@@ -1,0 +1,322 @@
+"""Text + machine + options -> Program: an ordered list of small stages on one frozen value.
+
+Each stage takes a :class:`Draft` and returns the next one; a draft without the stage's option is passed on as it is. The order is
+that of :data:`STAGES`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post import gcode
+from verne_post.base.long_text import Text
+from verne_post.gcode.read import interpreted_until_error, state_after
+from verne_post.gcode.restart import Restart, restart_at
+from verne_post.gcode.setup import Setup, TextOptions
+from verne_post.gcode.state import State
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.contour import Contour
+from verne_post.model.drives import Drive
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.machine import Home, Machine
+from verne_post.model.moves import ZERO9, Event, Frame, MoveKind, Moves
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WORK_SYSTEMS
+from verne_post.model.summary import FreeTurn
+from verne_post.model.toolpath import ToolPath
+from verne_post.model.verdict import worst
+from verne_post.toolpath.branch_choice import branch_findings, on_branches
+from verne_post.toolpath.branches import BranchPlan
+from verne_post.toolpath.contour import Smoothing, exact_contour, smooth_contour
+from verne_post.toolpath.contour_pose import contour_pose, speed_cap
+from verne_post.toolpath.detour import with_detours
+from verne_post.toolpath.free_turn import with_free_turn
+from verne_post.toolpath.lift import lifted
+from verne_post.toolpath.rapids import with_joint_rapids
+from verne_post.toolpath.stops import with_stops
+from verne_post.toolpath.ways import standing, with_ways
+
+#: Kinds of events at which the machine waits, and their codes.
+_WAITS: Final = {"tool": "M6", "input": "M66"}
+_STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program read and laid out on a machine.
+
+    Attributes
+    ----------
+    machine : Machine
+    options : Options
+    moves : Moves
+    contour : Contour
+        The motion that will be made.
+    findings : tuple of Finding
+        What the assembly found (VP301, warnings of the interpreter).
+    free_turn : FreeTurn or None
+        What ``free_c`` chose.
+    stops : tuple of int
+        Moves at which the file is cut.
+    restored : tuple of Event
+        What a restart must find as the skipped blocks would have left it.
+    """
+
+    machine: Machine
+    options: Options
+    moves: Moves
+    contour: Contour
+    findings: tuple[Finding, ...] = ()
+    free_turn: FreeTurn | None = None
+    stops: tuple[int, ...] = ()
+    restored: tuple[Event, ...] = ()
+
+    @property
+    def path(self) -> ToolPath:
+        """The programmed pieces."""
+        return self.contour.path
+
+    @property
+    def cycle(self) -> float:
+        """Control cycle in s."""
+        return self.options.cycle or self.machine.cycle
+
+    def joints(self) -> JointPath:
+        """The joints along the contour."""
+        return JointPath(self.contour, self.machine, contour_pose, speed_cap, self.options.lift)
+
+    @property
+    def dwells(self) -> NDArray[np.intp]:
+        """Numbers of the moves that are dwells of some length, as the tool path has them."""
+        return np.flatnonzero((self.moves.kind == MoveKind.DWELL) & (self.moves.feed > 0))
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A program on its way through the stages: what :class:`Program` has, and what only the stages need."""
+
+    machine: Machine
+    options: Options
+    moves: Moves
+    restart: Restart | None
+    path: ToolPath
+    branches: BranchPlan | None
+    stops: tuple[int, ...] = ()
+    free_turn: FreeTurn | None = None
+    findings: tuple[Finding, ...] = ()
+    contour: Contour | None = None
+
+
+def assemble(source: Text, machine: Machine, options: Options) -> Program:
+    """Read a program for a machine and lay out the motion that it asks for.
+
+    Raises
+    ------
+    InputError
+        VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
+    """
+    draft = read_draft(source, machine, options)
+    for stage in STAGES:
+        draft = stage(draft)
+    assert draft.contour is not None
+    restored = () if draft.restart is None else draft.restart.switched
+    return Program(machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored)
+
+
+# --- what the interpreter is given ---------------------------------------------------------------------
+
+
+def machine_setup(machine: Machine, options: Options) -> Setup:
+    """What the interpreter is given for a real machine."""
+    frames = {}
+    for system in WORK_SYSTEMS:
+        offset = options.wcs.get(system)
+        origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
+        frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
+    home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
+    points = [(*p[:3], p[3], 0.0, p[4], 0.0, 0.0, 0.0) for p in (home.g28, home.g30)]
+    return Setup(
+        coordinates=machine.coordinates, axes=machine.coordinates.axes, machine=True,
+        home=points[0] if machine.home else None, home2=points[1] if machine.home else None,
+        tools=dict(options.tools) if options.tools is not None else None, tool_length=options.tool_length, frames=frames,
+        given_systems=frozenset(options.wcs), **_text_options(options),
+    )  # fmt: skip
+
+
+def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
+    """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
+    setup = gcode.interpreter_setup(
+        tools=options.tools, tool_length=options.tool_length,
+        origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_text_options(options),
+    )  # fmt: skip
+    return interpreted_until_error(source, setup)
+
+
+def modal_state(source: Text, program: Program, line: int) -> State:
+    """The interpreter's modal state after a line of a program that has been read."""
+    return state_after(source, machine_setup(program.machine, program.options), program.moves, line)
+
+
+def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
+    """How the rows count; empty for mm and degrees.
+
+    Raises
+    ------
+    InputError
+        VP018 where the machine file does not name the drives that are asked for.
+    """
+    if options.units == "drive" and not machine.drives:
+        raise InputError(finding("VP018", "--units drive needs [drives] in the machine file"))
+    return machine.drives if options.units == "drive" else ()
+
+
+def _text_options(options: Options) -> dict[str, Any]:
+    """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.state.TextOptions`."""
+    return {name: getattr(options, name) for name in TextOptions.__dataclass_fields__}
+
+
+# --- the stages ----------------------------------------------------------------------------------------
+
+
+def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
+    """Text -> moves -> tool path on the branches of the table that keep the limits; ``from_line`` -> where a restart begins."""
+    setup = machine_setup(machine, options)
+    moves = gcode.interpret_program(source, setup)
+    restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)
+    path, branches = on_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)
+    if not len(path):
+        raise InputError(finding("VP021", "the program contains no motion"))
+    if restart is not None and path.moves_with_length[-1] < restart.move:
+        raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
+    return Draft(machine, options, moves, restart, path, branches, findings=moves.findings)
+
+
+def cut_at_stops(draft: Draft) -> Draft:
+    """``split_at_stops``: standstills where the machine waits for a person; without it such stops are refused."""
+    kept = draft.path.moves_with_length
+    begin = int(kept[0] if draft.restart is None else kept[np.searchsorted(kept, draft.restart.move)])
+    waits = _waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
+    if not draft.options.split_at_stops and any(before > begin for before, _item in waits):
+        raise InputError(*(item for before, item in waits if before > begin))
+    gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
+    gaps.pop(len(kept), None)  # after the last motion there is nothing to cut
+    places = sorted(gaps.values())
+    if not places:
+        return draft
+    moves, path, stops = with_stops(draft.moves, draft.path, places)
+    if draft.restart is None:
+        return replace(draft, moves=moves, path=path, stops=stops)
+    # a stop that is skipped is still one: the path stands there
+    skipped = sum(before <= begin for before, _line in places)
+    restart = replace(draft.restart, move=begin + skipped)
+    return replace(
+        draft, moves=moves, path=path, stops=tuple(one for one in stops if one >= restart.move), restart=restart
+    )
+
+
+def turn_part(draft: Draft) -> Draft:
+    """``free_c``: the part is turned to where the smallest margin is largest."""
+    if not draft.options.free_c:
+        return draft
+    path, turn = with_free_turn(draft.path, draft.moves.fixes_c, draft.machine)
+    return replace(draft, path=path, free_turn=turn)
+
+
+def lift(draft: Draft) -> Draft:
+    """``air``: the whole path is lifted for a dry run."""
+    if not draft.options.air:
+        return draft
+    path = lifted(draft.path, draft.options.air, along_tool=draft.options.air_along == "tool")
+    return replace(draft, path=path)
+
+
+def add_rewinds(draft: Draft) -> Draft:
+    """Where the table rewinds or changes sides: findings, and with ``allow_rewind`` the retracts that it takes."""
+    if draft.branches is None:
+        return draft
+    found = branch_findings(draft.path, draft.branches, draft.machine, allow_rewind=draft.options.allow_rewind)
+    path = draft.path
+    if draft.branches.changes and worst(found) != "error":
+        path = with_detours(path, draft.branches.changes, draft.machine)
+    return replace(draft, path=path, findings=(*draft.findings, *found))
+
+
+def set_rapids(draft: Draft) -> Draft:
+    """``rapids``: straight for the tip, or linear in the joints."""
+    if draft.options.rapids == "line":
+        return draft
+    return replace(draft, path=with_joint_rapids(draft.path, draft.machine))
+
+
+def blend_corners(draft: Draft) -> Draft:
+    """Tool path -> contour: corners that may be blended are, unless ``smoothing`` is off."""
+    options, accuracy = draft.options, draft.machine.accuracy
+    if options.smoothing == "off":
+        return replace(draft, contour=exact_contour(draft.path))
+    tip = accuracy.tip if options.tolerance is None else options.tolerance
+    axis = accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
+    smoothing = Smoothing(options.smoothing == "spline", tip, axis)
+    return replace(draft, contour=smooth_contour(draft.path, draft.moves, smoothing))
+
+
+def add_approach(draft: Draft) -> Draft:
+    """``approach``, ``departure``: motion before and after the program; a restart leaves out what comes before it."""
+    assert draft.contour is not None
+    machine, options, restart = draft.machine, draft.options, draft.restart
+    start = None if options.approach is None else standing(machine, _approach_place(machine, options), "--from")
+    goal = None if options.departure is None else standing(machine, options.departure, "--to")
+    if start is None and goal is None and restart is None:
+        return draft
+    taken_up = None
+    if restart is not None:
+        dwells = np.flatnonzero((draft.moves.kind == MoveKind.DWELL) & (draft.moves.feed > 0))
+        taken_up = int(np.searchsorted(draft.path.move_reached, restart.move)), int((dwells < restart.move).sum())
+    return replace(draft, contour=with_ways(draft.contour, machine, start, goal, taken_up))
+
+
+def drop_skipped_moves(draft: Draft) -> Draft:
+    """A restart: moves are counted from the first one that is executed."""
+    if draft.restart is None:
+        return draft
+    assert draft.contour is not None
+    first, path = draft.restart.move, draft.contour.path
+    move = np.where(path.move >= 0, path.move - first, -1).astype(np.int32)
+    return replace(
+        draft,
+        moves=draft.moves.taken_up(first, draft.restart.event, draft.restart.switched),
+        contour=replace(draft.contour, path=replace(path, move=move)),
+        stops=tuple(stop - first for stop in draft.stops),
+    )
+
+
+#: What happens to a program, in this order.
+STAGES: Final[tuple[Callable[[Draft], Draft], ...]] = (
+    cut_at_stops, turn_part, lift, add_rewinds, set_rapids, blend_corners, add_approach, drop_skipped_moves,
+)  # fmt: skip
+
+
+def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ...]:
+    """The place of ``approach``: a name, or values in mm and degrees, also where they are given as the drives count."""
+    place, drives = options.approach, drives_of(machine, options)
+    assert place is not None
+    if isinstance(place, str) or len(place) != len(drives):
+        return place
+    return tuple(float(drive.places(np.array(number))) for drive, number in zip(drives, place, strict=True))
+
+
+def _waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[int, Finding]]:
+    """Stops after the first motion, move number ``first``, by the move that follows: setpoints cannot wait there."""
+    found = []
+    for event in moves.events:
+        if event.before > first and event.waits(optional_stop=optional_stop):
+            code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
+            text = (
+                f"{code} after the motion has begun: setpoints cannot wait for a person or a signal; "
+                "split the program there, or use --split-at-stops"
+            )
+            item = finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line)
+            found.append((event.before, item))
+    return found

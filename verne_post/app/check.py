@@ -1,0 +1,30 @@
+"""A program is checked without making setpoints; the summary has the machining time."""
+
+from verne_post.app.assemble import assemble
+from verne_post.app.convert import plan_program
+from verne_post.app.result import Progress, Result, refused
+from verne_post.app.summary import summarise
+from verne_post.base.long_text import Text
+from verne_post.model.findings import InputError
+from verne_post.model.machine import Machine
+from verne_post.model.options import Options
+from verne_post.output.rounding import setpoint_format
+
+
+def check_source(
+    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+) -> Result:
+    """Check a program against every limit, and plan it.
+
+    Returns
+    -------
+    Result
+        Never raises for bad input; see ``findings`` and ``exit_code``.
+    """
+    try:
+        program = assemble(source, machine, options or Options())
+        fmt = setpoint_format(machine, program.cycle, None, accept_rounding=False)
+        plan = plan_program(program, progress)
+    except InputError as error:
+        return refused(error)
+    return Result(plan.findings, summarise(source, plan, fmt, None))

@@ -1,0 +1,177 @@
+"""A program becomes setpoints: checked as a whole, planned, sampled, rounded, and verified as it will be written.
+
+Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have passed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.app.assemble import Program, assemble, drives_of
+from verne_post.app.constraints import check_program
+from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
+from verne_post.app.summary import summarise
+from verne_post.app.verify import verifier_of
+from verne_post.base.long_text import Text
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Event
+from verne_post.model.options import Options
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.model.summary import TimedEvent
+from verne_post.model.verdict import worst
+from verne_post.model.verification import Verification
+from verne_post.output.rounding import rounded, setpoint_format
+from verne_post.output.setpoints import headings
+from verne_post.timing.events import EventRows
+from verne_post.timing.plan import Planning, RunPlan, plan_contour
+from verne_post.timing.playback import playback
+from verne_post.timing.sample import Timeline, rows, timeline
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A checked program with its time laws."""
+
+    program: Program
+    laws: RunPlan
+    timeline: Timeline
+    findings: tuple[Finding, ...]
+
+
+def convert_source(
+    source: Text, machine: Machine, options: Options | None = None, sink: Sink | None = None,
+    progress: Progress | None = None,
+) -> Result:  # fmt: skip
+    """Convert a program to setpoints.
+
+    Parameters
+    ----------
+    source : Text
+        G-code.
+    machine : Machine
+    options : Options, optional
+    sink : callable, optional
+        Takes blocks of rows as they are made; discard them unless the Result is ok. Without a sink
+        the rows are collected in ``Result.setpoints``.
+    progress : callable, optional
+
+    Returns
+    -------
+    Result
+        Never raises for bad input; see ``findings`` and ``exit_code``.
+    """
+    options = options or Options()
+    collected: list[SetpointBlock] = []
+    take = collected.append if sink is None else sink
+    try:
+        program = assemble(source, machine, options)
+        fmt = setpoint_format(
+            machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
+            drives=drives_of(machine, options),
+        )  # fmt: skip
+        plan = plan_program(program, progress)
+    except InputError as error:
+        return refused(error)
+    verification, timed = _write(plan, fmt, take, progress)
+    summary = replace(summarise(source, plan, fmt, verification), timed=timed)
+    findings = (*plan.findings, *_own_faults(verification, options))
+    setpoints = None if sink is not None or not verification.ok else _collect(collected, machine, fmt)
+    return Result(findings, summary, setpoints)
+
+
+def plan_program(program: Program, progress: Progress | None = None) -> Plan:
+    """Check and, when nothing is wrong, plan.
+
+    Raises
+    ------
+    InputError
+        With all findings when one of them is an error.
+    SolverError
+        When no feasible velocity profile is found.
+    """
+    options = program.options
+    played = playback(options.override, options.slow_start, program.machine.limits)
+    bounds, findings = check_program(program, progress)
+    if worst(findings) == "error":
+        raise InputError(*findings)
+    total = len(program.contour)
+    report = None if progress is None else lambda done: progress("planning", done, total)
+    planning = Planning(program.cycle, options.solver, options.quality, played)
+    limits = program.machine.limits
+    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, report)
+    return Plan(program, laws, timeline(program.contour, laws, planning), tuple(findings))
+
+
+def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
+    """Rows as they will be written: exact inverse kinematics at s(t_k), rounded."""
+    for block, _move in _blocks_with_moves(plan, fmt):
+        yield block
+
+
+def _write(
+    plan: Plan, fmt: SetpointFormat, take: Sink, progress: Progress | None
+) -> tuple[Verification, tuple[TimedEvent, ...]]:
+    """Make, verify and hand over every row; returns the verdict, and when each event happens."""
+    verifier = verifier_of(plan.program, fmt)
+    events, before = _events(plan.program)
+    event_rows = EventRows(before)
+    for block, move in _blocks_with_moves(plan, fmt):
+        verifier.feed(block)
+        event_rows.feed(block.first, move, block.written)
+        take(block)
+        if progress is not None:
+            progress("writing", block.first + len(block.values), plan.timeline.n_rows)
+    event_rows.finish()
+    timed = zip(event_rows.row, event_rows.numbers, events, strict=True)
+    return verifier.finish(), tuple(
+        TimedEvent(int(row), tuple(numbers.tolist()), event) for row, numbers, event in timed
+    )
+
+
+def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
+    """Rows as they will be written, and the move that each belongs to: -1 on the approach."""
+    program = plan.program
+    joints, machine, contour = program.joints(), program.machine, program.contour
+    move_of_piece = contour.path.move_reached
+    dwells = np.append(program.dwells, -1)
+    for some in rows(contour, plan.laws, plan.timeline):
+        values, numbers = rounded(joints.q(some.segment, some.w), machine, fmt)
+        move = np.where(some.dwell >= 0, dwells[some.dwell], move_of_piece[contour.piece[some.segment]])
+        tools = contour.tool_length(some.segment)
+        yield SetpointBlock(some.first, values, some.line.astype(np.int32), fmt, numbers, tools), move
+
+
+def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
+    """Events and dwells in order, and the move after each; -1 for what is to be done before the first one."""
+    moves, dwells = program.moves, program.dwells
+    waits = {int(dwell): float(moves.feed[dwell]) for dwell in dwells if dwell not in program.stops}
+    rests = [Event(int(moves.line[move]), "dwell", move, {"seconds": seconds}) for move, seconds in waits.items()]
+    every = sorted([*moves.events, *rests], key=lambda event: event.before)  # events come before a dwell in their place
+    first = min([program.path.first_move, *dwells[:1].tolist()])
+    before = np.array([event.before for event in every], dtype=np.intp)
+    return every, np.where(before <= first, -1, before)
+
+
+def _own_faults(verification: Verification, options: Options) -> list[Finding]:
+    """What our own verification found: a fault of ours, unless the user accepted a rounding that is too coarse."""
+    if verification.ok:
+        return []
+    if options.accept_rounding:
+        reasons = "; ".join(f"{item.code}: {item.message}" for item in verification.findings)
+        text = f"the rounding that --accept-rounding allows is so coarse that the rows cannot be verified: {reasons}"
+        return [finding("VP018", text)]
+    return [
+        replace(item, code="VP901", message=f"our own verification failed: {item.code}: {item.message}")
+        for item in verification.findings
+    ]
+
+
+def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat) -> Setpoints:
+    """All rows as one table."""
+    values = np.concatenate([block.written for block in blocks])
+    line = np.concatenate([block.line for block in blocks])
+    t = fmt.cycle * np.arange(len(values), dtype=np.float64)
+    return Setpoints(t, values, line, headings(machine.columns, fmt.drives), fmt)

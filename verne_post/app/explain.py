@@ -1,0 +1,63 @@
+"""One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
+
+from dataclasses import dataclass, replace
+
+from verne_post.app.assemble import assemble, modal_state
+from verne_post.app.constraints import check_line, guarded_joints
+from verne_post.app.explain_line import Line, explain_line, lines_near
+from verne_post.base.long_text import Text, line_of
+from verne_post.kinematics.remedies import of_line
+from verne_post.model.findings import Finding, UsageError
+from verne_post.model.machine import Machine
+from verne_post.model.options import Options
+from verne_post.timing.playback import playback
+from verne_post.toolpath.contour import exact_contour
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One line of a program worked through.
+
+    Attributes
+    ----------
+    line : int
+        1-based source line; 0 is the approach.
+    findings : tuple of Finding
+        Of this line.
+    text : str
+        Words, pose, findings with remedies, and every solution of the machine.
+    """
+
+    line: int
+    findings: tuple[Finding, ...]
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
+    """Explain one line of a program.
+
+    Raises
+    ------
+    InputError
+        The program cannot be read.
+    UsageError
+        The line has no motion; names the nearest lines that have.
+    """
+    program = assemble(source, machine, options)
+    playback(
+        options.override, options.slow_start, machine.limits
+    )  # a slow start that is too short is refused as by check
+    whole = guarded_joints(program)
+    joints = of_line(whole, line)
+    if not len(joints.contour):
+        near = " and ".join(str(one) for one in lines_near(whole, line))
+        raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")
+    text = b"" if line == 0 else line_of(source, line) or b""
+    state = None if line == 0 else modal_state(source, program, line)
+    exact = of_line(replace(whole, contour=exact_contour(program.path)), line)
+    findings = tuple(check_line(program, joints, line))
+    shown = Line(line, text.decode("utf-8", errors="replace"), joints, program.moves, state, options, findings, exact)
+    return Explanation(line, findings, "\n".join(explain_line(shown)) + "\n")

@@ -1,0 +1,33 @@
+"""Numbers of explanations as text."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.machine import Machine
+
+Array = NDArray[np.float64]
+
+
+def joint_text(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
+    column = machine.columns[k]
+    unit = " deg" if column.unit == "deg" else ""
+    return f"{column.joint} {clean(value * column.factor, decimals):.{decimals}f}{unit}"
+
+
+def mm_text(point: Array) -> str:
+    return f"({', '.join(f'{clean(value):.6f}' for value in point)}) mm"
+
+
+def degrees_text(angle: float | Array) -> str:
+    return f"{clean(DEG_PER_RAD * float(angle)):.6f}"
+
+
+def short_text(value: float, decimals: int = 6) -> str:
+    """A number as a person would write it, without the last digits of the arithmetic."""
+    return f"{clean(value, decimals):.{decimals}f}".rstrip("0").rstrip(".")
+
+
+def clean(value: float, decimals: int = 6) -> float:
+    """Rounded, and never minus zero."""
+    return round(float(value), decimals) + 0.0

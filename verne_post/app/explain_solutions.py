@@ -1,0 +1,127 @@
+"""Every solution of the whole machine at one pose, and why each is refused: a part of ``explain``."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text
+from verne_post.base.rotations import axis_of_angles
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.kinematics import remedies
+from verne_post.model.machine import Machine
+from verne_post.model.protocols import Margin, Pose, WholeSolution
+
+Array = NDArray[np.float64]
+
+#: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
+SAME: Final = 1e-6
+
+
+def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:
+    q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
+    if not ok:
+        (code,) = machine.five_axis.why_not(tip[None], angles[None], tool)
+        yield f"{name}: refused: {code}, no solution in the working mode"
+        return
+    measures = _measures(machine, tip, angles, tool)
+    beyond = _beyond(machine, q)
+    reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
+    reasons += _too_small(measures)
+    yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
+    yield f"  platform             P {mm_text(position)}, leaning by alpha {degrees_text(alpha)} deg"
+    for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
+        margin = abs(column.factor) * float(min(value - low, high - value))
+        room = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
+        yield f"  {column.header:<20} {clean(value * column.factor):.6f}   {room}"
+    for measure, value in measures:
+        what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
+        unit = f" {measure.unit}" if measure.unit else ""
+        bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
+        yield f"  {what:<36} {clean(value):.6f}{unit}{bound} ({measure.code})"
+    parallel, serial = machine.module.conditioning(position, alpha, q[:-2])
+    yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
+
+
+def _measures(machine: Machine, tip: Array, angles: Array, tool: float) -> list[tuple[Margin, float]]:
+    """Margins of the module, clearances, and the height over the table face, of a pose in the working mode."""
+    q, position, alpha, _ok = machine.five_axis.solve(tip, angles, tool)
+    found = list(zip(machine.margins, machine.module.geometry_margins(position, alpha).tolist(), strict=True))
+    if machine.clearance is not None:
+        rho = q[None, : len(machine.module.actuators)]
+        pose = Pose(position[None], np.array([alpha]), rho, tip[None], angles[None], np.array([tool]))
+        found += zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0].tolist(), strict=True)
+    nose = tip + tool * axis_of_angles(angles[0], angles[1])
+    for name, point in (("tip over the table face", tip), ("nose over the table face", nose)):
+        if np.hypot(point[0], point[1]) < machine.table_radius:
+            found.append((Margin(name, "VP210", None, "mm", 0.0, 0.0), float(point[2])))
+    return found
+
+
+def _too_small(measures: Sequence[tuple[Margin, float]]) -> list[str]:
+    """What of it is an error."""
+    return [
+        f"{margin.code} {margin.name}" + (f" of {margin.axis}" if margin.axis else "")
+        for margin, value in measures
+        if value < margin.error_below - LIMIT_SLACK_MM
+    ]
+
+
+def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, tool: float) -> Iterator[str]:
+    """Both table solutions, every lean, every posture of the legs; the refused ones with all their reasons."""
+    axis = axis_of_angles(angles[0], angles[1])
+    rows = []
+    for solution in machine.five_axis.inverse_all(tip, axis, tool):
+        reasons = [solution.refused] if solution.refused else []
+        own = _is(solution, q)
+        beyond = _beyond(machine, q if own else _turned_inside(machine, np.array(solution.q)))
+        if beyond:
+            reasons.append("travel of " + ", ".join(beyond))
+        if not solution.refused:
+            pair = np.array([solution.q[-2] - solution.alpha, solution.q[-1]])
+            reasons += _too_small(_measures(machine, tip, pair, tool))
+        rows.append((solution, own, reasons))
+    usable = sum(not reasons for _solution, _own, reasons in rows)
+    by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
+    yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
+           f"geometry, {len(rows) - usable - by_geometry} by other limits")  # fmt: skip
+    for other in (_other_side(angles), not _other_side(angles)):
+        some = [row for row in rows if row[0].other_table == other]
+        if not some:
+            continue
+        turn = joint_text(machine, len(machine.columns) - 1, some[0][0].q[-1], 4)
+        yield f" {'this' if other == _other_side(angles) else 'other'} table solution, {turn}: {len(some)}"
+        for solution, own, reasons in sorted(some, key=lambda row: bool(row[2])):
+            signs = ",".join(f"{sign:+d}" for sign in solution.signs)
+            mode = f"  s ({signs})" if signs else ""
+            joints = ", ".join(joint_text(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
+            verdict = ("in use" if own else "possible") if not reasons else "refused: " + "; ".join(reasons)
+            yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}  {verdict}"
+
+
+def _other_side(angles: Array) -> bool:
+    """Whether a pair of angles is the table solution with a negative tilt."""
+    return bool(np.sin(angles[0]) < -SAME)
+
+
+def _is(solution: WholeSolution, q: Array) -> bool:
+    """Whether a solution is the one of joint values q, whole turns of the table aside."""
+    difference = np.array(solution.q) - q
+    difference[-2:] = np.remainder(difference[-2:] + np.pi, 2 * np.pi) - np.pi
+    return bool(np.abs(difference).max() < SAME)
+
+
+def _turned_inside(machine: Machine, q: Array) -> Array:
+    """The same with C by whole turns inside its travel, where that is possible."""
+    low, high = machine.limits.lower[-1], machine.limits.upper[-1]
+    turns = q[-1] + 2 * np.pi * np.arange(-remedies.TURNS, remedies.TURNS + 1)
+    inside = turns[(turns >= low) & (turns <= high)]
+    return np.append(q[:-1], inside[np.argmin(np.abs(inside - q[-1]))] if len(inside) else q[-1])
+
+
+def _beyond(machine: Machine, q: Array) -> list[str]:
+    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
+    bad = (q < machine.limits.lower - slack) | (q > machine.limits.upper + slack)
+    return [column.joint for column, out in zip(machine.columns, bad, strict=True) if out]

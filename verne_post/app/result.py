@@ -1,0 +1,180 @@
+"""What a check or a conversion came to."""
+
+import html
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.findings import Finding, InputError
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.model.summary import Summary
+from verne_post.model.verdict import Verdict, status_of, verdict_of
+from verne_post.output.fixed_point import lines_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
+
+Array = NDArray[np.float64]
+Sink = Callable[[SetpointBlock], None]
+#: Called with (stage, done, total).
+Progress = Callable[[str, int, int], None]
+#: Rows that a printed table of setpoints shows at each end.
+_SHOWN_ROWS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Setpoints:
+    """A whole setpoint file in memory.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        s.
+    values : ndarray, shape (n, n_joints)
+        The numbers as written: mm and degrees, or counts of the drives.
+    line : ndarray of int32, shape (n,)
+        Source line of each row.
+    columns : tuple of str
+        Names of all columns: time, joints, line.
+    format : SetpointFormat
+        Control cycle, and how every column is rounded.
+    """
+
+    t: Array
+    values: Array
+    line: NDArray[np.int32]
+    columns: tuple[str, ...]
+    format: SetpointFormat
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def to_csv(self) -> str:
+        """The text of the setpoint file, as ``verne-post convert`` writes it."""
+        fmt = self.format
+        rows = lines_of([self.t, *self.values.T, self.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
+        return ",".join(self.columns) + "\n" + rows
+
+    def to_dict(self) -> dict[str, NDArray[Any]]:
+        """Column by column, by name."""
+        return dict(zip(self.columns, (self.t, *self.values.T, self.line), strict=True))
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """As a pandas data frame; needs pandas."""
+        import pandas as pd
+
+        return pd.DataFrame(self.to_dict())
+
+    def to_polars(self) -> "pl.DataFrame":
+        """As a polars data frame; needs polars."""
+        import polars as pl
+
+        return pl.DataFrame({name: np.ascontiguousarray(column) for name, column in self.to_dict().items()})
+
+    def _rows(self) -> list[list[str]]:
+        n = len(self)
+        shown = range(n) if n <= 2 * _SHOWN_ROWS else [*range(_SHOWN_ROWS), -1, *range(n - _SHOWN_ROWS, n)]
+        rows = [
+            ["..."] * len(self.columns) if k < 0 else [f"{self.t[k]:g}", *(f"{v:.6g}" for v in self.values[k]), str(self.line[k])]
+            for k in shown
+        ]  # fmt: skip
+        return [list(self.columns), *rows]
+
+    def __repr__(self) -> str:
+        return f"{_table(self._rows())}\n{len(self)} rows"
+
+    def _repr_html_(self) -> str:
+        return f"{_html_table(self._rows())}<p>{len(self)} rows</p>"
+
+
+class Reported(Protocol):
+    """Whatever has findings."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was found."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """What a check or a conversion came to.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+    summary : Summary or None
+        Facts of the conversion; None where the program was refused.
+    setpoints : Setpoints or None
+        None when a sink took the rows, for a check, and when the result is not ok.
+    """
+
+    findings: tuple[Finding, ...]
+    summary: Summary | None = None
+    setpoints: Setpoints | None = field(default=None)
+
+    @property
+    def exit_code(self) -> int:
+        """The exit status that the command line returns for it."""
+        return int(status_of(self.findings))
+
+    @property
+    def ok(self) -> bool:
+        """Whether the program can run: no finding is an error."""
+        return self.exit_code == 0
+
+    @property
+    def verdict(self) -> Verdict:
+        """What became of the program, in words."""
+        return verdict_of(self.exit_code, self.findings)
+
+    def _rows(self) -> list[list[str]]:
+        rows = [["verdict", str(self.verdict)]]
+        if self.summary is not None:
+            rows += [
+                ["machining time", f"{self.summary.cycle_time:.3f} s"],
+                ["rows", str(self.summary.n_rows)],
+                ["corners blended", str(self.summary.n_rounded)],
+                ["stops", str(self.summary.n_stops)],
+            ]
+        return rows
+
+    def __repr__(self) -> str:
+        parts = [_table(self._rows())]
+        if self.findings:
+            parts.append(_table(findings_table(self.findings)))
+        return "\n".join(parts)
+
+    def _repr_html_(self) -> str:
+        return _html_table(self._rows()) + (_html_table(findings_table(self.findings)) if self.findings else "")
+
+
+def refused(error: InputError) -> Result:
+    """The result of a program that was refused."""
+    return Result(error.findings)
+
+
+def findings_table(findings: Sequence[Finding]) -> list[list[str]]:
+    """Findings as rows of text, the first one the header."""
+    header = ["code", "severity", "line", "message"]
+    return [
+        header,
+        *([one.code, one.severity, "" if one.line is None else str(one.line), one.message] for one in findings),
+    ]
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows as aligned text."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )
+
+
+def _html_table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows as an HTML table for notebooks."""
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table>{body}</table>"

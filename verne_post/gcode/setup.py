@@ -1,0 +1,73 @@
+"""What an interpretation is given beside the text: options of the text, and what the machine means by coordinates."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from verne_post.model.moves import Frame
+from verne_post.model.part_setup import Tool
+from verne_post.model.protocols import Coordinates
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextOptions:
+    """What concerns the text of a program alone.
+
+    Attributes
+    ----------
+    block_delete : bool
+        Skip blocks that begin with a slash.
+    subroutines : mapping
+        Text of the files that calls may name, by name without ending, in lower case.
+    parameters : mapping
+        Numbered parameters that the program finds (a parameter file).
+    parameter_mm : float
+        Unit of the lengths among them, in mm.
+    remap : mapping
+        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
+    max_repeats : int
+        So many blocks, and moves of such blocks, may loops and calls repeat.
+    dialect : str
+        Name of the program's dialect; "auto" recognises it.
+    """
+
+    block_delete: bool = False
+    subroutines: Mapping[str, bytes] = field(default_factory=dict)
+    parameters: Mapping[int, float] = field(default_factory=dict)
+    parameter_mm: float = 1.0
+    remap: Mapping[str, str] = field(default_factory=dict)
+    max_repeats: int = 100_000
+    dialect: str = "auto"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup(TextOptions):
+    """What an interpretation is given beside the text.
+
+    Attributes
+    ----------
+    coordinates : Coordinates
+        What standing still means when frames change, and where machine coordinates are.
+    axes : str
+        Letters of the axes that may be named.
+    machine : bool
+        True for `convert` and `check`: positions must be known, tool lengths said.
+    home, home2 : tuple or None
+        Machine positions of G28 and G30 (nine-vectors), None where there are none.
+    tools : dict or None
+    tool_length : float or None
+        Holds throughout when given.
+    frames : dict
+        Initial frame of each work system, 1 to 9.
+    given_systems : frozenset of int
+        Work systems whose origin was given: parameters do not change them.
+    """
+
+    coordinates: Coordinates
+    axes: str
+    machine: bool
+    home: tuple[float, ...] | None
+    home2: tuple[float, ...] | None
+    tools: dict[int, Tool] | None
+    tool_length: float | None
+    frames: dict[int, Frame]
+    given_systems: frozenset[int] = frozenset()

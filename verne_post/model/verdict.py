@@ -1,0 +1,152 @@
+"""Severity, families of finding codes, verdict and exit status: the only place that knows them.
+
+Every command and the Python API derive their answer from here, so that two of them never disagree.
+"""
+
+from collections.abc import Iterable
+from enum import IntEnum, StrEnum
+from typing import Final, Literal, Protocol
+
+Severity = Literal["error", "warning", "note"]
+#: The gravest first.
+SEVERITIES: Final[tuple[Severity, ...]] = ("error", "warning", "note")
+
+
+class ExitStatus(IntEnum):
+    """What a command returns to the shell (docs/findings.md)."""
+
+    CLEAN = 0
+    VIOLATION = 1
+    UNUSABLE = 2
+    NO_VERDICT = 3
+    INTERNAL_ERROR = 70
+    INTERRUPTED = 130
+    BROKEN_PIPE = 141
+
+
+#: With several programs the gravest counts; the gravest first.
+_GRAVEST_FIRST: Final = (
+    ExitStatus.INTERRUPTED, ExitStatus.BROKEN_PIPE, ExitStatus.INTERNAL_ERROR, ExitStatus.UNUSABLE, ExitStatus.NO_VERDICT,
+    ExitStatus.VIOLATION,
+)  # fmt: skip
+
+
+class Family(StrEnum):
+    """The hundred that a code belongs to."""
+
+    PROGRAM = "VP0"
+    POSITION = "VP1"
+    GEOMETRY = "VP2"
+    BRANCH = "VP3"
+    DYNAMICS = "VP4"
+    CONFIGURATION = "VP5"
+    INTERNAL = "VP9"
+
+
+#: The exit status that an error of a family makes.
+_STATUS: Final = {
+    Family.PROGRAM: ExitStatus.UNUSABLE,
+    Family.POSITION: ExitStatus.VIOLATION,
+    Family.GEOMETRY: ExitStatus.VIOLATION,
+    Family.BRANCH: ExitStatus.VIOLATION,
+    Family.DYNAMICS: ExitStatus.VIOLATION,
+    Family.CONFIGURATION: ExitStatus.UNUSABLE,
+    Family.INTERNAL: ExitStatus.INTERNAL_ERROR,
+}
+#: Codes whose exit status is not that of their family: no feasible velocity profile was found.
+_STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT}
+
+
+class Verdict(StrEnum):
+    """What became of a program: tells apart what one exit status cannot."""
+
+    ACCEPTED = "accepted"
+    VIOLATES_LIMITS = "violates limits"
+    UNUSABLE_PROGRAM = "unusable program"
+    UNUSABLE_CONFIGURATION = "unusable configuration"
+    USAGE_ERROR = "usage error"
+    NO_VERDICT = "no verdict"
+    INTERNAL_ERROR = "internal error"
+
+
+class Judged(Protocol):
+    """A code with its severity: a finding."""
+
+    @property
+    def code(self) -> str:
+        """Key of the table of codes."""
+
+    @property
+    def severity(self) -> Severity:
+        """How grave it is here."""
+
+
+def family_of(code: str) -> Family:
+    """The family of a code such as VP101."""
+    return Family(code[:3])
+
+
+def is_deniable(code: str) -> bool:
+    """Whether a code, or every code that begins so, may be ignored or weighed otherwise.
+
+    Programs that cannot be read or judged, and our own faults, are errors whatever a user wishes.
+    """
+    families = [family for family in Family if family.startswith(code) or code.startswith(family)]
+    return code not in _STATUS_OF_CODE and all(_STATUS[family] == ExitStatus.VIOLATION for family in families)
+
+
+def concerns_text(code: str) -> bool:
+    """Whether a code is about the text of a program: its line and column are quoted."""
+    return family_of(code) == Family.PROGRAM
+
+
+def concerns_pose(code: str) -> bool:
+    """Whether a code is about poses of the machine: ``explain`` works them out."""
+    return family_of(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)
+
+
+def worst(findings: Iterable[Judged]) -> Severity | None:
+    """The gravest severity among findings, None where there are none."""
+    found = {item.severity for item in findings}
+    return next((severity for severity in SEVERITIES if severity in found), None)
+
+
+def counts(findings: Iterable[Judged]) -> tuple[int, int]:
+    """Numbers of errors and of warnings."""
+    severities = [item.severity for item in findings]
+    return severities.count("error"), severities.count("warning")
+
+
+def status_of(findings: Iterable[Judged], fail_level: Severity = "error") -> ExitStatus:
+    """The exit status of one program with these findings.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+    fail_level : {"error", "warning"}
+        Violations of this severity and graver ones count.
+    """
+    counting = SEVERITIES[: SEVERITIES.index(fail_level) + 1]
+    return gravest(
+        _STATUS_OF_CODE.get(item.code, _STATUS[family_of(item.code)]) if item.severity == "error" else ExitStatus.VIOLATION
+        for item in findings if item.severity in counting
+    )  # fmt: skip
+
+
+def verdict_of(status: int, findings: Iterable[Judged]) -> Verdict:
+    """What became of a program with an exit status and these findings."""
+    if status == ExitStatus.UNUSABLE:
+        families = {family_of(item.code) for item in findings if item.severity == "error"}
+        configuration = Family.CONFIGURATION in families and Family.PROGRAM not in families
+        return Verdict.UNUSABLE_CONFIGURATION if configuration else Verdict.UNUSABLE_PROGRAM
+    return {
+        ExitStatus.CLEAN: Verdict.ACCEPTED,
+        ExitStatus.VIOLATION: Verdict.VIOLATES_LIMITS,
+        ExitStatus.NO_VERDICT: Verdict.NO_VERDICT,
+    }.get(ExitStatus(status), Verdict.INTERNAL_ERROR)
+
+
+def gravest(statuses: Iterable[int]) -> ExitStatus:
+    """The exit status of several programs."""
+    found = set(statuses)
+    return next((status for status in _GRAVEST_FIRST if status in found), ExitStatus.CLEAN)
