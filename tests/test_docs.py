@@ -55,8 +55,8 @@ def transcripts() -> Iterator[tuple[str, str, str]]:
 def matches(printed: str, said: list[str]) -> bool:
     """Whether what was said begins with the words of a transcript, numbers within the tolerances; ``...`` stands for anything."""
     at = 0
-    for piece in printed.split("..."):
-        words = re.findall(r"[-+]?\d+(?:\.\d+)?|[^\W\d]+|[^\w\s]", piece)
+    for segment in printed.split("..."):
+        words = re.findall(r"[-+]?\d+(?:\.\d+)?|[^\W\d]+|[^\w\s]", segment)
         starts = range(len(said) - len(words) + 1) if at else [0]
         found = [k for k in starts if k >= at and all(map(same, words, said[k : k + len(words)]))]
         if not found:

@@ -16,8 +16,8 @@ from verne_post.base import columns, long_text
 from verne_post.cli import common
 from verne_post.gcode import scan, state
 from verne_post.model.part_setup import Tool
-from verne_post.timing import first_law, flowing, mending
 from verne_post.toolpath import fairing
+from verne_post.trajectory import continuous, initial_profile, repair
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
 
@@ -32,7 +32,7 @@ def finishing(count: int) -> bytes:
 
 
 def mixed() -> bytes:
-    """Everything that pieces depend on their neighbours for: arcs, dwells, stops, changes of tool and feed, tool axes."""
+    """Everything that segments depend on their neighbours for: arcs, dwells, stops, changes of tool and feed, tool axes."""
     zigzag = [f"G1 X{i} Y{i % 2}" for i in range(1, 30)]
     arcs = ["G2 X20 Y0 I-4.5 J-0.5", "G1 X18", "G3 X12 Y0 I-3", "G1 X10.5 Y0.2", "X10 Y0"]
     fine = [
@@ -113,14 +113,15 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
     monkeypatch.setattr(scan, "CHUNK_BYTES", 1 << 16)
-    monkeypatch.setattr(first_law, "SECTION", 1024)
-    monkeypatch.setattr(mending, "CHUNK_ROWS", 1024)
+    monkeypatch.setattr(initial_profile, "SECTION", 1024)
+    monkeypatch.setattr(repair, "CHUNK_ROWS", 1024)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
     *passes, last, switching = (
-        replace(step, window=400) for step in (*flowing.NORMAL.passes, flowing.NORMAL.last, flowing.NORMAL.switching)
+        replace(step, window=400)
+        for step in (*continuous.NORMAL.passes, continuous.NORMAL.last, continuous.NORMAL.switching)
     )
-    small = replace(flowing.NORMAL, passes=tuple(passes), last=last, switching=switching)
-    monkeypatch.setattr(flowing, "NORMAL", small)
+    small = replace(continuous.NORMAL, passes=tuple(passes), last=last, switching=switching)
+    monkeypatch.setattr(continuous, "NORMAL", small)
 
     def peak(count: int) -> int:
         source = finishing(count)

@@ -76,7 +76,7 @@ def table_tip(point: np.ndarray, a: np.ndarray, c: np.ndarray, reach: float, tab
 def test_samples_convert_and_verify(
     name: str, sample: str, run: Callable[..., Any], sample_words: Callable[[str], list[str]], tmp_path: Path
 ) -> None:
-    """The written numbers keep every limit, and put the tip where the program has it at the end of every piece."""
+    """The written numbers keep every limit, and put the tip where the program has it at the end of every segment."""
     source, axes = ROOT / "gcode_samples" / f"{sample}.nc", tmp_path / "axes.csv"
     options = ["--machine", name, *sample_words(source.name)]
     answer = run("convert", source, *options, "-o", axes)
@@ -106,7 +106,7 @@ def test_samples_convert_and_verify(
     dumped = run("dump", "poses", source, *options)
     for pose in map(json.loads, dumped.out.splitlines()):
         mine = tips[rows[:, 6] == pose["line"]] - origin
-        # points inside a curved piece lie between rows; only those at rest must be rows
+        # points inside a curved segment lie between rows; only those at rest must be rows
         if len(mine):
             step = np.linalg.norm(np.diff(mine, axis=0), axis=1).max(initial=0.0)
             assert np.linalg.norm(mine - pose["tip"], axis=1).min() < TIP_MM + step
@@ -217,7 +217,7 @@ class ToyFile(Group):
 
 @dataclass(frozen=True)
 class ToyModule:
-    """A spindle on two crossed slides and a wedge: ``u = x + y, v = x - y, w = height - z + x / 4``; never leans."""
+    """A spindle on two crossed slides and a wedge: ``u = x + y, v = x - y, w = height - z + x / 4``; never tilts."""
 
     height: float
 
@@ -234,10 +234,10 @@ class ToyModule:
         position = np.stack([x, (u - v) / 2, self.height - w + x / 4], axis=-1)
         return position, np.zeros(u.shape), np.isfinite(position).all(axis=-1)
 
-    def inverse_leaning(self, pivot: np.ndarray, gauge: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def inverse_coupled(self, pivot: np.ndarray, gauge: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self.inverse(pivot + gauge * [1.0, -1.0, -1.0])
 
-    def why_not(self, pivot: np.ndarray, gauge: np.ndarray) -> list[str]:
+    def why_unreachable(self, pivot: np.ndarray, gauge: np.ndarray) -> list[str]:
         return ["VP110"] * len(gauge)
 
     def inverse_all(self, position: np.ndarray) -> list[InverseSolution]:
@@ -251,7 +251,7 @@ class ToyModule:
     def geometry_margins(self, position: np.ndarray, alpha: np.ndarray) -> np.ndarray:
         return 1000.0 - np.abs(position[..., :1])
 
-    def inverse_leaning_all(self, pivot: np.ndarray, gauge: np.ndarray) -> list[InverseSolution]:
+    def inverse_coupled_all(self, pivot: np.ndarray, gauge: np.ndarray) -> list[InverseSolution]:
         return self.inverse_all(pivot + gauge * [1.0, -1.0, -1.0])
 
     def jacobians(self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ FOLDER = ROOT / "gcode_samples"
 HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
 # The acceptance bounds of a written file.
 VELOCITY, ACCELERATION, JERK, FEED, TIP_MM, AXIS_DEG = 1.001, 1.005, 1.02, 1.001, 1e-3, 1e-3
-# How much a degree counts for against a millimetre where the nearest pose of a piece is sought: 50 mm a radian.
+# How much a degree counts for against a millimetre where the nearest pose of a segment is sought: 50 mm a radian.
 MM_PER_DEG = 50.0 * np.pi / 180.0
 # Programmed lengths below this are no motion (the same bound as the package documents).
 NO_LENGTH = 1e-6
@@ -145,7 +145,7 @@ def programmed_axis(angles: np.ndarray) -> np.ndarray:
 
 
 def on_line(tip: np.ndarray, angles: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance of points from the nearest pose of a piece, and the angles programmed there; rows are x, y, z, A, C."""
+    """Distance of points from the nearest pose of a segment, and the angles programmed there; rows are x, y, z, A, C."""
     delta = end - start
     scale = np.array([1.0, 1.0, 1.0, MM_PER_DEG, MM_PER_DEG])
     here = (np.hstack([tip, angles]) - start) * scale

@@ -40,7 +40,7 @@ for joint, name in enumerate(("rho1", "rho2", "rho3")):
 sliders.set(ylabel="sliders mm", title="written: axes.csv, one row every millisecond")
 sliders.legend(loc="upper right", ncols=3, fontsize="small")
 table = figure.add_subplot(grid[1, 1], sharex=sliders)
-table.plot(t, q[:, 3], color="tab:red", linewidth=0.9, label="a (tilt + platform lean)")
+table.plot(t, q[:, 3], color="tab:red", linewidth=0.9, label="a (tilt + platform tilt)")
 table.set(xlabel="time s", ylabel="a deg")
 rotary = table.twinx()
 rotary.plot(t, q[:, 4], color="tab:green", linewidth=0.9, label="c")

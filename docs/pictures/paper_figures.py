@@ -55,7 +55,7 @@ def draw(axes: Any, position: Any, alpha: float, rho: Any, ends: tuple[float, fl
 
 
 def poses_figure(poses: list[tuple[Any, float, Any, str | None, str]], rows: int, columns: int, title: str) -> Figure:
-    """Small pictures of several poses: position, lean, sliders, why refused, what to write over it."""
+    """Small pictures of several poses: position, tilt, sliders, why refused, what to write over it."""
     heights = np.concatenate([[pose[0][2], *pose[2]] for pose in poses])
     ends = (float(heights.min()) - 100.0, float(heights.max()) + 100.0)
     figure = Figure(figsize=(2.2 * columns, 2.6 * rows), layout="constrained")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post.base import columns
-from verne_post.base.columns import Growing, GrowingTable, blocks, give_up, running_sums
+from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, running_sums
 
 
 @pytest.fixture(params=[0, 1 << 10, 1 << 30], ids=["file", "both", "memory"])
@@ -25,7 +25,7 @@ def test_what_was_added_is_there(dtype: type, width: tuple[int, ...], held: int)
     assert column.count == len(whole) == 706
     assert whole.dtype == dtype
     assert np.array_equal(whole, np.concatenate(parts))
-    give_up()
+    release_memory()
     assert np.array_equal(whole, np.concatenate(parts))
     copied = Growing(dtype, *width)
     copied.copy(whole[3:])

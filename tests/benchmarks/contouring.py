@@ -39,9 +39,9 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
 from verne_post.output.setpoints import csv_header, csv_rows
-from verne_post.timing import flowing, scan, toppra_backend
-from verne_post.timing.plan import ContourRun, Planning, plan_contour
-from verne_post.timing.run_path import grid_along
+from verne_post.trajectory import continuous, reachability, toppra_backend
+from verne_post.trajectory.plan import ContourSection, PlanningOptions, plan_contour
+from verne_post.trajectory.section_path import grid_along
 
 Array = NDArray[np.float64]
 Answer = TypeVar("Answer")
@@ -109,11 +109,11 @@ def zigzag(corner_deg: float, moves: int = 60, feed: int = 3000) -> bytes:
 
 def cone(step: float = 0.3, radius: float = 30.0, half_deg: float = 15.0, lean_deg: float = 10.0) -> bytes:
     """Flank of a leaning cone frustum as in NAS 979: the axis follows the generators, A and C never rest."""
-    half, lean = np.radians([half_deg, lean_deg])
+    half, tilt = np.radians([half_deg, lean_deg])
     turn = np.linspace(0, 2 * np.pi, round(2 * np.pi * radius / step) + 1)
     ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)])
     generator = np.stack([-np.sin(half) * np.cos(turn), -np.sin(half) * np.sin(turn), np.full_like(turn, np.cos(half))])
-    leaning = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
+    leaning = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
     tip, axis = leaning @ ring + [[0.0], [0.0], [60.0]], leaning @ generator
     a = np.degrees(np.arccos(axis[2]))
     c = np.degrees(np.unwrap(np.arctan2(axis[0], axis[1])))
@@ -211,47 +211,54 @@ def seconds(plan: Plan) -> float:
     return float(plan.timeline.first_row[-1] * plan.timeline.cycle)
 
 
-def runs(plan: Plan) -> list[ContourRun]:
+def runs(plan: Plan) -> list[ContourSection]:
     """All runs of a plan as functions of their path parameter."""
     contour, joints = plan.program.contour, plan.program.joints()
-    begins = np.append(np.flatnonzero(np.diff(contour.run, prepend=-1)), len(contour)).tolist()
-    return [ContourRun(joints, first, last) for first, last in pairwise(begins)]
+    begins = np.append(np.flatnonzero(np.diff(contour.section, prepend=-1)), len(contour)).tolist()
+    return [ContourSection(joints, first, last) for first, last in pairwise(begins)]
 
 
 def moving_time(plan: Plan) -> float:
     """Machining time without dwells."""
     timeline = plan.timeline
-    return float((np.diff(timeline.first_row) * timeline.cycle)[timeline.run >= 0].sum())
+    return float((np.diff(timeline.first_row) * timeline.cycle)[timeline.section >= 0].sum())
 
 
 def second_order(plan: Plan) -> float:
     """Least time of the same contour under velocity, acceleration and feed, jerk left out, s."""
     total = 0.0
-    for run in runs(plan):
-        grid = grid_along(run)
-        total += scan.duration(grid.s, scan.solve(grid, plan.program.machine.limits))
+    for section in runs(plan):
+        grid = grid_along(section)
+        total += reachability.duration(grid.s, reachability.solve(grid, plan.program.machine.limits))
     return total
 
 
 def reference_gap(plan: Plan) -> float:
-    """Time of the flowing runs over that of the same runs planned with the highest effort, less 1."""
+    """Time of the continuous runs over that of the same runs planned with the highest effort, less 1."""
     ours = best = 0
-    for number, run in enumerate(runs(plan)):
-        if plan.laws.flow_first[number] < 0:
+    for number, section in enumerate(runs(plan)):
+        if plan.profiles.continuous_first[number] < 0:
             continue
-        best += len(flowing.flowing_law(run, plan.program.machine.limits, plan.program.cycle, flowing.QUALITY).s) - 1
-        ours += int(plan.laws.cycles[number])
+        best += (
+            len(
+                continuous.plan_continuous(
+                    section, plan.program.machine.limits, plan.program.cycle, continuous.QUALITY
+                ).s
+            )
+            - 1
+        )
+        ours += int(plan.profiles.cycles[number])
     return ours / best - 1 if best else float("nan")
 
 
-def law_cost(plan: Plan) -> float:
-    """CPU of the time laws, microseconds for one millisecond of motion."""
+def profile_cost(plan: Plan) -> float:
+    """CPU of the time profiles, microseconds for one millisecond of motion."""
     program = plan.program
     bounds, _findings = check_program(program)
-    spent, _law = least(
+    spent, _profile = least(
         partial(
             plan_contour, program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits,
-            Planning(program.cycle),
+            PlanningOptions(program.cycle),
         )
     )  # fmt: skip
     return 1e3 * spent / moving_time(plan)
@@ -285,7 +292,7 @@ def contour_tables(machine: Machine) -> tuple[str, str]:
         velocity, acceleration, jerk, feed = ratios(text, part, machine)
         written.append([
             part.name, f"{velocity:.4f}", f"{acceleration:.4f}", f"{jerk:.4f}", f"{feed:.4f}",
-            f"{verdict.tip_deviation_mm:.4f}", f"{verdict.axis_deviation_deg:.4f}", f"{summary.n_rounded}",
+            f"{verdict.tip_deviation_mm:.4f}", f"{verdict.axis_deviation_deg:.4f}", f"{summary.n_blended}",
             f"{summary.n_stops}",
         ])  # fmt: skip
         plan = planned(part.source, part, machine, "spline")
@@ -295,13 +302,13 @@ def contour_tables(machine: Machine) -> tuple[str, str]:
         reference = reference_gap(short) if seconds(short) <= AFFORDABLE_S else float("nan")
         timed.append([
             part.name, f"{spline:.3f}", f"{blend:.3f}", f"{off:.3f}", f"{off / spline:.2f}",
-            percent(moving_time(plan) / second_order(plan) - 1), percent(reference), f"{law_cost(plan):.0f}",
-            f"{1e6 * cpu / summary.n_pieces:.0f}",
+            percent(moving_time(plan) / second_order(plan) - 1), percent(reference), f"{profile_cost(plan):.0f}",
+            f"{1e6 * cpu / summary.n_segments:.0f}",
         ])  # fmt: skip
     return (
         table(["program", "velocity", "acceleration", "jerk", "feed", "tip mm", "axis deg", "rounded", "stops"], written),
         table(["program", "spline s", "blend s", "off s", "off / spline", "over 2nd order", "over reference",
-               "law us/ms", "CPU us/move"], timed),
+               "profile us/ms", "CPU us/move"], timed),
     )  # fmt: skip
 
 
@@ -322,17 +329,17 @@ def toppra_table(machine: Machine) -> str:
     rows = []
     for part in parts():
         plan = planned(part.short, part, machine, "spline")
-        run = max(runs(plan), key=lambda one: one.length)
-        grid, limits = grid_along(run), machine.limits
+        section = max(runs(plan), key=lambda one: one.length)
+        grid, limits = grid_along(section), machine.limits
         if len(grid.s) > TOPPRA_POINTS:
             continue
-        ours, x = least(partial(scan.solve, grid, limits))
+        ours, x = least(partial(reachability.solve, grid, limits))
         try:
             theirs, other = least(partial(toppra_backend.solve, grid, limits))
         except RuntimeError as error:
             rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", "-", "-", str(error)])
             continue
-        ours_s, theirs_s = scan.duration(grid.s, x), scan.duration(grid.s, other)
+        ours_s, theirs_s = reachability.duration(grid.s, x), reachability.duration(grid.s, other)
         rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", f"{1e3 * theirs:.0f}",
                      f"{theirs / ours:.0f}", f"{theirs_s / ours_s - 1:.1e}"])  # fmt: skip
     header = [

@@ -1,4 +1,4 @@
-"""Every real assembly mode of the parallel module by brute force: a dense scan over the lean alpha.
+"""Every real assembly mode of the parallel module by brute force: a dense scan over the tilt alpha.
 
 Written from the rod equations (3)-(6) and nothing of the product. For a fixed alpha each rod holds P on a sphere. The two
 of leg I have one radius L1 and share their centre's x, so P lies on a circle around the line through both centres; the

@@ -26,7 +26,7 @@ from scipy.optimize import fsolve, root
 
 import verne_post
 from verne_post.kinematics.five_axis import HybridMachine
-from verne_post.kinematics.modules.verne import VerneModule
+from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.kinematics.tables.tilting import TiltingTable
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ def axes(b: Array, c: Array) -> Array:
 
 
 def hung(g: nr.Lengths, side: Array | float, alpha: Array, drop: Array | float) -> tuple[Array, Array]:
-    """Pose (n, 4) and sliders (n, 3) with a given lean and drop of leg I, all legs hanging; NaN where that is impossible.
+    """Pose (n, 4) and sliders (n, 3) with a given tilt and drop of leg I, all legs hanging; NaN where that is impossible.
 
     ``side`` is the sign of x + D1 - d1.
     """
@@ -297,10 +297,10 @@ def speed(n: int) -> None:
         ("product: one unknown", n, lambda: machine.inverse(tip, axis, tool), ""),
         *((f"Newton-Raphson, 8 unknowns, {how}, start: {name}", n, *newton(start, dense))
           for dense, how in ((True, "general 8 x 8 solve"), (False, "eliminated by hand"))
-          for name, start in (("the same pose without lean", None), ("pose before", before), ("middle", middle))),
-        ("scipy fsolve for each pose, derivatives given, start: the same pose without lean", SAMPLE,
+          for name, start in (("the same pose without tilt", None), ("pose before", before), ("middle", middle))),
+        ("scipy fsolve for each pose, derivatives given, start: the same pose without tilt", SAMPLE,
          lambda: scipy_inverse(g, table, data, good), ""),
-        ("scipy root for each pose, as one writes it down, start: the same pose without lean", SAMPLE,
+        ("scipy root for each pose, as one writes it down, start: the same pose without tilt", SAMPLE,
          lambda: plain_inverse(g, table, data, good), ""),
     ])  # fmt: skip
 
@@ -437,7 +437,7 @@ def near_singularities() -> None:
 
 
 def closed(g: nr.Lengths, table: nr.Table, q: Array, tip: Array, axis: Array, tool: Array) -> Mask:
-    """Which joints hold their pose: the lean is A - b, P then follows from the tool, and the rods must close."""
+    """Which joints hold their pose: the tilt is A - b, P then follows from the tool, and the rods must close."""
     (x, vy, vz, b, length), _c = nr._pose_data(table, tip, axis, tool)
     alpha, tilt = q[:, 3] - b, q[:, 3]
     y = table.pivot[1] - (np.cos(tilt) * vy - np.sin(tilt) * vz) + length * np.sin(alpha)

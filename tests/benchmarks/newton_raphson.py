@@ -171,8 +171,8 @@ def rods(g: Lengths, pose: Array, rho: Array) -> Array:
 def in_working_mode(g: Lengths, pose: Array, rho: Array) -> Mask:
     """Rods closed, each slider's attachment above the platform's, rods of leg I uncrossed."""
     _x, _y, z, alpha = pose.T
-    c, lean = np.cos(alpha), g.R2 * np.sin(alpha)
-    above = (rho[:, 0] < z) & (rho[:, 1] < z - lean) & (rho[:, 2] < z + lean)
+    c, tilt = np.cos(alpha), g.R2 * np.sin(alpha)
+    above = (rho[:, 0] < z) & (rho[:, 1] < z - tilt) & (rho[:, 2] < z + tilt)
     return above & (g.R1 * c > g.r1) & (np.abs(rods(g, pose, rho)) < CLOSED_MM2).all(axis=0)
 
 
@@ -184,15 +184,15 @@ def _forward_step(g: Lengths) -> Step:
         c, s = np.cos(alpha), np.sin(alpha)
         d, e = g.R1 * c - g.r1, g.R1 * s
         x1, x2, h = x + g.x1, x + g.x2, z - rho[0]
-        arm, lean = g.R2 * c - g.r4, g.R2 * s
-        y2, z2, y3, z3 = y - arm, z - lean - rho[1], y + arm, z + lean - rho[2]
+        arm, tilt = g.R2 * c - g.r4, g.R2 * s
+        y2, z2, y3, z3 = y - arm, z - tilt - rho[1], y + arm, z + tilt - rho[2]
         # (3) - (4) over 4; (3) + (4) over 4; (5) and (6) over 2: right-hand sides, then columns y, z, alpha
         fa, ja = y * d + h * e, h * (g.R1 * c) - y * e
         fb = 0.5 * (x1 * x1 + y * y + h * h + d * d + e * e - g.L1**2)
         jb = g.r1 * e
         side = x2 * x2
-        fc, jc = 0.5 * (side + y2 * y2 + z2 * z2 - g.L2**2), y2 * lean - z2 * (g.R2 * c)
-        fd, jd = 0.5 * (side + y3 * y3 + z3 * z3 - g.L3**2), z3 * (g.R2 * c) - y3 * lean
+        fc, jc = 0.5 * (side + y2 * y2 + z2 * z2 - g.L2**2), y2 * tilt - z2 * (g.R2 * c)
+        fd, jd = 0.5 * (side + y3 * y3 + z3 * z3 - g.L3**2), z3 * (g.R2 * c) - y3 * tilt
         # without x: row a; (6) - (5); x2 times row b minus x1 times row c
         p1, p2, p3, p0 = y3 - y2, z3 - z2, jd - jc, fd - fc
         q1, q2, q3, q0 = x2 * y - x1 * y2, x2 * h - x1 * z2, x2 * jb - x1 * jc, x2 * fb - x1 * fc
@@ -341,9 +341,9 @@ def _inverse_step(g: Lengths, table: Table) -> Step:
         da = (qb * e - qa * h) * over
         drho1 = (pa * qb - pb * qa) * over
         dy, dz = y0 + ya * da, z0 + za * da
-        x2, arm, lean = x + g.x2, g.R2 * c - g.r4, g.R2 * s
-        y2, z2, y3, z3 = y - arm, z - lean - rho2, y + arm, z + lean - rho3
-        side, slide, swing, rise = x2 * x2, x2 * dx, lean * da, g.R2 * c * da
+        x2, arm, tilt = x + g.x2, g.R2 * c - g.r4, g.R2 * s
+        y2, z2, y3, z3 = y - arm, z - tilt - rho2, y + arm, z + tilt - rho3
+        side, slide, swing, rise = x2 * x2, x2 * dx, tilt * da, g.R2 * c * da
         drho2 = dz - rise + (slide + y2 * (dy + swing) - 0.5 * (side + y2 * y2 + z2 * z2 - g.L2**2)) / z2
         drho3 = dz + rise + (slide + y3 * (dy - swing) - 0.5 * (side + y3 * y3 + z3 * z3 - g.L3**2)) / z3
         return np.stack([dx, dy, dz, da, drho1, drho2, drho3, da + f_axis])
@@ -381,7 +381,7 @@ def _inverse_dense_step(g: Lengths, table: Table) -> Step:
 
 
 def unleaning(g: Lengths, table: Table, tip: Array, axis: Array, tool: Array) -> Array:
-    """A good start of the inverse iteration, (n, 8): where a spindle that never leans would stand, legs as in the middle."""
+    """A good start of the inverse iteration, (n, 8): where a spindle that never tilts would stand, legs as in the middle."""
     return _unleaning(g, table, _pose_data(table, tip, axis, tool)[0]).T
 
 

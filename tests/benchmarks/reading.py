@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 #: gcodeparser and pygcode are measured on so much of the lines: the latter reads 10,000 lines a second.
 SHARE = 20
 REPEATS = 3
-PIECE = 10_000
+SEGMENT = 10_000
 
 OURS = "import sys, verne_post.gcode as g; print(len(g.read_moves(open(sys.argv[1], 'rb').read(), max_repeats=10**9)))"
 GCODEPARSER = "import sys; from gcodeparser import GcodeParser; print(len(GcodeParser(open(sys.argv[1]).read()).lines))"
@@ -33,12 +33,12 @@ PYGCODE = "import sys; from pygcode import Line; print(len([Line(l) for l in ope
 def write_blade(file: Path, lines: int, extra: Callable[[int], str] | None = None, every: int = 0) -> None:
     """Short five-axis G1 moves along a wavy spiral; every so many lines one of another kind.
 
-    Written in pieces: the memory of a child process counts that of its parent when it was started.
+    Written in segments: the memory of a child process counts that of its parent when it was started.
     """
     with file.open("w", encoding="ascii") as out:
         out.write("G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n")
-        for begin in range(0, lines, PIECE):
-            number = np.arange(begin, min(begin + PIECE, lines))
+        for begin in range(0, lines, SEGMENT):
+            number = np.arange(begin, min(begin + SEGMENT, lines))
             s = 0.2 * number
             x, y, z = 50 * np.cos(s / 50), 50 * np.sin(s / 50), 60 + 1e-4 * s
             a, c = 20 + 10 * np.sin(s / 30), np.degrees(s / 200)

@@ -159,12 +159,12 @@ def test_usage_error_is_2(arguments: tuple[str, ...], run: Callable[..., Any]) -
 
 
 def test_solver_that_gives_up_is_3(good: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    from verne_post.timing import exact_stop
+    from verne_post.trajectory import stop_to_stop
 
     def lost(distance: np.ndarray, *_limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.full((len(distance), 7), np.nan), np.zeros((len(distance), 7))
 
-    monkeypatch.setattr(exact_stop, "rest_to_rest", lost)
+    monkeypatch.setattr(stop_to_stop, "rest_to_rest", lost)
     answer = run(good, *PLACE, "--smoothing", "off")
     assert (answer.code, answer.out) == (3, "")
     assert f"{good}:3: VP420 error: " in answer.err

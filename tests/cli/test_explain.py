@@ -310,7 +310,7 @@ def test_the_other_branch(
 def test_out_of_reach_finds_the_way_back(explain: Callable[..., str], codes: Callable[..., set[str]]) -> None:
     program = lines("G0 X0 Y0 Z50 A0 C0", "G1 Y600 F1000", "M2")
     text = explain(program, 2, "--tool-length", "50")
-    assert "no lean alpha closes the legs in the working mode: VP110 out of reach" in text
+    assert "no tilt alpha closes the legs in the working mode: VP110 out of reach" in text
     share = scalar(text, "VP110 error: .*\n    first at ")
     # the first place that cannot be reached, by the machine itself
     machine = load_machine()

@@ -14,7 +14,7 @@ from verne_post.app.assemble import assemble
 from verne_post.app.fit import propose
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.toolpath.room import margins_of
+from verne_post.toolpath.margins import margin_functions
 
 FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
 TRAVEL = (FOLDER / "violates_slider_travel.nc", "--tool-length", 50)
@@ -86,7 +86,7 @@ def test_room_is_larger_than_anywhere_near(tilted: Path) -> None:
     options = Options(tool_length=70.0, wcs={1: WorkOffset((5.0, 5.0, 40.0))})
     found = propose(TILTED.encode(), machine, options, "xy")
     assert found.after.smallest > found.before.smallest
-    margins, _names = margins_of(machine)
+    margins, _names = margin_functions(machine)
     best = found.after.place
     rng = np.random.default_rng(1)
     for spread in (2.0, 20.0, 120.0):

@@ -23,7 +23,7 @@ MODULE = verne_post.load_machine().module
 
 @pytest.fixture
 def flat(tmp_path: Path) -> Path:
-    """Poses on y = 0, where the platform does not lean."""
+    """Poses on y = 0, where the platform does not tilt."""
     x, z = np.meshgrid([-200.0, 0.0, 200.0], [900.0, 1200.0])
     position = np.stack([x.ravel(), np.zeros(6), z.ravel()], axis=-1)
     rho = MODULE.inverse(position)[0]
@@ -42,7 +42,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Serial:
-    """A spindle carrier that has neither loop equations nor curves of equal lean."""
+    """A spindle carrier that has neither loop equations nor curves of equal tilt."""
 
     actuators = ("x", "y", "z")
 
@@ -278,7 +278,7 @@ def test_without_matplotlib_the_extra_is_named(
 def test_a_kind_without_equal_lean_is_refused(serial: None, run: Callable[..., Any], tmp_path: Path) -> None:
     answer = run("machine", "show", "--plot", tmp_path / "a.png", "--iso-alpha")
     assert (answer.code, answer.out) == (2, "")
-    assert "kind 'serial' has no curves of equal lean" in answer.err
+    assert "kind 'serial' has no curves of equal tilt" in answer.err
 
 
 def test_a_kind_without_tilting_rotary_table_has_no_slice(

@@ -575,7 +575,7 @@ def test_a_home_is_in_the_files_sense(file):
     tables["limits"]["a_deg"] = [-100.0, 95.0]
     (item,) = validate_machine(load_machine(file(tables)))
     assert (item.axis, item.limit) == ("a", pytest.approx(95.0))
-    assert item.value == pytest.approx(99.0, abs=10.0)  # 99 and the lean of the platform, in the file's sense
+    assert item.value == pytest.approx(99.0, abs=10.0)  # 99 and the tilt of the platform, in the file's sense
     assert item.value > 95.0
 
 

@@ -68,14 +68,14 @@ def test_the_centre_keeps_its_distance(view, contour, code, diameter):
     centre = points(moves, (0, 0))[2:-1]
     path = np.concatenate(centre)
     radius = diameter / 2
-    for k, piece in enumerate(programmed):
-        gap = np.sqrt(((path[:, None, :] - piece[None, :, :]) ** 2).sum(axis=-1)).min(axis=1)
+    for k, segment in enumerate(programmed):
+        gap = np.sqrt(((path[:, None, :] - segment[None, :, :]) ** 2).sum(axis=-1)).min(axis=1)
         # a longer contour, or one with two arcs, may come near itself, which no control looks for
         if len(lines) == 1 or (len(lines) == 2 and not any("I" in line for line in lines)):
             assert gap.min() > radius - 0.002  # 0.05 mm between points: a chord's sag of 0.0006
         beside = np.sort(np.abs(gap - radius))
-        # corners on both sides may take most of a piece away; a twentieth of it, 1.5 mm, is always left
-        assert beside[: len(piece) // 20].max() < 0.002, f"piece {k} is left"
+        # corners on both sides may take most of a segment away; a twentieth of it, 1.5 mm, is always left
+        assert beside[: len(segment) // 20].max() < 0.002, f"segment {k} is left"
 
 
 def test_left_and_right(view):

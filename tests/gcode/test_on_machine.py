@@ -235,7 +235,7 @@ def test_the_remedies_are_named(machine):
         assemble((HERE + "G43 H7\nM2").encode(), machine, Options())
 
 
-#: program, options, tool length of each piece
+#: program, options, tool length of each segment
 LENGTHS = {
     "rapids before count 0": (HERE + "X1\nG43 H1\nX2\nG1 X3 F9\nM2", {"tools": TOOLS}, [0, 60, 60]),
     "G49 says 0": (HERE + "G49\nG1 X2 F100\nM2", {}, [0]),

@@ -163,18 +163,18 @@ def test_chunks_are_whole_lines_and_lose_nothing(monkeypatch, size, source):
     monkeypatch.setattr(scan, "CHUNK_BYTES", size)
     raw = source.encode()
     text = ProgramText(raw, interpreter_setup(), Interpreter)
-    pieces, line = [], 1
+    segments, line = [], 1
     while (chunk := text.chunk(line)) is not None:
-        pieces.append((chunk.first_line, chunk.text))
+        segments.append((chunk.first_line, chunk.text))
         line += len(chunk.ends)
-    assert b"".join(piece for _line, piece in pieces) == raw
+    assert b"".join(segment for _line, segment in segments) == raw
     done = b""
-    for line, piece in pieces:
-        assert piece
+    for line, segment in segments:
+        assert segment
         assert line == 1 + done.count(b"\n")
         assert not done or done.endswith(b"\n")
-        assert len(piece) <= size or b"\n" not in piece[:-1]  # longer than asked only where one line is
-        done += piece
+        assert len(segment) <= size or b"\n" not in segment[:-1]  # longer than asked only where one line is
+        done += segment
 
 
 PROGRAM = (

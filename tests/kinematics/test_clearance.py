@@ -5,8 +5,8 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.kinematics.clearance import _flat_end_to_table, _to_table, point_distance, segment_distance
-from verne_post.kinematics.judge_clearance import judge_clearance
+from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, point_distance, segment_distance
+from verne_post.kinematics.checks.clearance import check_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.protocols import Pose
@@ -127,8 +127,8 @@ def test_clearances_of_many_poses_against_brute_force(bodied):
     names = [margin.name for margin in machine.clearance.names]
     start, end = machine.clearance.module.rods(position, alpha, q[:, :3])
     share = np.linspace(0.0, 1.0, 17)[:, None]
-    lean = np.stack([np.zeros(n), -np.sin(alpha), np.cos(alpha)], axis=-1)
-    top = position - 200.0 * lean
+    tilt = np.stack([np.zeros(n), -np.sin(alpha), np.cos(alpha)], axis=-1)
+    top = position - 200.0 * tilt
 
     def between(a0, a1, b0, b1):
         a, b = a0[:, None] + share * (a1 - a0)[:, None], b0[:, None] + share * (b1 - b0)[:, None]
@@ -195,7 +195,7 @@ def test_a_touch_inside_a_motion_is_found_by_0_01_mm_and_none_is_invented(bodied
             machine = bodied({"clearance.minimum_mm": max(smallest + excess, 0.0)})
             if smallest + excess < 0:
                 continue
-            found = judge_clearance(program_on(machine).joints(), machine.clearance)
+            found = check_clearance(program_on(machine).joints(), machine.clearance)
             mine = [item for item in found if item.message.startswith(names[k].name + " ")]
             assert len(mine) == (1 if excess > 0 else 0)
             for item in mine:
@@ -212,7 +212,7 @@ def test_a_cone_left_inside_a_motion_is_found(bodied, inside):
         key = "rods.slider_cone_deg" if "slider" in names[k].name else "rods.platform_cone_deg"
         for excess, count in ((1e-3, 1), (-1e-3, 0)):
             machine = bodied({key: 60.0 - smallest - excess})
-            found = judge_clearance(program_on(machine).joints(), machine.clearance)
+            found = check_clearance(program_on(machine).joints(), machine.clearance)
             assert len([item for item in found if item.message.startswith(names[k].name + " ")]) == count
 
 

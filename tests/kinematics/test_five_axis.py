@@ -173,14 +173,14 @@ def test_close_to_the_pole_the_axis_still_returns(machine, sine):
 
 
 def test_vertical_tool_tilts_the_table_by_the_lean(machine):
-    """A three-axis program is a five-axis job: the table follows the platform's lean, A = alpha."""
+    """A three-axis program is a five-axis job: the table follows the platform's tilt, A = alpha."""
     rng = np.random.default_rng(5)
     tip = rng.uniform([-200.0, -200.0, 0.0], [200.0, 200.0, 150.0], size=(1000, 3))
     q, ok = machine.inverse(tip, np.array([0.0, 0.0, 1.0]), 100.0)
     assert ok.all()
     _position, alpha, _ok = machine.module.forward(q[:, :3])
     assert q[:, 3] == pytest.approx(alpha, abs=1e-12)
-    assert np.abs(alpha).max() > 0.1  # it does lean
+    assert np.abs(alpha).max() > 0.1  # it does tilt
 
 
 # --- the programmed branch ------------------------------------------------------------------------
@@ -224,7 +224,7 @@ def test_solve_and_inverse_agree_up_to_whole_turns_and_the_second_table_solution
         assert q[2, 3] - alpha[2] == pytest.approx(-a, abs=1e-12)
 
 
-# --- where the platform does not lean: textbook trunnion ------------------------------------------
+# --- where the platform does not tilt: textbook trunnion ------------------------------------------
 
 
 def test_without_lean_it_is_the_textbook_trunnion(offset_machine):
@@ -297,7 +297,7 @@ def test_unreachable_only_where_a_dense_scan_finds_no_solution(offset_machine):
 def test_why_not_names_poses_out_of_reach(machine):
     tip, angles = np.array([[900.0, 0.0, 0.0], [0.0, 900.0, 0.0]]), np.zeros((2, 2))
     assert not machine.five_axis.solve(tip, angles, 50.0)[3].any()
-    assert machine.five_axis.why_not(tip, angles, np.array([50.0, 50.0])) == ["VP110", "VP110"]
+    assert machine.five_axis.why_unreachable(tip, angles, np.array([50.0, 50.0])) == ["VP110", "VP110"]
 
 
 # --- shapes and odd input -------------------------------------------------------------------------
@@ -511,7 +511,7 @@ def test_single_points_are_as_good_as_batches(sensed, frame):
 
 @pytest.mark.parametrize("frame", FRAMES.values(), ids=FRAMES)
 def test_a_machine_move_in_z_runs_along_the_tool_axis(sensed, frame):
-    """In the part, also while the platform leans: the tool is not dragged sideways."""
+    """In the part, also while the platform tilts: the tool is not dragged sideways."""
     machine, _a_sign, _c_sign = sensed
     low = np.array([20.0, -30.0, -300.0, 35.0, 0.0, 50.0, 0.0, 0.0, 0.0])
     high = low.copy()
@@ -520,7 +520,7 @@ def test_a_machine_move_in_z_runs_along_the_tool_axis(sensed, frame):
     tip, angles = machine.coordinates.to_table(program, frame)
     q, _position, alpha, ok = machine.five_axis.solve(tip, angles, frame.tool_length)
     assert ok.all()
-    assert np.abs(alpha).min() > 1e-3  # it does lean
+    assert np.abs(alpha).min() > 1e-3  # it does tilt
     tip, axis, _ok = machine.forward(q, frame.tool_length)
     assert axis[1] == pytest.approx(axis[0], abs=ROUND_TRIP_AXIS)
     assert tip[1] - tip[0] == pytest.approx(80.0 * axis[0], abs=ROUND_TRIP_MM)

@@ -1,4 +1,4 @@
-"""Every assembly mode against a dense scan over the lean that is derived otherwise and shares no code with the product."""
+"""Every assembly mode against a dense scan over the tilt that is derived otherwise and shares no code with the product."""
 
 from dataclasses import astuple, replace
 
@@ -7,7 +7,7 @@ import pytest
 from dense_scan import assembly_modes, disagreements
 from newton_raphson import VERNE, Lengths, rods
 
-from verne_post.kinematics.modules.verne import VerneModule
+from verne_post.kinematics.modules.verne.module import VerneModule
 
 #: The product divides by E of (21), and takes another road where E vanishes: "level" is there, at one mode or at two.
 SORTS = ("travel", "wide", "level", "level and balanced", "perturbed")

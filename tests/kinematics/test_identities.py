@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from verne_post.base.rotations import axis_of_angles
 from verne_post.kinematics.five_axis import HybridMachine
-from verne_post.kinematics.modules.verne import VerneModule
+from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.kinematics.tables.tilting import TiltingTable
 
 VERNE = VerneModule(
@@ -68,12 +68,12 @@ def test_a_mirror_in_y_exchanges_sliders_2_and_3_and_turns_the_lean(module, posi
     assert ok
     assert rho_image == pytest.approx(rho[[0, 2, 1]], abs=SAME_MM)
     assert alpha_image == pytest.approx(-alpha, abs=SAME_ANGLE)
-    back, lean, ok = module.forward(rho)
+    back, tilt, ok = module.forward(rho)
     back_image, lean_image, ok_image = image.forward(rho[[0, 2, 1]])
     assert ok == ok_image
     if ok:
         assert back_image == pytest.approx(back * [1, -1, 1], abs=SAME_MM)
-        assert lean_image == pytest.approx(-lean, abs=SAME_ANGLE)
+        assert lean_image == pytest.approx(-tilt, abs=SAME_ANGLE)
 
 
 @settings(deadline=None, max_examples=40)
@@ -110,12 +110,12 @@ def test_a_module_k_times_as_large_has_k_times_the_sliders(module, position, k):
     assert ok
     assert rho_k / k == pytest.approx(rho, abs=SAME_MM)
     assert alpha_k == pytest.approx(alpha, abs=SAME_ANGLE)
-    back, lean, ok = module.forward(rho)
+    back, tilt, ok = module.forward(rho)
     back_k, lean_k, ok_k = scaled(module, k).forward(k * rho)
     assert ok == ok_k
     if ok:
         assert back_k / k == pytest.approx(back, abs=SAME_MM)
-        assert lean_k == pytest.approx(lean, abs=SAME_ANGLE)
+        assert lean_k == pytest.approx(tilt, abs=SAME_ANGLE)
 
 
 @settings(deadline=None, max_examples=40)
@@ -157,9 +157,9 @@ def test_a_batch_is_its_rows(module, seed, n):
             assert np.isnan(q_row).all()
             assert np.isnan(q[row]).all()
             continue
-        # towards the serial singularity a rounding of the lean moves the slider by more
-        position, lean, _ok = module.forward(q_row[:3])
-        if not module.geometry_margins(position, lean)[:3].min() > SMALLEST_DROP * module.L1:
+        # towards the serial singularity a rounding of the tilt moves the slider by more
+        position, tilt, _ok = module.forward(q_row[:3])
+        if not module.geometry_margins(position, tilt)[:3].min() > SMALLEST_DROP * module.L1:
             continue
         assert np.abs(q_row - q[row]).max() < 1e-11
         together = [v[row] for v in machine.forward(q, tool)[:2]]

@@ -7,7 +7,7 @@ from verne_post import load_machine
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.kinematics.mobility import Joint, mobility
-from verne_post.kinematics.modules.verne import VerneModule
+from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.model.options import Options
 
 LENGTHS = {
@@ -198,7 +198,7 @@ def test_mobility_of_a_stewart_platform_and_of_a_planar_arm():
 
 
 def test_every_solution_of_the_whole_machine_gives_the_pose():
-    """Own transform: the platform point leans with alpha, the table stands at A; the axis is that of A - alpha and C."""
+    """Own transform: the platform point tilts with alpha, the table stands at A; the axis is that of A - alpha and C."""
     machine = load_machine("verne")
     rng = np.random.default_rng(5)
     most = 0
@@ -207,8 +207,8 @@ def test_every_solution_of_the_whole_machine_gives_the_pose():
         tilt, turn, tool = rng.uniform(0.05, 1.5), rng.uniform(-3, 3), rng.uniform(50, 250)
         axis = np.array([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)])
         found = machine.five_axis.inverse_all(tip, axis, tool)
-        leans = {(one.other_table, round(one.alpha, 9)) for one in found}
-        most = max(most, *(sum(other == side for other, _alpha in leans) for side in (False, True)))
+        tilts = {(one.other_table, round(one.alpha, 9)) for one in found}
+        most = max(most, *(sum(other == side for other, _alpha in tilts) for side in (False, True)))
         for one in found:
             a, c = one.q[3], one.q[4]
             nominal = a - one.alpha

@@ -13,9 +13,9 @@ import verne_post
 from verne_post.app.assemble import assemble, machine_setup
 from verne_post.app.constraints import check_program
 from verne_post.base import spans
-from verne_post.kinematics.judge_clearance import _by_convexity
-from verne_post.kinematics.keep_out import KeepOut, Placed, keep_out_of
-from verne_post.kinematics.separation import cylinder_to_box, farther_than
+from verne_post.kinematics.checks.clearance import _by_convexity
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_keep_out
+from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
@@ -110,14 +110,14 @@ def test_known_distances() -> None:
 
     assert one([0, 0, 32], [0, 0, 90], 5.0) == pytest.approx(2.0, abs=1e-9)  # stands above, flat on flat
     assert one([18, 0, -5], [18, 0, 90], 5.0) == pytest.approx(3.0, abs=1e-9)  # beside
-    assert one([13, 24, 0], [13, 24, 90], 0.0) == pytest.approx(5.0, abs=1e-7)  # a segment off an edge: 3, 4, 5
+    assert one([13, 24, 0], [13, 24, 90], 0.0) == pytest.approx(5.0, abs=1e-7)  # a element off an edge: 3, 4, 5
     assert one([0, 0, 28.5], [0, 0, 90], 5.0) == pytest.approx(-1.5, abs=1e-9)  # 1.5 deep
     assert one([13, 0, 0], [13, 0, 90], 5.0) == pytest.approx(-2.0, abs=1e-9)
-    lean = math.sqrt(0.5)
-    # an edge of the flat end under 45 degrees: the rim's lowest point is at (20 - 5 lean, 0, 40 - 5 lean)
-    told = one([20, 0, 40], [20 + 50 * lean, 0, 40 + 50 * lean], 5.0)
-    assert told == pytest.approx(math.hypot(20 - 5 * lean - 10, 0) if 40 - 5 * lean < 30 else
-                                 min(math.hypot(max(20 - s * lean - 10, 0), max(40 + s * lean - 30, 0))
+    tilt = math.sqrt(0.5)
+    # an edge of the flat end under 45 degrees: the rim's lowest point is at (20 - 5 tilt, 0, 40 - 5 tilt)
+    told = one([20, 0, 40], [20 + 50 * tilt, 0, 40 + 50 * tilt], 5.0)
+    assert told == pytest.approx(math.hypot(20 - 5 * tilt - 10, 0) if 40 - 5 * tilt < 30 else
+                                 min(math.hypot(max(20 - s * tilt - 10, 0), max(40 + s * tilt - 30, 0))
                                      for s in np.linspace(-5, 5, 20001)), abs=1e-6)  # fmt: skip
 
 
@@ -172,16 +172,16 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     close = (by_hand < 20) & (by_hand > -44)  # beyond 25 mm what is told is a lower bound
     assert close.sum() > 20
     assert np.abs(by_hand - margins[:, 3])[close].max() < 0.2
-    # platform: leans with alpha about x in the base frame, whose y and z are turned; the table stands at A + alpha and C
-    lean = alpha[ok]
+    # platform: tilts with alpha about x in the base frame, whose y and z are turned; the table stands at A + alpha and C
+    tilt = alpha[ok]
     ends = []
     for end in PLATFORM["clearance.platform_ends_mm"]:
         x, y, z = end
         base = position[ok] + np.stack(
-            [np.full_like(lean, x), np.cos(lean) * y - np.sin(lean) * z, np.sin(lean) * y + np.cos(lean) * z], axis=1
+            [np.full_like(tilt, x), np.cos(tilt) * y - np.sin(tilt) * z, np.sin(tilt) * y + np.cos(tilt) * z], axis=1
         )
         upright = (base - machine.coordinates.pivot) * [1.0, -1.0, -1.0]
-        tilt = a + lean
+        tilt = a + tilt
         y1 = np.cos(tilt) * upright[:, 1] + np.sin(tilt) * upright[:, 2]
         z1 = -np.sin(tilt) * upright[:, 1] + np.cos(tilt) * upright[:, 2]
         ends.append(
@@ -198,7 +198,7 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
 
 # --- whole motions ------------------------------------------------------------------------------
 
-#: The tool swings about its tip, upright at both ends: in the middle it leans over by 40 degrees.
+#: The tool swings about its tip, upright at both ends: in the middle it tilts over by 40 degrees.
 SWING = "G21 G90 G61.1\nG0 X0 Y0 Z40 A0 C0\nG1 A40 F3000\nG1 A0\nM2\n"
 #: Legal ends, and a post in the middle of the way.
 PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
@@ -215,13 +215,13 @@ def least(source: str, box: Box, body: str, **options: Any) -> float:
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "keep_out": (box,), **options}
     program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
     frames = machine_setup(MACHINE, program.options).frames
-    model = keep_out_of(MACHINE, program.path, program.moves, program.options, frames)
+    model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
     joints, n = program.joints(), 4001
     column = next(k for k, (name, _box) in enumerate(model.pairs) if name == body)
     found = []
-    for segment in range(len(program.contour)):
-        own = np.full(n, segment)
+    for element in range(len(program.contour)):
+        own = np.full(n, element)
         solved = joints.solve(own, np.linspace(0, 1, n))
         found.append(model.evaluate(joints.bodies(own, solved))[0][:, column].min())
     return float(min(found))
@@ -361,7 +361,7 @@ def test_boxes_in_a_work_system_move_with_the_part() -> None:
     box = Box("pin", (10.0, -2.0, 0.0), (14.0, 6.0, 20.0), system=1)
     program = assemble(PAST.encode(), MACHINE, Options(tool_length=100.0, wcs=offset, keep_out=(box,)))
     frames = machine_setup(MACHINE, program.options).frames
-    model = keep_out_of(MACHINE, program.path, program.moves, program.options, frames)
+    model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
     placed = model.boxes[0]
     corners = np.array([[x, y, z] for x in (10, 14) for y in (-2, 6) for z in (0, 20)], dtype=float)

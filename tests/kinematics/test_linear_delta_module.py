@@ -85,7 +85,7 @@ def test_leaning_is_the_upright_position():
     gauge = np.random.default_rng(2).uniform([-200, -200, 100], [200, 200, 500], (50, 3))
     pivot = np.array([15.0, -25.0, 1580.0])
     direct = MODULE.inverse(pivot + gauge * [1, -1, -1])
-    for one, other in zip(MODULE.inverse_leaning(pivot, gauge), direct, strict=True):
+    for one, other in zip(MODULE.inverse_coupled(pivot, gauge), direct, strict=True):
         np.testing.assert_array_equal(one, other)
 
 
@@ -198,7 +198,7 @@ def test_beyond_a_parallel_singularity_nothing_is_solved():
     assert len(position) > 50
     _rho, _alpha, ok = CROWDED.inverse(position)
     assert not ok.any()
-    assert set(CROWDED.why_not(np.zeros(3), position * [1, -1, -1])) == {"VP203"}
+    assert set(CROWDED.why_unreachable(np.zeros(3), position * [1, -1, -1])) == {"VP203"}
     back, _alpha, ok = CROWDED.forward(rho)
     assert np.median(np.abs(back[ok] - position[ok]).max(axis=1)) > 1.0
     assert CROWDED.inverse(back[ok])[2].all()
@@ -234,7 +234,7 @@ def test_too_far_away_is_out_of_reach():
     rho, _alpha, ok = MODULE.inverse(position)
     assert ok.tolist() == [False, False, True]
     assert np.isnan(rho[:2]).all()
-    assert MODULE.why_not(np.zeros(3), position[:2] * [1, -1, -1]) == ["VP110", "VP110"]
+    assert MODULE.why_unreachable(np.zeros(3), position[:2] * [1, -1, -1]) == ["VP110", "VP110"]
     assert MODULE.inverse_all(position[0]) == []
 
 
@@ -273,12 +273,12 @@ def test_jacobians_against_central_differences():
 
 def test_rows_that_are_no_numbers_are_not_ok():
     odd = np.array([[0.0, 0.0, 1200.0], [np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0, np.inf], [1e200, 0.0, 0.0]])
-    for solve in (MODULE.inverse, lambda p: MODULE.inverse_leaning(np.zeros(3), p * [1, -1, -1])):
+    for solve in (MODULE.inverse, lambda p: MODULE.inverse_coupled(np.zeros(3), p * [1, -1, -1])):
         rho, alpha, ok = solve(odd)
         assert ok.tolist() == [True, False, False, False, False]
         assert np.isnan(rho[1:]).all()
         assert np.isnan(alpha[1:]).all()
-    assert len(MODULE.why_not(np.zeros(3), odd)) == len(odd)
+    assert len(MODULE.why_unreachable(np.zeros(3), odd)) == len(odd)
     for row in odd[1:]:
         assert MODULE.inverse_all(row) == []
         assert MODULE.forward_all(row) == []

@@ -46,14 +46,14 @@ def test_beyond_reach_every_pose_is_refused_with_its_reason(machine):
     assert np.isnan(q[out]).all()
     assert np.isfinite(q[ok]).all()
 
-    codes = machine.five_axis.why_not(tip[out[:500]], angles[out[:500]], tool[out[:500]])
+    codes = machine.five_axis.why_unreachable(tip[out[:500]], angles[out[:500]], tool[out[:500]])
     assert len(codes) == 500
     assert set(codes) <= {"VP110", "VP201"}
 
     start = unleaning(lengths, table, tip[out], axis[out], tool[out])
-    for lean in (0.0, -0.8, -0.4, 0.4, 0.8):  # rods of leg I cross at 0.908
-        start[:, 3] = lean
-        start[:, 7] = angles[out, 0] + lean
+    for tilt in (0.0, -0.8, -0.4, 0.4, 0.8):  # rods of leg I cross at 0.908
+        start[:, 3] = tilt
+        start[:, 7] = angles[out, 0] + tilt
         solved, _q = inverse(lengths, table, tip[out], axis[out], tool[out], start)
         assert not solved.ok.any()
 

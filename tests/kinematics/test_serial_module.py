@@ -121,7 +121,7 @@ def test_only_one_solution_and_no_margins():
 def test_rows_that_are_no_numbers_are_not_ok():
     module = SerialModule(zero=[0.0, 0.0, 1000.0])
     points = np.array([[1.0, 2.0, 3.0], [np.nan, 0.0, 0.0], [0.0, np.inf, 0.0]])
-    for solve in (module.inverse, module.forward, lambda p: module.inverse_leaning(np.zeros(3), p)):
+    for solve in (module.inverse, module.forward, lambda p: module.inverse_coupled(np.zeros(3), p)):
         value, alpha, ok = solve(points)
         assert ok.tolist() == [True, False, False]
         assert np.isnan(value[1:]).all()
@@ -129,7 +129,7 @@ def test_rows_that_are_no_numbers_are_not_ok():
         assert alpha[0] == 0.0
         assert np.isnan(alpha[1:]).all()
     assert module.inverse_all(points[1]) == module.forward_all(points[2]) == []
-    assert module.why_not(np.zeros(3), points[1:]) == ["VP110"] * 2
+    assert module.why_unreachable(np.zeros(3), points[1:]) == ["VP110"] * 2
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (7,), (2, 3)])

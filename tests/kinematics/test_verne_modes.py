@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verne_post.kinematics.modules.verne import VerneModule
+from verne_post.kinematics.modules.verne.module import VerneModule
 
 LENGTHS = {
     "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,

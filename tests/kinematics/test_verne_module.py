@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from verne_post import load_machine
-from verne_post.kinematics.modules.verne import VerneModule
+from verne_post.kinematics.modules.verne.module import VerneModule
 
 #: The identified lengths (docs: kinematics), written out so that a wrong machine file is noticed here too.
 LENGTHS = {
@@ -52,9 +52,9 @@ def rods(position, alpha, rho, g=LENGTHS):
 
 def drops(position, alpha, rho, g=LENGTHS):
     """How far each platform attachment hangs below its slider's (-s_i times the roots in (11)-(13)), (..., 3) mm."""
-    z, lean = np.asarray(position)[..., 2], g["R2"] * np.sin(alpha)
+    z, tilt = np.asarray(position)[..., 2], g["R2"] * np.sin(alpha)
     rho = np.asarray(rho)
-    return np.stack([z - rho[..., 0], z - lean - rho[..., 1], z + lean - rho[..., 2]], axis=-1)
+    return np.stack([z - rho[..., 0], z - tilt - rho[..., 1], z + tilt - rho[..., 2]], axis=-1)
 
 
 def in_working_mode(position, alpha, rho, g=LENGTHS):
@@ -104,7 +104,7 @@ def polished(position, alpha, rho):
 
 
 def scan(x, y, g=LENGTHS, n=4001):
-    """Dense scan of (14) in the working mode over the uncrossed lean: True where a root with real rods is certain.
+    """Dense scan of (14) in the working mode over the uncrossed tilt: True where a root with real rods is certain.
 
     x, y (m,) are those of P. A root is certain where (14) changes sign between two neighbouring
     angles at which all three radicands of (11)-(13) are positive. Pairs of roots inside one step
@@ -221,7 +221,7 @@ def test_figure_7_the_working_mode_among_its_roots(module):
 
 
 def test_figure_5_ellipses_of_equal_lean(module):
-    """Points of the ellipse (8) of an angle alpha have that lean: y_P and alpha of opposite signs (14)."""
+    """Points of the ellipse (8) of an angle alpha have that tilt: y_P and alpha of opposite signs (14)."""
     R1, r1, L1 = LENGTHS["R1"], LENGTHS["r1"], LENGTHS["L1"]
     alpha = np.repeat(np.linspace(-40, 40, 33), 181) * np.pi / 180
     alpha = alpha[alpha != 0]
@@ -232,7 +232,7 @@ def test_figure_5_ellipses_of_equal_lean(module):
     x1, y = a * np.cos(around), -np.sign(alpha) * b * np.sin(around)
     position = np.stack([x1 - LENGTHS["leg1_x_offset"], y, np.full_like(y, 1000.0)], axis=-1)
     _rho, found, ok = module.inverse(position)
-    # with less vertical drop of leg I than this a second lean exists (kinematics: "Working mode")
+    # with less vertical drop of leg I than this a second tilt exists (kinematics: "Working mode")
     single = ok & (a**2 - x1**2 - y**2 > 100.0**2)
     assert single.sum() > 1000
     # y fixes alpha through a root of order one; 1e-9 rad is a thousandth of what a rod could notice
@@ -271,7 +271,7 @@ def test_forward_of_inverse_close_to_the_rim(module, rim, inside):
     position = border - inside * outward
     rho, alpha, ok = module.inverse(position)
     assert ok.all()
-    # the lean changes with the root of the distance to the rim: 1e-9 mm of rod instead of 1e-11
+    # the tilt changes with the root of the distance to the rim: 1e-9 mm of rod instead of 1e-11
     assert np.abs(rods(position, alpha, rho)).max() < 2e-6
     back, _alpha, ok_back = module.forward(rho)
     assert ok_back.all()
@@ -288,11 +288,11 @@ def test_inverse_closes_the_rods_in_the_working_mode(lengths):
 
 
 def test_far_from_the_pivot_the_rods_close_near_the_serial_singularity_of_leg_one_too():
-    """A geometry whose equation for the lean bends much where leg I hangs down by a few hundredths of its rod only."""
+    """A geometry whose equation for the tilt bends much where leg I hangs down by a few hundredths of its rod only."""
     lengths = dict(zip(LENGTHS, (82.0, 486.0, 192.0, 451.0, -129.0, 373.0, 210.0, 720.0, 723.0), strict=True))
     pivot = np.array([160.0, 40.0, 690.0])
     gauge = np.random.default_rng(1).uniform(-541, 541, (40_000, 3))
-    rho, alpha, ok = VerneModule(**lengths).inverse_leaning(pivot, gauge)
+    rho, alpha, ok = VerneModule(**lengths).inverse_coupled(pivot, gauge)
     rho, alpha, (x, y, z) = rho[ok], alpha[ok], gauge[ok].T
     c, s = np.cos(alpha), np.sin(alpha)
     position = pivot + np.stack([x, -(c * y - s * z), -(s * y + c * z)], axis=-1)  # P = pivot + F Rx(alpha) g
@@ -359,7 +359,7 @@ def test_mirror_in_y_exchanges_legs_ii_and_iii(lengths):
 
 
 def test_z_shifts_every_slider(module):
-    """The sliders run along z: shifting P in z shifts all of them, the lean stays."""
+    """The sliders run along z: shifting P in z shifts all of them, the tilt stays."""
     position = random_positions(7, 5000)
     rho, alpha, ok = module.inverse(position)
     rho_shifted, alpha_shifted, ok_shifted = module.inverse(position + np.array([0.0, 0.0, 321.5]))
@@ -428,7 +428,7 @@ def test_why_not_says_crossing_only_where_crossed_solutions_exist():
     module = VerneModule(**g)
     position = random_positions(11, 3000)
     position = position[~module.inverse(position)[2]]
-    codes = np.array([code for p in position for code in module.why_not(p, np.zeros((1, 3)))])
+    codes = np.array([code for p in position for code in module.why_unreachable(p, np.zeros((1, 3)))])
     expected = []
     for x, y, _z in position:
         cosines = np.cos(orientations(x, y, g))
@@ -442,7 +442,7 @@ def test_why_not_says_crossing_only_where_crossed_solutions_exist():
 
 
 def test_why_not_takes_several_poses_at_once(module):
-    codes = module.why_not(np.array([900.0, 0.0, 1000.0]), np.array([[0.0, 0.0, 0.0], [50.0, 10.0, 0.0]]))
+    codes = module.why_unreachable(np.array([900.0, 0.0, 1000.0]), np.array([[0.0, 0.0, 0.0], [50.0, 10.0, 0.0]]))
     assert codes == ["VP110", "VP110"]
 
 

@@ -1,4 +1,4 @@
-"""Verdicts on tips of a slice, and the curves of equal lean."""
+"""Verdicts on tips of a slice, and the curves of equal tilt."""
 
 import numpy as np
 import pytest
@@ -64,19 +64,19 @@ def test_every_point_of_an_ellipse_may_lean_by_its_alpha(alpha, turn):
     """Against the roots of (9), which are found another way; both signs, as Table I has them."""
     for angle in (turn, -turn):
         ((x, y),) = MODULE.iso_alpha_ellipse(alpha, np.array([angle]))
-        leans = np.array(MODULE.orientations(np.array([x, y, 1000.0])))
-        for lean in (alpha, -alpha):  # two of four roots may nearly be one, of which a root can tell 1e-7
-            assert np.abs(leans - lean).min() < 1e-6
+        tilts = np.array(MODULE.orientations(np.array([x, y, 1000.0])))
+        for tilt in (alpha, -alpha):  # two of four roots may nearly be one, of which a root can tell 1e-7
+            assert np.abs(tilts - tilt).min() < 1e-6
 
 
 @given(alpha=st.floats(0.01, 0.75), turn=st.floats(0.5, 2.6))
 def test_the_working_mode_leans_towards_the_other_side(alpha, turn):
-    """Every point that the machine solves leans by +alpha for y < 0 and by -alpha for y > 0."""
-    for angle, lean in ((turn, -alpha), (-turn, alpha)):
+    """Every point that the machine solves tilts by +alpha for y < 0 and by -alpha for y > 0."""
+    for angle, tilt in ((turn, -alpha), (-turn, alpha)):
         ((x, y),) = MODULE.iso_alpha_ellipse(alpha, np.array([angle]))
         _rho, found, ok = MODULE.inverse(np.array([x, y, 1000.0]))
         if ok:
-            assert found == pytest.approx(lean, abs=1e-9)
+            assert found == pytest.approx(tilt, abs=1e-9)
 
 
 def test_ellipse_of_the_middle_is_solved_by_the_machine():

@@ -82,7 +82,7 @@ def test_one_finding_covers_a_stretch(files: dict[str, Path], run: Callable[...,
     assert (item["line"], item["last_line"], item["count"]) == (3, 6, 4)
     assert item["worst_line"] in (5, 6)
     assert (item["severity"], item["axis"], item["unit"], item["limit"]) == ("error", "a", "deg", 95.0)
-    assert 110 < item["value"] < 121  # A programmed 120, less a lean of some degrees
+    assert 110 < item["value"] < 121  # A programmed 120, less a tilt of some degrees
 
 
 def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., Any]) -> None:

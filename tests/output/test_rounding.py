@@ -16,7 +16,7 @@ from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.rounding import rounded, rounding_noise, setpoint_format
+from verne_post.output.rounding import round_setpoints, rounding_noise, setpoint_format
 from verne_post.output.setpoints import csv_rows
 
 MACHINE = verne_post.load_machine()
@@ -105,7 +105,7 @@ def test_rounding_is_to_the_nearest_and_makes_no_negative_zero() -> None:
     fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     factor = np.array([column.factor for column in MACHINE.columns])
     file = np.array([[100.00000004, 100.00000006, -4e-8, -4e-9, -0.0], [1.0, 2.0, 3.0, 45.123456786, -360.0]])
-    values, numbers = rounded(file / factor, MACHINE, fmt)
+    values, numbers = round_setpoints(file / factor, MACHINE, fmt)
     assert numbers is None
     assert values[0].tolist() == [100.0, 100.0000001, 0.0, 0.0, 0.0]
     assert values[1].tolist() == [1.0, 2.0, 3.0, 45.12345679, -360.0]

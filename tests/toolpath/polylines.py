@@ -37,31 +37,31 @@ def flat(xy: np.ndarray) -> np.ndarray:
 
 
 def poses_at(contour: Contour, s: np.ndarray, side: str) -> np.ndarray:
-    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of a segment those of the segment on this side."""
+    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of a element those of the element on this side."""
     ends = np.cumsum(contour.length)
-    segment = np.clip(np.searchsorted(ends, s, side="left" if side == "before" else "right"), 0, len(contour) - 1)
-    w = np.clip((s - (ends - contour.length)[segment]) / contour.length[segment], 0.0, 1.0)
-    return np.hstack(contour_pose(contour, segment, w))
+    element = np.clip(np.searchsorted(ends, s, side="left" if side == "before" else "right"), 0, len(contour) - 1)
+    w = np.clip((s - (ends - contour.length)[element]) / contour.length[element], 0.0, 1.0)
+    return np.hstack(contour_pose(contour, element, w))
 
 
-def shares_of_tolerance(contour: Contour, per_segment: int = 9) -> np.ndarray:
-    """For poses along all segments the larger share (m,) of tip and angle tolerance, at the best pose of the own piece.
+def shares_of_tolerance(contour: Contour, per_element: int = 9) -> np.ndarray:
+    """For poses along all elements the larger share (m,) of tip and angle tolerance, at the best pose of the own segment.
 
     The larger of two norms of linear functions of u is convex: a ternary search finds its minimum.
     """
-    segment = np.repeat(np.arange(len(contour)), per_segment)
-    w = np.tile(np.linspace(0.0, 1.0, per_segment), len(contour))
-    here = np.hstack(contour_pose(contour, segment, w))
-    path, piece = contour.path, contour.piece[segment]
-    start, way = path.start[piece], path.end[piece] - path.start[piece]
-    tip = np.maximum(contour.tip_tolerance[piece], 1e-9)  # 1 nm where nothing is allowed
-    axis = np.maximum(contour.axis_tolerance[piece], 1e-9)
+    element = np.repeat(np.arange(len(contour)), per_element)
+    w = np.tile(np.linspace(0.0, 1.0, per_element), len(contour))
+    here = np.hstack(contour_pose(contour, element, w))
+    path, segment = contour.path, contour.segment[element]
+    start, way = path.start[segment], path.end[segment] - path.start[segment]
+    tip = np.maximum(contour.tip_tolerance[segment], 1e-9)  # 1 nm where nothing is allowed
+    axis = np.maximum(contour.axis_tolerance[segment], 1e-9)
 
     def share(u: np.ndarray) -> np.ndarray:
         off = here - start - u[:, None] * way
         return np.maximum(np.linalg.norm(off[:, :3], axis=1) / tip, np.linalg.norm(off[:, 3:], axis=1) / axis)
 
-    low, high = np.zeros(len(piece)), np.ones(len(piece))
+    low, high = np.zeros(len(segment)), np.ones(len(segment))
     for _ in range(64):
         left, right = low + (high - low) / 3, high - (high - low) / 3
         better = share(left) < share(right)

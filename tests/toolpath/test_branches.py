@@ -47,7 +47,7 @@ def program(body, machine=SERIAL, **options):
 
 
 def degrees(path):
-    """Angles at both ends of every piece."""
+    """Angles at both ends of every segment."""
     return np.degrees(np.stack([path.start[:, 3:], path.end[:, 3:]], axis=1))
 
 
@@ -81,22 +81,22 @@ def pair_on(flip, turns, pair):
 def legal_by(a_range):
     low, high = np.radians(a_range)
 
-    def legal(piece, u, angles):
+    def legal(segment, u, angles):
         return (angles[:, 0] >= low - 1e-9) & (angles[:, 0] <= high + 1e-9)
 
     return legal
 
 
 def cost_of(path, a_range, c_range, branches):
-    """(illegal pieces, fed rewinds, rewinds, turns in place, travel) of one branch for each tilted piece."""
+    """(illegal segments, fed rewinds, rewinds, turns in place, travel) of one branch for each tilted segment."""
     upright = (np.abs(path.start[:, 3:4]) < 1e-9) & (np.abs(path.end[:, 3:4]) < 1e-9)
     tilted = np.flatnonzero(~upright[:, 0])
     (a0, a1), (c0, c1) = np.radians(a_range), np.radians(c_range)
     total = [0, 0, 0, 0, 0.0]
     before, last = None, -1
-    for piece, (flip, turns) in zip(tilted, branches, strict=True):
+    for segment, (flip, turns) in zip(tilted, branches, strict=True):
         u = np.linspace(0, 1, 5)
-        _tip, angles = pose(path, np.full(5, piece), u)
+        _tip, angles = pose(path, np.full(5, segment), u)
         on = np.array([pair_on(flip, turns, pair) for pair in angles])
         inside = (on[:, 0] > a0 - 1e-9) & (on[:, 0] < a1 + 1e-9) & (on[:, 1] > c0 - 1e-8) & (on[:, 1] < c1 + 1e-8)
         total[0] += not inside.all()
@@ -104,29 +104,29 @@ def cost_of(path, a_range, c_range, branches):
             tilt, turn = np.abs(on[0] - before)
             if tilt + turn > 1e-8:
                 total[4] += tilt + turn
-                standing = piece == last + 1
+                standing = segment == last + 1
                 if standing and max(abs(on[0, 0]), abs(before[0])) < 1e-9:
                     total[3] += 1
                 elif standing:
                     total[2] += 1
-                    total[1] += bool(path.feed_time[piece] > 0 and path.feed_time[last] > 0)
-        before, last = on[-1], piece
+                    total[1] += bool(path.feed_time[segment] > 0 and path.feed_time[last] > 0)
+        before, last = on[-1], segment
     return tuple(total[:4]), total[4]
 
 
-def branch_at(path, plan, piece):
-    """Which branch of the provisional angles the plan has chosen for a piece."""
+def branch_at(path, plan, segment):
+    """Which branch of the provisional angles the plan has chosen for a segment."""
     return next(
         (flip, turns)
         for flip, turns in itertools.product((0, 1), range(-4, 5))
-        if np.allclose(pair_on(flip, turns, path.end[piece, 3:]), plan.end[piece], atol=1e-8)
+        if np.allclose(pair_on(flip, turns, path.end[segment, 3:]), plan.end[segment], atol=1e-8)
     )
 
 
 @pytest.mark.parametrize("a_range", [(-95, 95), (-95, 20), (-30, 40)])
 @pytest.mark.parametrize("c_range", [(-360, 360), (-200, 200), (-1e9, 1e9)], ids=["360", "200", "unlimited"])
 def test_no_sequence_of_branches_is_better(a_range, c_range):
-    """Every branch of every tilted piece, tried one by one; sums of angles agree to their rounding."""
+    """Every branch of every tilted segment, tried one by one; sums of angles agree to their rounding."""
     rng = np.random.default_rng(int(c_range[1]) % 1000 + a_range[1])
     limited = c_range[1] < 1e6
     for _ in range(6):
@@ -138,7 +138,7 @@ def test_no_sequence_of_branches_is_better(a_range, c_range):
         if not 0 < len(tilted) <= 4:
             continue
         every = [cost_of(path, a_range, c_range, some) for some in itertools.product(states, repeat=len(tilted))]
-        chosen = [branch_at(path, plan, piece) for piece in tilted]
+        chosen = [branch_at(path, plan, segment) for segment in tilted]
         counts, travel = cost_of(path, a_range, c_range, chosen)
         best = min(every)
         assert counts <= best[0]
@@ -217,7 +217,7 @@ def test_noise_in_a_vector_turns_nothing():
 @pytest.mark.parametrize("words", ["A0 C10", "A20 C10", "A0 C0"])
 @pytest.mark.parametrize("before", ["", "G1 X5 I0 J0.6 K0.8\nG1 X10 I0 J0 K1\n"], ids=["upright", "tilted before"])
 def test_words_after_a_vertical_stretch_turn_the_table_in_their_own_rapid(before, words):
-    """The stretch keeps its C; a rapid that leads nowhere new is no piece."""
+    """The stretch keeps its C; a rapid that leads nowhere new is no segment."""
     prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\n{before}G1 X20\nG43.4 G0 {words}\nG1 X30")
     assert found(prog) == []
     assert prog.path.length.min() > 0

@@ -1,4 +1,4 @@
-"""Moves -> pieces in the table frame: geometry, feed times, what joins to a run, tool length changes."""
+"""Moves -> segments in the table frame: geometry, feed times, what joins to a run, tool length changes."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
 
 #: Positions in mm and angles in rad: the transformations cost 1e-13.
@@ -30,23 +30,23 @@ def path_of(machine):
     return build
 
 
-def at(path, piece, u):
-    """Tip and angles of one piece at parameters u, (n, 5)."""
+def at(path, segment, u):
+    """Tip and angles of one segment at parameters u, (n, 5)."""
     u = np.asarray(u, dtype=float)
-    return np.concatenate(pose(path, np.full(len(u), piece), u), axis=-1)
+    return np.concatenate(pose(path, np.full(len(u), segment), u), axis=-1)
 
 
 def axis_of(a, c):
     return np.array([math.sin(a) * math.sin(c), math.sin(a) * math.cos(c), math.cos(a)])
 
 
-# --- straight pieces ------------------------------------------------------------------------------
+# --- straight segments ------------------------------------------------------------------------------
 
 
-def test_a_straight_move_runs_from_pose_to_pose(path_of):
+def test_a_straight_move_sections_from_pose_to_pose(path_of):
     path = path_of("G1 X70 Y-30 Z10 A50 C75")
     assert len(path) == 1
-    assert (path.line[0], path.kind[0], path.arc[0], path.joint[0], path.run[0]) == (3, PieceKind.LINE, -1, -1, 0)
+    assert (path.line[0], path.kind[0], path.arc[0], path.joint[0], path.section[0]) == (3, SegmentKind.LINE, -1, -1, 0)
     end = [70.0, -30.0, 10.0, math.radians(50.0), math.radians(75.0)]
     assert path.start[0] == pytest.approx(START_POSE, abs=EXACT)
     assert path.end[0] == pytest.approx(end, abs=EXACT)
@@ -57,12 +57,14 @@ def test_a_straight_move_runs_from_pose_to_pose(path_of):
     assert at(path, 0, u) == pytest.approx(expected, abs=EXACT)
 
 
-def test_pieces_meet_exactly(path_of):
+def test_segments_meet_exactly(path_of):
     path = path_of("G1 X70 Y-30 Z10 A50 C75\nG0 X0 Y0\nG2 X10 Y-10 I10 J0\nG1 C90")
     assert len(path) == 4
     np.testing.assert_array_equal(path.start[1:], path.end[:-1])
-    for piece in range(4):
-        assert at(path, piece, [0.0, 1.0]) == pytest.approx(np.stack([path.start[piece], path.end[piece]]), abs=EXACT)
+    for segment in range(4):
+        assert at(path, segment, [0.0, 1.0]) == pytest.approx(
+            np.stack([path.start[segment], path.end[segment]]), abs=EXACT
+        )
 
 
 def test_c_stays_unwrapped_as_programmed(path_of):
@@ -95,7 +97,7 @@ def test_moves_of_no_length_are_dropped(path_of):
 
 
 def test_dropping_tiny_moves_leaves_no_gap(path_of):
-    """1e-7 mm is no move; what was dropped is made up by the next piece."""
+    """1e-7 mm is no move; what was dropped is made up by the next segment."""
     path = path_of("G1 X41\n" + "".join(f"G1 X{41 + 1e-7 * k:.7f}\n" for k in range(1, 9)) + "G1 X42")
     assert path.line.tolist() == [3, 12]
     np.testing.assert_array_equal(path.start[1], path.end[0])
@@ -136,7 +138,7 @@ def test_arcs_in_every_plane(path_of, plane, code, turns, lift, turned):
     to_center = f"{i_word}{center[first] - start[first]:.10f} {j_word}{center[second] - start[second]:.10f}"
     body = f"{plane} {code} {words} {to_center} P{turns} A20 C25"
     path = path_of(body, wcs={1: WorkOffset((5.0, -6.0, 7.0), turned)})
-    assert (len(path), path.kind[0], path.arc[0]) == (1, PieceKind.ARC, 0)
+    assert (len(path), path.kind[0], path.arc[0]) == (1, SegmentKind.ARC, 0)
 
     u = np.linspace(0.0, 1.0, 41)
     program = {
@@ -160,7 +162,7 @@ def test_arcs_in_every_plane(path_of, plane, code, turns, lift, turned):
     assert path.feed_time[0] == pytest.approx(60.0 * length / 1200.0, rel=1e-9)
 
 
-def test_a_full_circle_is_a_piece_though_its_ends_are_one_point(path_of):
+def test_a_full_circle_is_a_segment_though_its_ends_are_one_point(path_of):
     path = path_of("G3 X40 Y10 I-20 J0")
     assert len(path) == 1
     assert path.arcs.sweep[0] == pytest.approx(2 * math.pi)
@@ -241,8 +243,8 @@ def test_rapids_have_no_feed_time(path_of):
 
 
 def joints_of(path):
-    """True for each piece that continues the one before without a stop."""
-    return (path.run[1:] == path.run[:-1]).tolist()
+    """True for each segment that continues the one before without a stop."""
+    return (path.section[1:] == path.section[:-1]).tolist()
 
 
 STRAIGHT = "G1 X41 Y12 Z33\nG1 X43 Y16 Z39\nG1 X43.5 Y17 Z40.5"
@@ -250,10 +252,10 @@ FIVE_AXES = "G1 X41 Y12 Z33 A22 C-20\nG1 X43 Y16 Z39 A26 C-30\nG1 X43.5 Y17 Z40.
 
 
 @pytest.mark.parametrize("body", [STRAIGHT, FIVE_AXES], ids=["tip only", "with A and C"])
-def test_proportional_lines_are_one_run(path_of, body):
+def test_proportional_lines_are_one_section(path_of, body):
     path = path_of(body)
     assert joints_of(path) == [True, True]
-    assert path.run.tolist() == [0, 0, 0]
+    assert path.section.tolist() == [0, 0, 0]
 
 
 def test_rotary_only_moves_join_when_they_are_proportional(path_of):
@@ -332,16 +334,16 @@ def test_inverse_time_joins_at_one_speed(path_of):
 
 
 def test_exact_stop_mode_stops_at_every_joint(path_of):
-    """G61.1 in force at the end of a piece; G61 and G64 leave proportional pieces together."""
+    """G61.1 in force at the end of a segment; G61 and G64 leave proportional segments together."""
     assert joints_of(path_of("G61.1\n" + STRAIGHT)) == [False, False]
     assert joints_of(path_of("G1 X41 Y12 Z33\nG61.1 G1 X43 Y16 Z39\nG61 G1 X43.5 Y17 Z40.5")) == [True, False]
     assert joints_of(path_of("G64\n" + STRAIGHT)) == [True, True]
 
 
-def test_a_dwell_splits_a_run(path_of):
+def test_a_dwell_splits_a_section(path_of):
     path = path_of("G1 X41 Y12 Z33\nG4 P0.5\nG1 X43 Y16 Z39\nG1 X43.5 Y17 Z40.5\nG4 P0.25")
-    assert path.run.tolist() == [0, 1, 1]
-    assert path.dwell_run.tolist() == [1, 2]
+    assert path.section.tolist() == [0, 1, 1]
+    assert path.dwell_section.tolist() == [1, 2]
     assert path.dwell_seconds.tolist() == [0.5, 0.25]
     assert path.dwell_line.tolist() == [4, 7]
 
@@ -349,27 +351,27 @@ def test_a_dwell_splits_a_run(path_of):
 def test_dwells_before_and_between(path_of):
     path = path_of("G4 P1\nG1 X41\nG4 P2\nG1 X41\nG4 P3\nG1 X42")
     assert path.line.tolist() == [4, 8]
-    assert path.dwell_run.tolist() == [0, 1, 1]
+    assert path.dwell_section.tolist() == [0, 1, 1]
     assert path.dwell_seconds.tolist() == [1.0, 2.0, 3.0]
 
 
 def test_a_dwell_of_zero_is_none(path_of):
     path = path_of("G1 X41 Y12 Z33\nG4 P0\nG1 X43 Y16 Z39")
     assert joints_of(path) == [True]
-    assert len(path.dwell_run) == 0
+    assert len(path.dwell_section) == 0
 
 
-def test_runs_are_numbered_in_order(path_of):
+def test_sections_are_numbered_in_order(path_of):
     path = path_of("G1 X41\nG1 X42\nG1 Y20\nG1 Y21\nG1 X0")
-    assert path.run.tolist() == [0, 0, 1, 1, 2]
-    assert path.n_runs == 3
+    assert path.section.tolist() == [0, 0, 1, 1, 2]
+    assert path.n_sections == 3
 
 
 # --- tool length changes --------------------------------------------------------------------------
 
 
 def test_a_new_tool_length_moves_the_tip_along_the_tool_axis(path_of, machine):
-    """The machine stands still when the length changes; the next piece starts from where it really is."""
+    """The machine stands still when the length changes; the next segment starts from where it really is."""
     head = "G21 G90 G94 G61 F1200\nG43.1 Z60\nG0 X40 Y10 Z30 A20 C-15\n"
     path = path_of("G1 X70 A40 C50\nG43.1 Z95.5\nG0 X70 Y10 Z80\nG1 X60", head=head, tool_length=None)
     assert path.tool_length.tolist() == [60.0, 95.5, 95.5]
@@ -407,7 +409,7 @@ def test_the_option_overrides_the_programs_lengths(path_of):
 # --- nothing to do --------------------------------------------------------------------------------
 
 
-def test_lines_of_pieces_are_source_lines(path_of):
+def test_lines_of_segments_are_source_lines(path_of):
     path = path_of("(remark)\nG1 X41\n\nN100 G1 X42\nG1 X42\nG1 X43 (end)")
     assert path.line.tolist() == [4, 6, 8]
     assert (path.move >= 0).all()

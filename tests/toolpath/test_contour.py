@@ -7,7 +7,7 @@ from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.model.toolpath import PieceKind
+from verne_post.model.toolpath import SegmentKind
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
@@ -20,7 +20,7 @@ START = "G0 X0 Y0 Z40 A0 C0"
 
 def stops(contour: Contour) -> set[tuple[int, int]]:
     """Pairs of source lines between which the contour stops."""
-    ends = np.flatnonzero(np.diff(contour.run))
+    ends = np.flatnonzero(np.diff(contour.section))
     return {(int(contour.line()[k]), int(contour.line()[k + 1])) for k in ends}
 
 
@@ -73,8 +73,8 @@ def test_where_it_flows_and_where_it_stops(what: str, mode: str) -> None:
 @pytest.mark.parametrize("what", BODIES)
 def test_off_stops_wherever_the_path_bends(what: str) -> None:
     contour = contour_of(lines_named(BODIES[what][0]), "off")
-    assert contour.n_rounded == 0
-    np.testing.assert_array_equal(contour.run, contour.path.run)
+    assert contour.n_blended == 0
+    np.testing.assert_array_equal(contour.section, contour.path.section)
     assert (contour.tip_tolerance == 0).all()
 
 
@@ -85,21 +85,21 @@ def test_a_tool_of_another_length_stops_and_so_do_motions_of_one_line() -> None:
 
 
 def test_approach_and_table_changes_stop() -> None:
-    """A rewind between feed moves is made of pieces that no line of the program says: nothing is rounded there."""
+    """A rewind between feed moves is made of segments that no line of the program says: nothing is rounded there."""
     body = "G43.5\nG1 X1 I0.1 J0.1 K0.98995\nX2 I0.2 J0.1 K0.97468\nX3 I0.2 J0.2 K0.95917"
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))}, approach="home")
     contour = assemble(lines_named(body).encode(), MACHINE, options).contour
     path = contour.path
-    added = np.flatnonzero((path.move < 0) | (path.kind == PieceKind.JOINT))
+    added = np.flatnonzero((path.move < 0) | (path.kind == SegmentKind.JOINT))
     assert len(added)
     assert (contour.tip_tolerance[added] == 0).all()
-    run = np.zeros(len(path), dtype=int)
-    run[contour.piece] = contour.run
-    assert run[added[-1] + 1] > run[added[-1]]
-    assert np.isin(contour.piece[contour.curve >= 0], added).sum() == 0
+    section = np.zeros(len(path), dtype=int)
+    section[contour.segment] = contour.section
+    assert section[added[-1] + 1] > section[added[-1]]
+    assert np.isin(contour.segment[contour.curve >= 0], added).sum() == 0
 
 
-# --- segments ---------------------------------------------------------------------------------------
+# --- elements ---------------------------------------------------------------------------------------
 
 MIXED = """G1 X5 Y1
 G3 X10 Y6 J5
@@ -128,63 +128,63 @@ X12 Y3.4"""
 
 
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])
-def test_segments_cover_every_piece_once_and_in_order(mode: str) -> None:
+def test_elements_cover_every_segment_once_and_in_order(mode: str) -> None:
     for body in (MIXED, *(body for body, _stops in BODIES.values())):
         contour = contour_of(lines_named(body), mode)
         n = len(contour)
-        assert (np.diff(contour.piece) >= 0).all()
-        assert (np.diff(contour.run) >= 0).all()
-        assert (np.diff(contour.run) <= 1).all()
-        np.testing.assert_array_equal(np.unique(contour.piece), np.arange(len(contour.path)))
-        segment = np.arange(n)
-        begin = np.hstack(contour_pose(contour, segment, np.zeros(n)))
-        end = np.hstack(contour_pose(contour, segment, np.ones(n)))
-        lines = contour.path.kind[contour.piece] != PieceKind.JOINT
+        assert (np.diff(contour.segment) >= 0).all()
+        assert (np.diff(contour.section) >= 0).all()
+        assert (np.diff(contour.section) <= 1).all()
+        np.testing.assert_array_equal(np.unique(contour.segment), np.arange(len(contour.path)))
+        element = np.arange(n)
+        begin = np.hstack(contour_pose(contour, element, np.zeros(n)))
+        end = np.hstack(contour_pose(contour, element, np.ones(n)))
+        lines = contour.path.kind[contour.segment] != SegmentKind.JOINT
         gap = np.abs(begin[1:] - end[:-1])[lines[1:] & lines[:-1]]
         assert gap.max(initial=0.0) < 1e-9
-        # on the pieces themselves: parts follow one another, and a curve takes what its two halves leave out
+        # on the segments themselves: parts follow one another, and a curve takes what its two halves leave out
         own = contour.curve < 0
         np.testing.assert_allclose(
             contour.length[own],
-            (contour.high - contour.low)[own] * contour.path.length[contour.piece[own]],
+            (contour.high - contour.low)[own] * contour.path.length[contour.segment[own]],
             rtol=1e-12,
         )
-        covered = np.bincount(contour.piece[own], (contour.high - contour.low)[own], minlength=len(contour.path))
+        covered = np.bincount(contour.segment[own], (contour.high - contour.low)[own], minlength=len(contour.path))
         halves = np.bincount(
-            contour.piece[~own], contour.length[~own] / (0.5 * 7 / 3), minlength=len(contour.path)
-        )  # a half is 7/6 of the distance d that it takes from its piece
+            contour.segment[~own], contour.length[~own] / (0.5 * 7 / 3), minlength=len(contour.path)
+        )  # a half is 7/6 of the distance d that it takes from its segment
         np.testing.assert_allclose(covered + halves / contour.path.length, 1.0, atol=2e-9)
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
-def test_curves_join_their_pieces_smoothly(mode: str) -> None:
+def test_curves_join_their_segments_smoothly(mode: str) -> None:
     """Across every end of a curve the pose and its first three derivatives by s go on."""
     contour = contour_of(lines_named(MIXED), mode)
     assert len(contour.controls) > 5
     ends = np.cumsum(contour.length)
-    inner = np.flatnonzero((np.diff(contour.run) == 0) & ((contour.curve[1:] >= 0) | (contour.curve[:-1] >= 0)))
+    inner = np.flatnonzero((np.diff(contour.section) == 0) & ((contour.curve[1:] >= 0) | (contour.curve[:-1] >= 0)))
     # arcs are no polynomials: over a tenth of a radian of 3 mm one of degree 7 is exact to 1e-13
     width = np.minimum(0.3, np.minimum(contour.length[inner], contour.length[inner + 1])) * (1 - 1e-9)
     assert jumps(contour, ends[inner], width).max() < 3e-9
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
-def test_curves_stay_within_tolerance_of_their_pieces(mode: str) -> None:
-    """Against a dense sampling of the piece; where tip and axis move together one pose must be near in both."""
+def test_curves_stay_within_tolerance_of_their_segments(mode: str) -> None:
+    """Against a dense sampling of the segment; where tip and axis move together one pose must be near in both."""
     for body in (MIXED, BODIES["a helix under tilt"][0], BODIES["great circles"][0], BODIES["arc to arc"][0]):
         contour = contour_of(lines_named(body), mode)
         for k in np.flatnonzero(contour.curve >= 0).tolist():
-            piece = int(contour.piece[k])
+            segment = int(contour.segment[k])
             here = np.hstack(contour_pose(contour, np.full(9, k), np.linspace(0, 1, 9)))
             u = np.linspace(0.0, 1.0, 20001)
-            there = np.hstack(pose(contour.path, np.full(len(u), piece), u))
-            step = contour.path.length[piece] / 20000
+            there = np.hstack(pose(contour.path, np.full(len(u), segment), u))
+            step = contour.path.length[segment] / 20000
             for one in here:
                 tip = np.linalg.norm(one[:3] - there[:, :3], axis=1)
                 turn = np.linalg.norm(one[3:] - there[:, 3:], axis=1)
                 # half a step of the sampling may be added to both
-                near = (tip <= contour.tip_tolerance[piece] + step) & (
-                    turn <= contour.axis_tolerance[piece] + step / ROTARY_METRIC_MM
+                near = (tip <= contour.tip_tolerance[segment] + step) & (
+                    turn <= contour.axis_tolerance[segment] + step / ROTARY_METRIC_MM
                 )
                 assert near.any()
 
@@ -195,29 +195,29 @@ def test_speed_cap_is_the_feed_over_the_motion_of_the_tip(mode: str) -> None:
     path = contour.path
     h = 1e-4
     w = np.array([0.11, 0.37, 0.5, 0.73, 0.92])
-    segment, w = np.repeat(np.arange(len(contour)), len(w)), np.tile(w, len(contour))
-    before, after = (np.hstack(contour_pose(contour, segment, w + sign * h)) for sign in (-1, 1))
-    rate = (after - before) / (2 * h * contour.length[segment])[:, None]
-    piece = contour.piece[segment]
-    cap = speed_cap(contour, segment, w)
-    rapid = path.feed_time[piece] == 0
+    element, w = np.repeat(np.arange(len(contour)), len(w)), np.tile(w, len(contour))
+    before, after = (np.hstack(contour_pose(contour, element, w + sign * h)) for sign in (-1, 1))
+    rate = (after - before) / (2 * h * contour.length[element])[:, None]
+    segment = contour.segment[element]
+    cap = speed_cap(contour, element, w)
+    rapid = path.feed_time[segment] == 0
     assert np.isinf(cap[rapid]).all()
     # programmed speed of the tip; of the angles where only they move
     ends = (
-        np.hstack(pose(path, piece, np.full(len(piece), 0.5 + 1e-4))),
-        np.hstack(pose(path, piece, np.full(len(piece), 0.5 - 1e-4))),
+        np.hstack(pose(path, segment, np.full(len(segment), 0.5 + 1e-4))),
+        np.hstack(pose(path, segment, np.full(len(segment), 0.5 - 1e-4))),
     )
     along = (ends[0] - ends[1]) / 2e-4
     by_tip = np.linalg.norm(along[:, :3], axis=1) > 1e-6
     fed = ~rapid
     for some, axes in ((fed & by_tip, slice(0, 3)), (fed & ~by_tip, slice(3, 5))):
-        wanted = np.linalg.norm(along[some, axes], axis=1) / path.feed_time[piece[some]]
+        wanted = np.linalg.norm(along[some, axes], axis=1) / path.feed_time[segment[some]]
         found = cap[some] * np.linalg.norm(rate[some, axes], axis=1)
         np.testing.assert_allclose(found, wanted, rtol=2e-5)  # second differences over h: 1e-6 in the sharpest curves
 
 
 def test_lengths_add_up() -> None:
-    """A corner of two straight pieces is as long by s as the pieces; a curve is 7/6 of what it replaces."""
+    """A corner of two straight segments is as long by s as the segments; a curve is 7/6 of what it replaces."""
     contour = contour_of(lines_named("G1 X5\nY5\nX0\nY9"), "blend")
     assert contour.length.sum() == pytest.approx(contour.path.length.sum(), rel=1e-12)
     contour = contour_of(lines_named("G1 X5\nG3 X10 Y5 J5\nG1 X5 Y9"), "blend")
@@ -226,11 +226,11 @@ def test_lengths_add_up() -> None:
 
 
 def test_a_bump_from_behind_a_joint_does_not_reach_into_a_blend() -> None:
-    """The short piece behind the arc continues in the next: the bump at its end may reach over both, or the blend."""
+    """The short segment behind the arc continues in the next: the bump at its end may reach over both, or the blend."""
     contour = contour_of(lines_named("G64 P0.5\nG1 Y5\nG2 X5 Y10 I5\nG1 X7 Y12\nX9 Y14\nX19 Y24.2"), "spline")
     n = np.arange(len(contour))
     gap = np.hstack(contour_pose(contour, n[1:], 0.0 * n[1:])) - np.hstack(
         contour_pose(contour, n[:-1], 0.0 * n[1:] + 1)
     )
-    assert contour.n_rounded >= 3
+    assert contour.n_blended >= 3
     assert np.abs(gap).max() < 1e-9

@@ -51,7 +51,7 @@ def test_shared_reaches_do_not_overlap_and_nobody_gets_less_than_half(
     assert (reach[:-1] + reach[1:] <= length * (1 + 1e-15)).all()
     fair = np.minimum(wanted[1:-1], 0.5 * np.minimum(length[1:], length[:-1]))
     assert (reach[1:-1] >= fair).all()
-    # a corner between corners that want nothing has the whole of the shorter piece
+    # a corner between corners that want nothing has the whole of the shorter segment
     alone = (wanted[:-2] == 0) & (wanted[2:] == 0)
     np.testing.assert_array_equal(
         reach[1:-1][alone], np.minimum(wanted[1:-1], np.minimum(length[1:], length[:-1]))[alone]
@@ -75,11 +75,11 @@ def test_overlapping_reaches_stop_at_walls(seed: int) -> None:
     for k in np.flatnonzero(~wall):
         for j in np.flatnonzero(wall):
             assert reach[k] <= abs(s[j] - s[k]) * (1 + 1e-12) + 1e-12
-            if tight[j]:  # half of the piece on this side of the wall stays free
-                piece = s[j + 1] - s[j] if j < k else s[j] - s[j - 1]
-                assert reach[k] <= abs(s[j] - s[k]) - 0.5 * piece + 1e-12 * s[-1]
-        assert reach[k] <= s[min(k + corners.PIECES, n)] - s[k] + 1e-12
-        assert reach[k] <= s[k] - s[max(k - corners.PIECES, 0)] + 1e-12
+            if tight[j]:  # half of the segment on this side of the wall stays free
+                segment = s[j + 1] - s[j] if j < k else s[j] - s[j - 1]
+                assert reach[k] <= abs(s[j] - s[k]) - 0.5 * segment + 1e-12 * s[-1]
+        assert reach[k] <= s[min(k + corners.SEGMENTS, n)] - s[k] + 1e-12
+        assert reach[k] <= s[k] - s[max(k - corners.SEGMENTS, 0)] + 1e-12
     clear = corners.clearance(reach, s)
     for k in range(n + 1):
         others = np.delete(np.arange(n + 1), k)
@@ -139,7 +139,7 @@ def zigzag(rng: np.random.Generator) -> np.ndarray:
 
 
 def duplicates(rng: np.random.Generator) -> np.ndarray:
-    """Every direction several times, so that pieces join, and points given twice."""
+    """Every direction several times, so that segments join, and points given twice."""
     heading = np.repeat(np.cumsum(rng.uniform(-2, 2, 8)), 3)
     points = np.vstack([[0.0, 0.0], np.cumsum(np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)])
     return flat(np.repeat(points, 2, axis=0))
@@ -155,10 +155,10 @@ def ends_of_bumps(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
     every = np.sort(np.concatenate([s, s[1:-1] - reach[1:-1], s[1:-1] + reach[1:-1]]))
     every = every[np.append(True, np.diff(every) > 1e-9)]
     width = np.minimum(np.diff(every)[:-1], np.diff(every)[1:])
-    stops = np.cumsum(contour.length)[:-1][np.diff(contour.run) > 0]
+    stops = np.cumsum(contour.length)[:-1][np.diff(contour.section) > 0]
     at = every[1:-1]
-    flowing = np.array([not np.isclose(stops, one, rtol=0, atol=1e-9).any() for one in at])
-    return at[flowing], width[flowing] * (1 - 1e-9)
+    continuous = np.array([not np.isclose(stops, one, rtol=0, atol=1e-9).any() for one in at])
+    return at[continuous], width[continuous] * (1 - 1e-9)
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
@@ -191,7 +191,7 @@ def test_a_kink_would_be_seen(mode: str) -> None:
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 @pytest.mark.parametrize("degrees", [0.1, 10.0, 90.0, 150.0])
 def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
-    """Long pieces: the apex lies 0.97 of the tolerance beside the corner, where nothing else is in the way."""
+    """Long segments: the apex lies 0.97 of the tolerance beside the corner, where nothing else is in the way."""
     turn = np.radians(degrees)
     points = flat(np.array([[-40.0, 0.0], [0.0, 0.0], [40 * np.cos(turn), 40 * np.sin(turn)]]))
     contour = contour_of(program_of(points, 0.002), mode)
@@ -202,8 +202,8 @@ def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
-def test_every_bump_ends_at_the_end_of_a_segment(mode: str) -> None:
-    """A grid made of segments must see a bump of 0.01 mm on the longest piece."""
+def test_every_bump_ends_at_the_end_of_a_element(mode: str) -> None:
+    """A grid made of elements must see a bump of 0.01 mm on the longest segment."""
     seen = 0
     for shape in (uneven, noisy_cam, five_axis):
         contour = contour_of(program_of(shape(np.random.default_rng(4)), 0.02), mode)
@@ -213,7 +213,7 @@ def test_every_bump_ends_at_the_end_of_a_segment(mode: str) -> None:
         seen += int(wide.sum())
         for s, reach in zip(contour.corners.s[wide], contour.corners.reach[wide], strict=True):
             for at in (s - reach, s + reach):
-                assert np.abs(ends - at).min() <= 2 * corners.PIECES * 1e-3 * reach + 1e-9
+                assert np.abs(ends - at).min() <= 2 * corners.SEGMENTS * 1e-3 * reach + 1e-9
     assert seen > 20
 
 
@@ -221,23 +221,23 @@ def test_reversals_are_stops_and_what_turns_less_is_not() -> None:
     heading = np.cumsum(np.radians([0.0, 150.0, 160.0, 180.0, 90.0]))
     points = np.vstack([[0.0, 0.0], np.cumsum(np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)])
     contour = contour_of(program_of(flat(points), 0.01))
-    by_piece = np.zeros(5, dtype=int)
-    by_piece[contour.piece] = contour.run
-    np.testing.assert_array_equal(by_piece, [0, 0, 1, 2, 2])
+    by_segment = np.zeros(5, dtype=int)
+    by_segment[contour.segment] = contour.section
+    np.testing.assert_array_equal(by_segment, [0, 0, 1, 2, 2])
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_a_change_of_feed_on_a_straight_line_flows(mode: str) -> None:
     points = flat(np.column_stack([np.arange(6.0), np.zeros(6)]))
     contour = contour_of(program_of(points, 0.01, np.array([0, 1000, 2000, 2000, 500, 9000.0])), mode)
-    assert contour.n_runs == 1
+    assert contour.n_sections == 1
     assert shares_of_tolerance(contour).max() < 1e-3
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 @pytest.mark.parametrize("tolerance", [1e-6, 3.0])
-def test_tolerances_far_from_the_size_of_the_pieces(mode: str, tolerance: float) -> None:
-    """P of a nanometre, and P of ten pieces."""
+def test_tolerances_far_from_the_size_of_the_segments(mode: str, tolerance: float) -> None:
+    """P of a nanometre, and P of ten segments."""
     rng = np.random.default_rng(2)
     contour = contour_of(program_of(flat(np.cumsum(rng.normal(size=(40, 2)) * 0.3, axis=0)), tolerance), mode)
     assert shares_of_tolerance(contour).max() < (0.98 if tolerance > 1e-3 else 1.0)
@@ -246,7 +246,7 @@ def test_tolerances_far_from_the_size_of_the_pieces(mode: str, tolerance: float)
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
-def test_pieces_of_a_few_nanometres_between_long_ones(mode: str) -> None:
+def test_segments_of_a_few_nanometres_between_long_ones(mode: str) -> None:
     points = flat(np.array([[0, 0], [30, 0], [30, 1e-5], [60, 1e-5], [60, 20], [60 - 5e-6, 20], [30, 20], [30, 0.0]]))
     contour = contour_of(program_of(points, 0.05), mode)
     assert len(contour.path) == 7

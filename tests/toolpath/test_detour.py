@@ -10,7 +10,7 @@ import verne_post
 from verne_post import convert
 from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
-from verne_post.model.toolpath import PieceKind
+from verne_post.model.toolpath import SegmentKind
 
 HEAD = "G21 G90 G94 G17 F3000\n"
 #: 4 ms keep the files short.
@@ -48,8 +48,8 @@ def program(machine, body=PLAIN, **options):
 
 
 def one_detour(path):
-    """The pieces of the only detour: those around the joint-linear turn of the table."""
-    (turn,) = np.flatnonzero(path.kind == PieceKind.JOINT)
+    """The segments of the only detour: those around the joint-linear turn of the table."""
+    (turn,) = np.flatnonzero(path.kind == SegmentKind.JOINT)
     return np.arange(turn - 1, turn + 2)
 
 
@@ -84,7 +84,7 @@ def test_a_rewind_retracts_turns_and_returns(name):
         assert axis == pytest.approx(axes[0], abs=1e-9)
     # no gap anywhere, and every end is a stop
     np.testing.assert_array_equal(path.start[1:], path.end[:-1])
-    assert len({int(path.run[k]) for k in (up, turn, down)}) == 3
+    assert len({int(path.section[k]) for k in (up, turn, down)}) == 3
     assert (path.feed_time[[up, turn, down]] == 0).all()
     assert (path.line[[up, turn, down]] == path.line[down + 1]).all()
 
@@ -116,10 +116,10 @@ def test_dwells_beside_a_detour_are_kept(name):
     assert path.dwell_seconds.tolist() == [0.05, 0.02, 0.03]
     plain = program(MACHINES[name], body + "\nG4 P0.03").path
 
-    # each dwell stands before the same programmed piece, and the last one after all
+    # each dwell stands before the same programmed segment, and the last one after all
     def following(one):
-        begins = np.flatnonzero(np.diff(one.run, prepend=-1))
-        return [one.line[begins[r]] if r < one.n_runs else None for r in one.dwell_run]
+        begins = np.flatnonzero(np.diff(one.section, prepend=-1))
+        return [one.line[begins[r]] if r < one.n_sections else None for r in one.dwell_section]
 
     assert following(path) == following(plain)
     result = convert(f"{HEAD}{body}\nG4 P0.03\nM2\n".encode(), machine, Options(tool_length=60.0, allow_rewind=True))

@@ -122,7 +122,7 @@ def test_a_rounded_file_fails_where_no_rounding_was_asked_for(mode: str) -> None
 
 
 @pytest.mark.parametrize("excess", [1.01, 1.003])
-def test_feed_is_judged_on_rounded_pieces(excess: float) -> None:
+def test_feed_is_judged_on_rounded_segments(excess: float) -> None:
     """A polygon of many gentle corners, all of it rounded, judged against a feed that is lower by less than 1 %."""
     angle = np.linspace(0, np.pi, 60)
     points = "\n".join(f"X{10 * np.sin(a):.4f} Y{10 - 10 * np.cos(a):.4f}" for a in angle[1:])
@@ -157,11 +157,11 @@ def test_what_is_left_out_between_two_rows_is_seen(what: str, cycle: float) -> N
 
 
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])
-@pytest.mark.parametrize("lean", [1e-4, 2e-3, 0.05])
-def test_great_circles_beside_the_pole_pass(lean: float, mode: str) -> None:
-    """C turns by much over little of them: places on the piece are told by what goes evenly, tip and tool axis."""
+@pytest.mark.parametrize("tilt", [1e-4, 2e-3, 0.05])
+def test_great_circles_beside_the_pole_pass(tilt: float, mode: str) -> None:
+    """C turns by much over little of them: places on the segment are told by what goes evenly, tip and tool axis."""
     directions = [(1, 1), (-1.2, 1), (-1.2, -1), (0, 0), (2, -3), (1, -3)]
-    axes = [np.array([lean * i, lean * j, 1.0]) for i, j in directions]
+    axes = [np.array([tilt * i, tilt * j, 1.0]) for i, j in directions]
     moves = [
         f"G1 X{k + 1} Y{0.3 * (k % 2)} I{v[0]:.7f} J{v[1]:.7f} K{v[2]:.7f}"
         for k, v in enumerate(axis / np.linalg.norm(axis) for axis in axes)

@@ -1,6 +1,6 @@
 """Vector programs from text to rows: great circles, twins in A and C words, verification that sees what is wrong.
 
-The judge of the serial machine's rows has its own forward kinematics: three signs and a shift, no lean.
+The judge of the serial machine's rows has its own forward kinematics: three signs and a shift, no tilt.
 """
 
 import math
@@ -154,8 +154,8 @@ def test_a_vector_program_is_its_twin_in_words(name, turn):
     found = [
         assemble(source(body), MACHINES[name], options(orientation="angles", wcs=where)) for body in (vectors, words)
     ]
-    segments, u = np.repeat(np.arange(5), 9), np.tile(np.linspace(0, 1, 9), 5)
-    assert found[0].joints().q(segments, u) == pytest.approx(found[1].joints().q(segments, u), abs=1e-9)
+    elements, u = np.repeat(np.arange(5), 9), np.tile(np.linspace(0, 1, 9), 5)
+    assert found[0].joints().q(elements, u) == pytest.approx(found[1].joints().q(elements, u), abs=1e-9)
     assert found[0].path.feed_time == pytest.approx(found[1].path.feed_time, rel=1e-9)
 
 

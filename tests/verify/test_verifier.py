@@ -162,7 +162,7 @@ TAMPERED: dict[str, tuple[Callable[..., Table], set[str]]] = {
     "dwell one cycle short": (shorter_dwell(1), {"VP412"}),
     "dwell shortened": (shorter_dwell(20), {"VP412"}),
     "dwell left out": (without(5), {"VP413"}),
-    "one piece left out": (without(6), {"VP413"}),
+    "one segment left out": (without(6), {"VP413"}),
     "full circle left out": (without(7), {"VP413"}),
     "out and back left out": (out_and_back_left_out, {"VP413"}),
     "rows of a line repeated": (twice(6), {"VP413"}),
@@ -304,7 +304,7 @@ def test_file_of_another_program_fails(what: str) -> None:
 @pytest.mark.parametrize("feed", ["F1500", "F90000", "G93 F120000"])
 @pytest.mark.parametrize("turns", [1, 3])
 def test_full_circle_that_stands_still_fails(feed: str, turns: int) -> None:
-    """The rows of a closed piece rest at its start, under its line number; F120000 in G93 asks for half a cycle."""
+    """The rows of a closed segment rest at its start, under its line number; F120000 in G93 asks for half a cycle."""
     source = program(f"G0 X0 Y0 Z20 A0 C0\nG1 Z19 F900\n{feed} G2 I1 P{turns}\nG94 G0 Z20")
     values, line = made(source)
     assert judge(source, values, line).ok
@@ -507,20 +507,20 @@ def test_noise_of_coarse_decimals_hides_no_moved_row(decimals: int, shift: float
     assert "VP403" in codes(judge_text(STILL, as_text(rows), options))
 
 
-# --- flow through many collinear pieces ------------------------------------------------------------------------
+# --- flow through many collinear segments ------------------------------------------------------------------------
 
 PLAIN = "G21 G90 G94 G17"
 
 
 @pytest.mark.parametrize("cycle", [0.001, 0.004, 0.01])
-def test_several_pieces_in_one_cycle(cycle: float) -> None:
-    """3 mm in steps of 0.01 mm at 50 mm/s: at 4 ms a row passes up to 20 pieces."""
+def test_several_segments_in_one_cycle(cycle: float) -> None:
+    """3 mm in steps of 0.01 mm at 50 mm/s: at 4 ms a row passes up to 20 segments."""
     options = OPTIONS.changed(cycle=cycle)
     source = program(f"G0 X0 Y0 Z20 A0 C0\nG1 F3000\n{LAYERS}\nG61.1 Y1", PLAIN)
     values, line = made(source, options)
     steps = np.diff(line)
     assert (steps >= 0).all()
-    assert steps.max() > 1  # pieces are passed between two rows
+    assert steps.max() > 1  # segments are passed between two rows
     for block in (1, 7, 8192):
         assert judge(source, values, line, options, block).ok
     # a stretch left out is seen though no stop is in it
@@ -529,8 +529,8 @@ def test_several_pieces_in_one_cycle(cycle: float) -> None:
 
 
 @pytest.mark.parametrize(("tail", "cycle"), [(0.01, 0.01), (0.002, 0.004), (0.0001, 0.002)])
-def test_short_piece_before_a_stop(tail: float, cycle: float) -> None:
-    """The last collinear piece before a corner may be passed within one cycle: that is no error."""
+def test_short_segment_before_a_stop(tail: float, cycle: float) -> None:
+    """The last collinear segment before a corner may be passed within one cycle: that is no error."""
     options = OPTIONS.changed(cycle=cycle)
     source = program(f"G0 X0 Y10 Z20 A10 C0\nG1 F3000 X5\nX{5 + tail:.6f}\nG61.1 Y9", PLAIN)
     result = verne_post.convert(source, MACHINE, options)

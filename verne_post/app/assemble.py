@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from verne_post import gcode
 from verne_post.base.long_text import Text
-from verne_post.gcode.read import interpreted_until_error, state_after
+from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.gcode.state import State
@@ -28,16 +28,16 @@ from verne_post.model.part_setup import WORK_SYSTEMS
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
-from verne_post.toolpath.branch_choice import branch_findings, on_branches
+from verne_post.toolpath.approach import add_approach_and_departure, joints_at_place
+from verne_post.toolpath.branch_choice import choose_branches, report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
-from verne_post.toolpath.detour import with_detours
-from verne_post.toolpath.free_turn import with_free_turn
-from verne_post.toolpath.lift import lifted
-from verne_post.toolpath.rapids import with_joint_rapids
-from verne_post.toolpath.stops import with_stops
-from verne_post.toolpath.ways import standing, with_ways
+from verne_post.toolpath.detour import add_detours
+from verne_post.toolpath.free_turn import choose_free_turn
+from verne_post.toolpath.lift import lift_path
+from verne_post.toolpath.rapids import make_rapids_joint
+from verne_post.toolpath.stops import insert_stops
 
 #: Kinds of events at which the machine waits, and their codes.
 _WAITS: Final = {"tool": "M6", "input": "M66"}
@@ -76,7 +76,7 @@ class Program:
 
     @property
     def path(self) -> ToolPath:
-        """The programmed pieces."""
+        """The programmed segments."""
         return self.contour.path
 
     @property
@@ -152,7 +152,7 @@ def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Findi
         tools=options.tools, tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_text_options(options),
     )  # fmt: skip
-    return interpreted_until_error(source, setup)
+    return interpret_until_error(source, setup)
 
 
 def modal_state(source: Text, program: Program, line: int) -> State:
@@ -186,7 +186,7 @@ def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
     setup = machine_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)
-    path, branches = on_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)
+    path, branches = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:
@@ -206,7 +206,7 @@ def cut_at_stops(draft: Draft) -> Draft:
     places = sorted(gaps.values())
     if not places:
         return draft
-    moves, path, stops = with_stops(draft.moves, draft.path, places)
+    moves, path, stops = insert_stops(draft.moves, draft.path, places)
     if draft.restart is None:
         return replace(draft, moves=moves, path=path, stops=stops)
     # a stop that is skipped is still one: the path stands there
@@ -221,7 +221,7 @@ def turn_part(draft: Draft) -> Draft:
     """``free_c``: the part is turned to where the smallest margin is largest."""
     if not draft.options.free_c:
         return draft
-    path, turn = with_free_turn(draft.path, draft.moves.fixes_c, draft.machine)
+    path, turn = choose_free_turn(draft.path, draft.moves.fixes_c, draft.machine)
     return replace(draft, path=path, free_turn=turn)
 
 
@@ -229,7 +229,7 @@ def lift(draft: Draft) -> Draft:
     """``air``: the whole path is lifted for a dry run."""
     if not draft.options.air:
         return draft
-    path = lifted(draft.path, draft.options.air, along_tool=draft.options.air_along == "tool")
+    path = lift_path(draft.path, draft.options.air, along_tool=draft.options.air_along == "tool")
     return replace(draft, path=path)
 
 
@@ -237,10 +237,10 @@ def add_rewinds(draft: Draft) -> Draft:
     """Where the table rewinds or changes sides: findings, and with ``allow_rewind`` the retracts that it takes."""
     if draft.branches is None:
         return draft
-    found = branch_findings(draft.path, draft.branches, draft.machine, allow_rewind=draft.options.allow_rewind)
+    found = report_branch_changes(draft.path, draft.branches, draft.machine, allow_rewind=draft.options.allow_rewind)
     path = draft.path
     if draft.branches.changes and worst(found) != "error":
-        path = with_detours(path, draft.branches.changes, draft.machine)
+        path = add_detours(path, draft.branches.changes, draft.machine)
     return replace(draft, path=path, findings=(*draft.findings, *found))
 
 
@@ -248,7 +248,7 @@ def set_rapids(draft: Draft) -> Draft:
     """``rapids``: straight for the tip, or linear in the joints."""
     if draft.options.rapids == "line":
         return draft
-    return replace(draft, path=with_joint_rapids(draft.path, draft.machine))
+    return replace(draft, path=make_rapids_joint(draft.path, draft.machine))
 
 
 def blend_corners(draft: Draft) -> Draft:
@@ -266,15 +266,15 @@ def add_approach(draft: Draft) -> Draft:
     """``approach``, ``departure``: motion before and after the program; a restart leaves out what comes before it."""
     assert draft.contour is not None
     machine, options, restart = draft.machine, draft.options, draft.restart
-    start = None if options.approach is None else standing(machine, _approach_place(machine, options), "--from")
-    goal = None if options.departure is None else standing(machine, options.departure, "--to")
+    start = None if options.approach is None else joints_at_place(machine, _approach_place(machine, options), "--from")
+    goal = None if options.departure is None else joints_at_place(machine, options.departure, "--to")
     if start is None and goal is None and restart is None:
         return draft
-    taken_up = None
+    start_at = None
     if restart is not None:
         dwells = np.flatnonzero((draft.moves.kind == MoveKind.DWELL) & (draft.moves.feed > 0))
-        taken_up = int(np.searchsorted(draft.path.move_reached, restart.move)), int((dwells < restart.move).sum())
-    return replace(draft, contour=with_ways(draft.contour, machine, start, goal, taken_up))
+        start_at = int(np.searchsorted(draft.path.move_reached, restart.move)), int((dwells < restart.move).sum())
+    return replace(draft, contour=add_approach_and_departure(draft.contour, machine, start, goal, start_at))
 
 
 def drop_skipped_moves(draft: Draft) -> Draft:
@@ -286,7 +286,7 @@ def drop_skipped_moves(draft: Draft) -> Draft:
     move = np.where(path.move >= 0, path.move - first, -1).astype(np.int32)
     return replace(
         draft,
-        moves=draft.moves.taken_up(first, draft.restart.event, draft.restart.switched),
+        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched),
         contour=replace(draft.contour, path=replace(path, move=move)),
         stops=tuple(stop - first for stop in draft.stops),
     )

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from verne_post.app.assemble import Program, machine_setup
 from verne_post.app.result import Progress
+from verne_post.kinematics.checks.clearance import check_constraints
+from verne_post.kinematics.checks.keep_out import build_keep_out
+from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.kinematics.judge import JointBounds
-from verne_post.kinematics.judge_clearance import judge_everything
-from verne_post.kinematics.keep_out import keep_out_of
 from verne_post.model.findings import Finding
 
 
@@ -22,20 +22,20 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     """
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
-    bounds, found = judge_everything(guarded_joints(program), report)
+    bounds, found = check_constraints(guarded_joints(program), report)
     return bounds, sort_findings([*program.findings, *found])
 
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guarded_joints` that belongs to one source line."""
     own = [item for item in program.findings if item.line == line]
-    return sort_findings([*own, *judge_everything(joints)[1]])
+    return sort_findings([*own, *check_constraints(joints)[1]])
 
 
 def guarded_joints(program: Program) -> JointPath:
     """The joints along the contour, with the fixtures and the stock that the motion has to keep out of."""
     frames = machine_setup(program.machine, program.options).frames
-    keep_out = keep_out_of(program.machine, program.path, program.moves, program.options, frames)
+    keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
     return replace(program.joints(), keep_out=keep_out)
 
 

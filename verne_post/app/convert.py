@@ -23,20 +23,20 @@ from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import TimedEvent
 from verne_post.model.verdict import worst
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import rounded, setpoint_format
-from verne_post.output.setpoints import headings
-from verne_post.timing.events import EventRows
-from verne_post.timing.plan import Planning, RunPlan, plan_contour
-from verne_post.timing.playback import playback
-from verne_post.timing.sample import Timeline, rows, timeline
+from verne_post.output.rounding import round_setpoints, setpoint_format
+from verne_post.output.setpoints import column_names
+from verne_post.trajectory.event_rows import EventRows
+from verne_post.trajectory.override import feed_override
+from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
+from verne_post.trajectory.sample import Timeline, rows, timeline
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A checked program with its time laws."""
+    """A checked program with its time profiles."""
 
     program: Program
-    laws: RunPlan
+    profiles: MotionProfiles
     timeline: Timeline
     findings: tuple[Finding, ...]
 
@@ -93,16 +93,16 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
         When no feasible velocity profile is found.
     """
     options = program.options
-    played = playback(options.override, options.slow_start, program.machine.limits)
+    played = feed_override(options.override, options.slow_start, program.machine.limits)
     bounds, findings = check_program(program, progress)
     if worst(findings) == "error":
         raise InputError(*findings)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
-    planning = Planning(program.cycle, options.solver, options.quality, played)
+    planning = PlanningOptions(program.cycle, options.solver, options.quality, played)
     limits = program.machine.limits
-    laws = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, report)
-    return Plan(program, laws, timeline(program.contour, laws, planning), tuple(findings))
+    profiles = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, report)
+    return Plan(program, profiles, timeline(program.contour, profiles, planning), tuple(findings))
 
 
 def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
@@ -135,12 +135,12 @@ def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[Setpoi
     """Rows as they will be written, and the move that each belongs to: -1 on the approach."""
     program = plan.program
     joints, machine, contour = program.joints(), program.machine, program.contour
-    move_of_piece = contour.path.move_reached
+    move_of_segment = contour.path.move_reached
     dwells = np.append(program.dwells, -1)
-    for some in rows(contour, plan.laws, plan.timeline):
-        values, numbers = rounded(joints.q(some.segment, some.w), machine, fmt)
-        move = np.where(some.dwell >= 0, dwells[some.dwell], move_of_piece[contour.piece[some.segment]])
-        tools = contour.tool_length(some.segment)
+    for some in rows(contour, plan.profiles, plan.timeline):
+        values, numbers = round_setpoints(joints.q(some.element, some.w), machine, fmt)
+        move = np.where(some.dwell >= 0, dwells[some.dwell], move_of_segment[contour.segment[some.element]])
+        tools = contour.tool_length(some.element)
         yield SetpointBlock(some.first, values, some.line.astype(np.int32), fmt, numbers, tools), move
 
 
@@ -174,4 +174,4 @@ def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat)
     values = np.concatenate([block.written for block in blocks])
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
-    return Setpoints(t, values, line, headings(machine.columns, fmt.drives), fmt)
+    return Setpoints(t, values, line, column_names(machine.columns, fmt.drives), fmt)

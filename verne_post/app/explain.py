@@ -6,12 +6,12 @@ from verne_post.app.assemble import assemble, modal_state
 from verne_post.app.constraints import check_line, guarded_joints
 from verne_post.app.explain_line import Line, explain_line, lines_near
 from verne_post.base.long_text import Text, line_of
-from verne_post.kinematics.remedies import of_line
+from verne_post.kinematics.checks.remedies import of_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.timing.playback import playback
 from verne_post.toolpath.contour import exact_contour
+from verne_post.trajectory.override import feed_override
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         The line has no motion; names the nearest lines that have.
     """
     program = assemble(source, machine, options)
-    playback(
+    feed_override(
         options.override, options.slow_start, machine.limits
     )  # a slow start that is too short is refused as by check
     whole = guarded_joints(program)

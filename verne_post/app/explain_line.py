@@ -15,7 +15,7 @@ from verne_post.gcode.block import read_block
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.state import State
-from verne_post.kinematics import remedies
+from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
@@ -23,7 +23,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, Frame, Moves, PathMode
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
-from verne_post.model.toolpath import PieceKind
+from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import worst
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Line:
     text : str
         As it stands in the source.
     joints : JointPath
-        The segments of this line alone, as they will be driven: what the findings and remedies are about.
+        The elements of this line alone, as they will be driven: what the findings and remedies are about.
     moves : Moves
         Of the whole program.
     state : State or None
@@ -66,14 +66,14 @@ class Line:
 
     @property
     def last(self) -> int:
-        """Its last segment."""
+        """Its last element."""
         return len(self.exact.contour) - 1
 
     @property
     def move(self) -> int:
         """Row of the last motion in the Moves table, -1 for the approach."""
         contour = self.exact.contour
-        return int(contour.path.move[contour.piece[self.last]])
+        return int(contour.path.move[contour.segment[self.last]])
 
     @property
     def frame(self) -> Frame:
@@ -139,9 +139,9 @@ def _feed_unit(line: Line) -> str:
     if line.moves.feed_mode[line.move] == FeedMode.PER_REVOLUTION:
         return "mm per turn of the spindle"
     path = line.exact.contour.path
-    piece = line.exact.contour.piece[line.last]
-    still = np.linalg.norm(path.end[piece, :3] - path.start[piece, :3]) < ZERO_LENGTH_MM
-    return "deg/min" if still and path.kind[piece] == PieceKind.LINE else "mm/min"
+    segment = line.exact.contour.segment[line.last]
+    still = np.linalg.norm(path.end[segment, :3] - path.start[segment, :3]) < ZERO_LENGTH_MM
+    return "deg/min" if still and path.kind[segment] == SegmentKind.LINE else "mm/min"
 
 
 def _program_step(line: Line, angles: Array) -> Iterator[str]:
@@ -203,8 +203,8 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {mm_text(gauge)}"
     q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
-        (code,) = machine.five_axis.why_not(tip[None], angles[None], tool)
-        yield f"  platform             no lean alpha closes the legs in the working mode: {code} {CODES[code].title}"
+        (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
+        yield f"  platform             no tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
     yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(position)}, "
            f"leaning by alpha {degrees_text(alpha)} deg")  # fmt: skip
@@ -235,9 +235,9 @@ def _findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 
 
 def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
-    tip, angles = joints.pose(joints.contour, np.array([place.segment]), np.array([place.w]))
+    tip, angles = joints.pose(joints.contour, np.array([place.element]), np.array([place.w]))
     n = len(joints.contour)
-    which = f" of part {place.segment + 1} of {n}" if n > 1 else ""
+    which = f" of part {place.element + 1} of {n}" if n > 1 else ""
     from_ = "first at" if first else "at"
     return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {mm_text(tip[0])} on the table, "
             f"A {degrees_text(angles[0, 0])} deg, C {degrees_text(angles[0, 1])} deg")  # fmt: skip
@@ -269,7 +269,7 @@ def _tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         tilt = remedies.tilt_inside(joints, place) if place is not None else None
         if place is None or tilt is None:
             continue
-        tip, angles = joints.pose(joints.contour, np.array([place.segment]), np.array([place.w]))
+        tip, angles = joints.pose(joints.contour, np.array([place.element]), np.array([place.w]))
         now, then = (
             joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[3]
             for a in (angles[0, 0], tilt)

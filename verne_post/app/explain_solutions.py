@@ -10,7 +10,7 @@ from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_t
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.kinematics import remedies
+from verne_post.kinematics.checks import remedies
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Margin, Pose, WholeSolution
 
@@ -23,7 +23,7 @@ SAME: Final = 1e-6
 def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:
     q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
-        (code,) = machine.five_axis.why_not(tip[None], angles[None], tool)
+        (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
         return
     measures = _measures(machine, tip, angles, tool)
@@ -70,7 +70,7 @@ def _too_small(measures: Sequence[tuple[Margin, float]]) -> list[str]:
 
 
 def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, tool: float) -> Iterator[str]:
-    """Both table solutions, every lean, every posture of the legs; the refused ones with all their reasons."""
+    """Both table solutions, every tilt, every posture of the legs; the refused ones with all their reasons."""
     axis = axis_of_angles(angles[0], angles[1])
     rows = []
     for solution in machine.five_axis.inverse_all(tip, axis, tool):

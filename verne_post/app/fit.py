@@ -13,7 +13,7 @@ from verne_post.model.moves import Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
-from verne_post.toolpath.branch_choice import on_branches
+from verne_post.toolpath.branch_choice import choose_branches
 from verne_post.toolpath.work_offset import COORDINATES, DECIMALS, PartPoints, Place, Proposal, Search, part_points
 
 #: The part is tried elsewhere by so much (mm, rad) to see what is tied to it.
@@ -99,7 +99,7 @@ def _path_at(source: Text, machine: Machine, options: Options, system: int, plac
 
 def _path_of(moves: Moves, machine: Machine, options: Options) -> ToolPath:
     """The tool path of moves, on the branches of the table that keep the limits."""
-    return on_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)[0]
+    return choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)[0]
 
 
 def _ranges(

@@ -12,7 +12,7 @@ from verne_post.model.findings import Finding, InputError
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict, status_of, verdict_of
-from verne_post.output.fixed_point import lines_of
+from verne_post.output.fixed_point import format_rows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +56,7 @@ class Setpoints:
     def to_csv(self) -> str:
         """The text of the setpoint file, as ``verne-post convert`` writes it."""
         fmt = self.format
-        rows = lines_of([self.t, *self.values.T, self.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
+        rows = format_rows([self.t, *self.values.T, self.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
         return ",".join(self.columns) + "\n" + rows
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
@@ -137,7 +137,7 @@ class Result:
             rows += [
                 ["machining time", f"{self.summary.cycle_time:.3f} s"],
                 ["rows", str(self.summary.n_rows)],
-                ["corners blended", str(self.summary.n_rounded)],
+                ["corners blended", str(self.summary.n_blended)],
                 ["stops", str(self.summary.n_stops)],
             ]
         return rows

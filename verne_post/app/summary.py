@@ -6,12 +6,12 @@ import numpy as np
 
 from verne_post.base.columns import blocks
 from verne_post.base.long_text import Text
-from verne_post.kinematics.keep_out import tool_at
+from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.moves import Event
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, Summary
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import rounded
+from verne_post.output.rounding import round_setpoints
 
 if TYPE_CHECKING:
     from verne_post.app.convert import Plan
@@ -25,7 +25,7 @@ def _parts(plan: "Plan") -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     program, times = plan.program, plan.timeline
     moves, kept = program.moves, program.path.moves_with_length
     dwells = program.dwells
-    items = np.flatnonzero(times.run < 0)[np.searchsorted(dwells, program.stops)]
+    items = np.flatnonzero(times.section < 0)[np.searchsorted(dwells, program.stops)]
     begins = [0, *times.first_row[items + 1].tolist()]
     ends = [*times.first_row[items].tolist(), times.n_rows - 1]
     gap = np.searchsorted(kept, [event.before for event in moves.events])
@@ -47,19 +47,19 @@ def summarise(source: Text, plan: "Plan", fmt: SetpointFormat, verdict: Verifica
     feeds = reached = 0
     used: set[int] = set()
     tools: dict[tuple[int, float], None] = {}
-    move_of_piece, first_move = path.move_reached, path.first_move
+    move_of_segment, first_move = path.move_reached, path.first_move
     for begin, end in blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
-        reached += int((feeding & plan.laws.reached[begin:end]).sum())
+        reached += int((feeding & plan.profiles.reached[begin:end]).sum())
         move = path.move[begin:end]
         used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
-        number = tool_at(move_of_piece[begin:end], first_move, moves)
+        number = tool_of_moves(move_of_segment[begin:end], first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
         tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
     q_start = program.joints().q(np.array([0]), np.array([0.0]))
-    places, numbers = rounded(q_start, program.machine, fmt)
+    places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)
     return Summary(
@@ -68,14 +68,14 @@ def summarise(source: Text, plan: "Plan", fmt: SetpointFormat, verdict: Verifica
         options=program.options,
         cycle_time=plan.timeline.first_row[-1] * plan.timeline.cycle,
         n_rows=plan.timeline.n_rows,
-        n_pieces=len(path),
-        n_stops=contour.n_runs - 1,
-        n_rounded=contour.n_rounded,
-        flow_time=float(plan.laws.cycles[plan.laws.flow_first >= 0].sum()) * plan.timeline.cycle,
-        flow_bound=plan.laws.flow_bound,
-        other_bound=plan.laws.other_bound,
+        n_segments=len(path),
+        n_stops=contour.n_sections - 1,
+        n_blended=contour.n_blended,
+        continuous_time=float(plan.profiles.cycles[plan.profiles.continuous_first >= 0].sum()) * plan.timeline.cycle,
+        second_order_bound_s=plan.profiles.second_order_bound_s,
+        toppra_bound_s=plan.profiles.toppra_bound_s,
         tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),
-        feed_pieces=feeds,
+        feed_segments=feeds,
         feed_reached=reached,
         start=tuple(float(value) for value in start),
         frames=tuple(systems),

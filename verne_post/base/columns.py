@@ -1,7 +1,7 @@
 """Columns as long as a program: made block by block, in memory while they are short, in temporary files beyond.
 
 A column is read like any other array. What has been read of a file counts as memory of the process until it is given up
-(:func:`give_up`), and the system writes out and drops what it needs for others: programs of any length fit.
+(:func:`release_memory`), and the system writes out and drops what it needs for others: programs of any length fit.
 """
 
 import mmap
@@ -28,19 +28,19 @@ def blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
     """Where the blocks of rows ``first`` to ``n`` begin and end; what the work on one has read is given up before the next."""
     for begin in range(first, n, BLOCK_ROWS):
         if begin > first:
-            give_up()
+            release_memory()
         yield begin, min(begin + BLOCK_ROWS, n)
 
 
-def give_up() -> None:
+def release_memory() -> None:
     """Let the system have the memory of everything that was read from files; it is read again where it is needed."""
     for each in tuple(_MAPS):
         if hasattr(each, "madvise"):
             each.madvise(mmap.MADV_DONTNEED)
 
 
-def mapped(file: IO[bytes], kind: type[_Map]) -> _Map:
-    """What lies in a file, to be read; it may be closed then. :func:`give_up` knows of it."""
+def map_columns(file: IO[bytes], kind: type[_Map]) -> _Map:
+    """What lies in a file, to be read; it may be closed then. :func:`release_memory` knows of it."""
     whole = kind(file.fileno(), 0, access=mmap.ACCESS_READ)
     _MAPS.add(whole)
     return whole
@@ -109,7 +109,7 @@ class Growing:
                 self._file.write(block.data.cast("B"))
             self._file.flush()
         self._blocks, self._held = [], 0
-        give_up()  # what has been read to make them
+        release_memory()  # what has been read to make them
 
     def copy(self, rows: NDArray[Any], before: int = 0, behind: int = 0) -> None:
         """Add rows (m, *width) of another column, which may be long; the first and last as often again before and behind."""
@@ -126,7 +126,7 @@ class Growing:
                 return np.empty(shape, self.dtype)
             return self._blocks[0] if len(self._blocks) == 1 else np.concatenate(self._blocks)
         self._write()
-        whole = mapped(self._file, mmap.mmap)
+        whole = map_columns(self._file, mmap.mmap)
         self._file.close()
         return np.frombuffer(whole, self.dtype).reshape(shape)
 

@@ -5,7 +5,7 @@ import mmap
 from collections.abc import Iterator
 from typing import IO, Final
 
-from verne_post.base.columns import give_up, mapped
+from verne_post.base.columns import map_columns, release_memory
 
 #: So many bytes are looked at together.
 _CHUNK: Final = 1 << 20
@@ -43,7 +43,7 @@ def parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]
     last = len(text) if end is None else min(end, len(text))
     for at in range(start, last, _CHUNK):
         yield text[at : min(at + _CHUNK, last)]
-        give_up()
+        release_memory()
 
 
 def sha256(text: Text) -> str:
@@ -56,7 +56,7 @@ def sha256(text: Text) -> str:
 
 def text_in(file: IO[bytes]) -> LongText:
     """The text in a file that nobody else can change."""
-    return mapped(file, LongText)
+    return map_columns(file, LongText)
 
 
 def line_of(text: Text, number: int) -> bytes | None:

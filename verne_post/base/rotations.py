@@ -57,7 +57,7 @@ def rotate_z_rate(vector: Array, angle: Array | float) -> Array:
     return np.stack([-turned[..., 1], turned[..., 0], np.zeros_like(turned[..., 0])], axis=-1)
 
 
-def wrapped(angle: Array | float) -> Array:
+def wrap_angle(angle: Array | float) -> Array:
     """The same direction in (-pi, pi]."""
     return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi)
 

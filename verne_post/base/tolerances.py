@@ -19,12 +19,12 @@ ZERO_ANGLE: Final = 2e-9
 #: Newton on the platform's pose stops when the step is below this (rad, and this share of a rod's length); the next one
 #: would be below the spacing of doubles, because the iteration is quadratic.
 NEWTON_STEP: Final = 1e-9
-#: The iteration for the sine of the platform's lean stops when its step is below this. It is cubic: in the middle of the
+#: The iteration for the sine of the platform's tilt stops when its step is below this. It is cubic: in the middle of the
 #: workspace the next step would be 0.3 times this cubed, below the spacing of doubles.
-LEAN_STEP: Final = 5e-6
+TILT_STEP: Final = 5e-6
 #: Near leg I's serial singularity the equation bends more: the step times the square of its relative correction by the second
 #: derivative, which is the size of the next one, has to be below this too.
-LEAN_ERROR: Final = 1e-17
+TILT_ERROR: Final = 1e-17
 #: Bisection of the tilt ends here: 2**-53 of the bracket, there is nothing left to gain.
 BRACKET_STEPS: Final = 60
 #: A root of the squared equation counts as real below this imaginary part; a double root splits
@@ -78,7 +78,7 @@ OPPOSITE: Final = 1e-6
 
 # --- tool path ---------------------------------------------------------------------------
 
-#: Two pieces continue each other without a stop when direction, curvature and rotary rate per
+#: Two segments continue each other without a stop when direction, curvature and rotary rate per
 #: length differ by less than this (relative, curvature times 1 mm). At 833 mm/s a kink of
 #: 1e-8 is a step of 8e-6 mm/s, which a 1 ms file shows as 8 mm/s3: a ten-thousandth of the jerk limit.
 CONTINUATION: Final = 1e-8
@@ -98,7 +98,7 @@ DRILL_TILT: Final = 1e-6
 UPRIGHT_DEG: Final = 5e-5
 #: Cutter compensation: directions that differ by less than this (rad) continue each other without a corner.
 CORNER_ANGLE: Final = 1e-7
-#: ... and an offset piece may end this far (mm) before it begins: noise of the program's last decimal.
+#: ... and an offset segment may end this far (mm) before it begins: noise of the program's last decimal.
 CORNER_REACH_MM: Final = 1e-6
 #: EQ and NE take numbers that are closer for equal (LinuxCNC's own value since 2.9).
 EQUAL_NUMBERS: Final = 1e-6
@@ -126,7 +126,7 @@ VELOCITY_RATIO: Final = 1.001
 ACCELERATION_RATIO: Final = 1.005
 JERK_RATIO: Final = 1.02
 FEED_RATIO: Final = 1.001
-#: Tip and axis against the programmed piece, where no blend is allowed.
+#: Tip and axis against the programmed segment, where no blend is allowed.
 PATH_TIP_MM: Final = 1e-3
 PATH_AXIS_DEG: Final = 1e-3
 #: Share of a column's limits that rounding to its decimals may cost: half of what is accepted beyond the limit, or less

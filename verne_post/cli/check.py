@@ -77,7 +77,7 @@ def command(
     from verne_post.app.result import refused
     from verne_post.model.findings import InputError, finding
     from verne_post.output.findings import Report
-    from verne_post.output.policy import applied, baseline_text
+    from verne_post.output.policy import apply_policy, baseline_text
     from verne_post.output.reports import FORMATS
     from verne_post.output.summary import remarks
 
@@ -111,7 +111,7 @@ def command(
         time = result.summary.cycle_time if result.summary else None
         said = tuple(remarks(result.summary)) if result.summary else ()
         everything.append(Report(shown, result.findings, time, source, said))
-        reports.append(applied(everything[-1], policy))
+        reports.append(apply_policy(everything[-1], policy))
         status = status_of(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:

@@ -83,7 +83,7 @@ def check_format(name: str) -> None:
         )
 
 
-def converted(
+def convert_to_files(
     source: "Text", machine: "Machine", options: "Options", outputs: Outputs, files: RunFiles,
     progress: "Progress | None" = None,
 ) -> "tuple[Result, str]":  # fmt: skip

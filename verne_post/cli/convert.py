@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from verne_post.cli.common import PROGRAM, print_findings, progress_bar, read_program, refuse, shown_name
-from verne_post.cli.conversion import Outputs, converted, format_option
+from verne_post.cli.conversion import Outputs, convert_to_files, format_option
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import WRITING, GroupedCommand, options_of, program_options
 
@@ -65,7 +65,7 @@ def command(
     from verne_post.output.summary import paragraph
 
     with progress_bar() as progress:
-        result, said = converted(source, machine, options, outputs, files, progress)
+        result, said = convert_to_files(source, machine, options, outputs, files, progress)
     print_findings(name, result.findings)
     if result.ok and result.summary is not None:
         click.echo(paragraph(result.summary) + said, nl=False, err=True)

@@ -21,7 +21,7 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     \b
     moves   what an interpreter reports: program coordinates, no machine
     poses   tool tip and axis in the work frame
-    joints  joint values, lean of the platform, margins to every limit
+    joints  joint values, tilt of the platform, margins to every limit
     """
     from verne_post.app.assemble import assemble, interpreter_view
     from verne_post.model.findings import InputError

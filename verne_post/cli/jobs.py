@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
 from verne_post.cli.common import program_text
-from verne_post.cli.conversion import Outputs, converted
+from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
 from verne_post.model.findings import Finding, InputError, finding
 
@@ -155,7 +155,7 @@ def _outcome(job: Job) -> Outcome:
     job.output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{job.output.name}.", dir=job.output.parent) as folder:
         outputs = Outputs(Path(folder) / job.output.name, job.file_format, meta=Path(folder) / job.side_car.name)
-        result, _said = converted(source, job.machine, options, outputs, files)
+        result, _said = convert_to_files(source, job.machine, options, outputs, files)
         summary = result.summary if result.ok else None
         done = Outcome(
             job.program, result.exit_code, result.findings,

@@ -45,7 +45,7 @@ def list_() -> int:
     "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the table frame; default xy."
 )
 @click.option("--at", type=float, metavar="MM", help="Where the slice cuts the third axis; default 0.")
-@click.option("--iso-alpha", is_flag=True, help="Draw curves of equal lean of the platform in place of a slice.")
+@click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
 def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
     """Print a machine file, with where its values come from; or draw what the machine reaches."""
     from verne_post.config import machine_files
@@ -86,7 +86,7 @@ def _draw(
         raise click.UsageError(f"--plot {plot}: expected a name that ends in {' or '.join(plots.SUFFIXES)}")
     if iso_alpha and not isinstance(machine.module, IsoAlpha):
         raise click.UsageError(
-            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal lean; leave the option out for a slice"
+            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal tilt; leave the option out for a slice"
         )
     files.writes(plot, "--plot")
     try:
@@ -160,10 +160,10 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     and README.txt, which says what one must see each time.
     """
     from verne_post.app.assemble import drives_of
-    from verne_post.axis_check import axis_moves
+    from verne_post.calibration.axis_check import axis_moves
+    from verne_post.calibration.axis_check_text import instructions
     from verne_post.cli.options import build_options, numbers_of
     from verne_post.model.findings import InputError
-    from verne_post.output.axis_check import instructions
     from verne_post.output.rounding import setpoint_format
     from verne_post.output.setpoints import csv_header, csv_rows
 
@@ -218,7 +218,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     default=0.01,
     show_default=True,
     metavar="DEG",
-    help="Standard uncertainty of measured leans; inf: a lean only tells which solution a row is.",
+    help="Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
 )
 @click.option(
     "--sigma-rod",
@@ -260,11 +260,15 @@ def identify_(
     import numpy as np
 
     from verne_post.base.units import RAD_PER_DEG
-    from verne_post.config.measured import read_measured, refused_lengths
-    from verne_post.kinematics.identify import Uncertainty, identify
+    from verne_post.calibration.identification_text import (
+        IdentificationReport,
+        identification_json,
+        identification_text,
+    )
+    from verne_post.calibration.identify import Uncertainty, identify
+    from verne_post.calibration.readings import read_readings, refused_lengths
     from verne_post.model.findings import InputError
     from verne_post.model.protocols import Identifiable
-    from verne_post.output.identification import IdentificationReport, identification_json, identification_text
 
     name = shown_name(measured)
     for option, value in (("rho", sigma_rho), ("xyz", sigma_xyz), ("alpha-deg", sigma_alpha_deg), ("rod", sigma_rod)):
@@ -301,7 +305,7 @@ def identify_(
     if len(fixed) == len(present):
         raise click.UsageError("no length is left to estimate")
     try:
-        data = read_measured(files.read(measured, "MEASURED.csv"), module.actuators)
+        data = read_readings(files.read(measured, "MEASURED.csv"), module.actuators)
         sigma = Uncertainty(sigma_rho, sigma_xyz, RAD_PER_DEG * sigma_alpha_deg, sigma_rod)
         result = identify(module, data, sigma, fixed, groups, starts)
     except InputError as error:

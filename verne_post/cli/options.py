@@ -174,7 +174,9 @@ def build_options(files: RunFiles, name: str, **given: Any) -> Options:
     """
     settings = settings_of(files, given.get("settings"))
     values: dict[str, Any] = {} if settings is None else {**settings.options, "remap": dict(settings.remap)}
-    values |= {key: value for key, value in given.items() if key in Options.model_fields and value not in (None, (), [])}
+    values |= {
+        key: value for key, value in given.items() if key in Options.model_fields and value not in (None, (), [])
+    }
     try:
         values |= _parsed(values, given) | _from_files(files, given)
         values |= _bodies(values, settings)

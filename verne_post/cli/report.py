@@ -28,15 +28,13 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
     A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`.
     """
     from verne_post.model.findings import InputError
-    from verne_post.output import report_picture
-    from verne_post.output.report import page
+    from verne_post.report import picture
+    from verne_post.report.page import page
 
     if output is None and static is None:
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
-    if static is not None and static.suffix not in report_picture.SUFFIXES:
-        raise click.UsageError(
-            f"--static {static}: expected a name that ends in {' or '.join(report_picture.SUFFIXES)}"
-        )
+    if static is not None and static.suffix not in picture.SUFFIXES:
+        raise click.UsageError(f"--static {static}: expected a name that ends in {' or '.join(picture.SUFFIXES)}")
     files = RunFiles()
     files.reads(input_name, PROGRAM)
     for path, option, package, extra in (
@@ -56,12 +54,12 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
     except InputError as error:
         return refuse(name, error)
 
-    from verne_post.study import study
+    from verne_post.report.study import study
 
     with progress_bar() as progress:
         found = study(source, machine, options, progress)
     if output is not None:
         files.write(output, "-o", [page(name, source, machine, found)])
     if static is not None:
-        files.write(static, "--static", [report_picture.picture_of(name, machine, found, static.suffix)])
+        files.write(static, "--static", [picture.picture_of(name, machine, found, static.suffix)])
     return status_of(found.findings)

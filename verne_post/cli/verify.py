@@ -56,7 +56,7 @@ def command(
     measured: Path | None,
     columns: str,
     delay: str,
-    following: float | None,
+    follow: float | None,
     **given: Any,
 ) -> int:
     """Judge a setpoint file as written, believing nothing but the file.
@@ -75,7 +75,7 @@ def command(
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
-    if measured is None and (columns or delay != "auto" or following is not None):
+    if measured is None and (columns or delay != "auto" or follow is not None):
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
     if measured is not None and (setpoints == "-" or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
@@ -118,8 +118,8 @@ def command(
         click.echo(
             following_text(str(measured), followed, source_lines, program.cycle, program.machine), nl=False, err=True
         )
-        if following is not None and not followed.path_worst <= following:
-            click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
+        if follow is not None and not followed.path_worst <= follow:
+            click.echo(f"{measured}: farther from the commanded path than --following {follow:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 
@@ -133,24 +133,24 @@ def _followed(
 
     from verne_post.model.setpoints import SetpointFormat
     from verne_post.output.logs import read_log
-    from verne_post.output.rounding import places_of
-    from verne_post.output.setpoints import headings, read_csv
-    from verne_post.verify.following import delay_of, following
+    from verne_post.output.rounding import positions_of
+    from verne_post.output.setpoints import column_names, read_csv
+    from verne_post.verify.following import delay_of, follow
 
     machine = program.machine
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
     if len(named) != len([part for part in columns.split(",") if part]):
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
     text = files.read(measured, "--measured").decode("utf-8", errors="replace")
-    numbers = read_log(text, str(measured), machine.columns, headings(machine.columns, drives)[1:-1], named)
+    numbers = read_log(text, str(measured), machine.columns, column_names(machine.columns, drives)[1:-1], named)
     with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8") as stream:
         blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))
     commanded, lines = np.concatenate([one.values for one in blocks]), np.concatenate([one.line for one in blocks])
     factor = np.array([column.factor for column in machine.columns])
-    was = places_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
+    was = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
     wanted = commanded / factor
     behind = delay_of(wanted, was) if delay == "auto" else int(delay)
     if len(was) - behind < 2:
         raise click.UsageError(f"{measured}: {len(was)} rows are too few for a delay of {behind}")
     lengths = program.path.tool_length_at(lines)
-    return following(wanted, was, lengths, machine.five_axis.nominal, behind), lines
+    return follow(wanted, was, lengths, machine.five_axis.nominal, behind), lines

@@ -22,7 +22,7 @@ from verne_post.config.schema import (
     RodsFile,
     limits_file,
 )
-from verne_post.kinematics.clearance import Clearance
+from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.drives import Drive

@@ -1,7 +1,7 @@
 """Cutter compensation, G41 and G42: programmed contour -> path of the tool's centre, in one plane.
 
 The centre runs beside the contour at the tool's radius. Round an outside corner it goes on an arc about
-the corner; in an inside corner the two offset pieces end where they meet. So a piece is settled only when
+the corner; in an inside corner the two offset segments end where they meet. So a segment is settled only when
 the next one is known: it is recorded at once and its end amended, so that everything keeps its order.
 """
 
@@ -22,9 +22,9 @@ _FULL: Final = 2 * math.pi
 
 @dataclass(frozen=True)
 class Offset:
-    """One offset piece: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
+    """One offset segment: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
 
-    ``center`` is None for a straight piece; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
+    ``center`` is None for a straight segment; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
     """
 
     start: Point
@@ -47,20 +47,20 @@ class Compensation:
     plane : int
     radius : float
         mm, positive to the left of the contour.
-    piece : Offset or None
-        The piece whose end may still be amended; None before the entry move.
+    segment : Offset or None
+        The segment whose end may still be amended; None before the entry move.
     rows : list of int
         Rows of the recorder that end where it ends.
     corner : list of float
-        End of the piece as programmed, nine axes.
+        End of the segment as programmed, nine axes.
     line : int
-        Source line of the piece.
+        Source line of the segment.
     """
 
     code: int
     plane: int
     radius: float
-    piece: Offset | None = None
+    segment: Offset | None = None
     rows: list[int] = field(default_factory=list)
     corner: list[float] = field(default_factory=list)
     line: int = 0
@@ -73,10 +73,10 @@ class Compensation:
         p, q = (start[u], start[v]), (end[u], end[v])
         length = math.dist(p, q)
         if length == 0.0:
-            return self._at(end, self.piece.end if self.piece else p)
+            return self._at(end, self.segment.end if self.segment else p)
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
         target = self._beside(q, t)
-        if self.piece is None:
+        if self.segment is None:
             if length <= abs(self.radius):
                 raise BlockError(
                     "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
@@ -95,7 +95,7 @@ class Compensation:
     ) -> tuple[list[float], Arc]:
         """An arc between programmed points; returns where the centre ends and its arc."""
         u, v, *_ = PLANES[self.plane]
-        if self.piece is None:
+        if self.segment is None:
             raise BlockError("VP026", "the entry move of the cutter compensation must be straight, not an arc")
         p, q, c = (start[u], start[v]), (end[u], end[v]), (arc.center[u], arc.center[v])
         sense = 1 if arc.sweep > 0 else -1
@@ -126,10 +126,10 @@ class Compensation:
         self, recorder: "Recorder", feed: float, corner: Point, t2: Point, center: Point | None, sense: int,
         radius: float = 0.0,
     ) -> Point:  # fmt: skip
-        """Settle the corner between the last piece and one that leaves in direction t2; returns where that starts."""
-        piece = self.piece
-        assert piece is not None
-        t1 = piece.direction
+        """Settle the corner between the last segment and one that leaves in direction t2; returns where that starts."""
+        segment = self.segment
+        assert segment is not None
+        t1 = segment.direction
         cross, dot = t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1]
         turn = math.atan2(cross, dot)
         target = self._beside(corner, t2)
@@ -138,8 +138,8 @@ class Compensation:
         if turn * self.radius < 0 or abs(turn) >= math.pi - CORNER_ANGLE:
             self._round(recorder, feed, corner, target, turn)
             return target
-        meeting = self._meeting(piece, corner, t2, center, sense, radius)
-        self._shorten(recorder, piece, meeting)
+        meeting = self._meeting(segment, corner, t2, center, sense, radius)
+        self._shorten(recorder, segment, meeting)
         return meeting
 
     def _round(self, recorder: "Recorder", feed: float, corner: Point, target: Point, turn: float) -> None:
@@ -154,39 +154,41 @@ class Compensation:
         recorder.repeat_as_arc(self.rows[-1], self.line, end, feed, arc)
 
     def _meeting(
-        self, piece: Offset, corner: Point, t2: Point, center: Point | None, sense: int, radius: float
+        self, segment: Offset, corner: Point, t2: Point, center: Point | None, sense: int, radius: float
     ) -> Point:
-        """Where two offset pieces meet in an inside corner."""
-        line1 = (piece.end, piece.direction)
+        """Where two offset segments meet in an inside corner."""
+        line1 = (segment.end, segment.direction)
         line2 = (self._beside(corner, t2), t2)
-        if piece.center is None and center is None:
-            n1, n2 = self._normal(piece.direction), self._normal(t2)
+        if segment.center is None and center is None:
+            n1, n2 = self._normal(segment.direction), self._normal(t2)
             share = self.radius / (1 + n1[0] * n2[0] + n1[1] * n2[1])
             return corner[0] + share * (n1[0] + n2[0]), corner[1] + share * (n1[1] + n2[1])
-        if piece.center is None:
+        if segment.center is None:
             assert center is not None
             found = _line_and_circle(line1, center, radius)
         elif center is None:
-            found = _line_and_circle(line2, piece.center, math.dist(piece.center, piece.end))
+            found = _line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
         else:
-            found = _two_circles(piece.center, math.dist(piece.center, piece.end), center, radius)
+            found = _two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
         if not found:
             raise self._gouge()
         return min(found, key=lambda point: math.dist(point, corner))
 
-    def _shorten(self, recorder: "Recorder", piece: Offset, end: Point) -> None:
-        """Let the last piece end earlier."""
-        if piece.center is None:
-            along = (end[0] - piece.start[0]) * piece.direction[0] + (end[1] - piece.start[1]) * piece.direction[1]
-            if not piece.entry and along < -CORNER_REACH_MM:
+    def _shorten(self, recorder: "Recorder", segment: Offset, end: Point) -> None:
+        """Let the last segment end earlier."""
+        if segment.center is None:
+            along = (end[0] - segment.start[0]) * segment.direction[0] + (
+                end[1] - segment.start[1]
+            ) * segment.direction[1]
+            if not segment.entry and along < -CORNER_REACH_MM:
                 raise self._gouge()
             sweep = None
         else:
-            taken = _angle(end, piece.end, piece.center, piece.sense)
+            taken = _angle(end, segment.end, segment.center, segment.sense)
             taken -= _FULL if _FULL - taken < CORNER_ANGLE else 0.0
-            if (taken - piece.sweep) * math.dist(piece.end, piece.center) > CORNER_REACH_MM:
+            if (taken - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
                 raise self._gouge()
-            sweep = math.degrees(-piece.sense * min(taken, piece.sweep))
+            sweep = math.degrees(-segment.sense * min(taken, segment.sweep))
         u, v, *_ = PLANES[self.plane]
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
@@ -199,8 +201,8 @@ class Compensation:
 
     # --- small geometry -----------------------------------------------------------------------------
 
-    def _begin(self, piece: Offset) -> None:
-        self.piece = piece
+    def _begin(self, segment: Offset) -> None:
+        self.segment = segment
         self.rows = []
 
     def _normal(self, t: Point) -> Point:

@@ -10,7 +10,7 @@ from typing import Final
 from verne_post.gcode.block import Block, BlockError, OWord
 from verne_post.gcode.interpret import Call, Interpreter
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.text import ProgramText, decoded
+from verne_post.gcode.text import ProgramText, decode_line
 
 #: Calls inside each other; LinuxCNC allows nine.
 MAX_DEPTH: Final = 50
@@ -130,7 +130,7 @@ class Flow:
             line = structure.branch[line]
             if line == structure.end.get(line, line):  # endif
                 break
-            found = self.machine.read(decoded(self.text.line(line)), line).o
+            found = self.machine.read(decode_line(self.text.line(line)), line).o
             assert found is not None
             o = found
             if o.keyword == "else":

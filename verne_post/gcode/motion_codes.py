@@ -298,7 +298,7 @@ class MotionCodes(MachineCodes):
         state = self.state
         if code == 400:
             state.arc_may_follow = state.arc_may_follow and (
-                state.compensation is None or state.compensation.piece is None
+                state.compensation is None or state.compensation.segment is None
             )
             state.compensation = None
             return

@@ -53,7 +53,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
 
 
-def interpreted_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
+def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
     """As :func:`interpret_program` for an interpreter's view: the moves before the first error, and the errors."""
     dialect = chosen(setup.dialect, source)
     state = dialect.start(setup)
@@ -75,10 +75,10 @@ def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     line : int
         1-based; where it is executed several times, the first time counts.
     """
-    return replayed(source, setup, moves, Stops(line=line))[0]
+    return replay(source, setup, moves, Stops(line=line))[0]
 
 
-def replayed(source: Text, setup: Setup, moves: Moves, stops: Stops) -> tuple[State, Recorder]:
+def replay(source: Text, setup: Setup, moves: Moves, stops: Stops) -> tuple[State, Recorder]:
     """Run a program that has been read once more from where it starts, up to ``stops``: the state there, and what was recorded."""
     dialect = chosen(setup.dialect, source)
     state = dialect.start(setup)

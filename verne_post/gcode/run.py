@@ -10,7 +10,7 @@ from verne_post.gcode.flow import Flow
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import Recorder, State
-from verne_post.gcode.text import Chunk, ProgramText, decoded
+from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import AXES
 
@@ -140,7 +140,7 @@ def _execute(flow: Flow, raw: bytes, machine: Interpreter, line: int) -> None:
     if line == flow.text.opening or deleted or not raw.strip():
         return
     machine.parameters.line = line
-    block = machine.read(decoded(raw), line)
+    block = machine.read(decode_line(raw), line)
     if block.o is not None:
         flow.step(block)
         return

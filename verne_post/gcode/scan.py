@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import give_up
+from verne_post.base.columns import release_memory
 from verne_post.base.long_text import Text
 
 #: Bytes scanned at a time: the intermediate arrays then stay in the processor's cache.
@@ -77,7 +77,7 @@ def whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
     while start < len(source):
         end = chunk_end(source, start)
         yield source[start:end]
-        give_up()
+        release_memory()
         start = end
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import BLOCK_ROWS, GrowingTable, give_up
+from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.parameters import Store
@@ -289,7 +289,7 @@ class Recorder:
                 part[name][at] = values
         self.table.extend(**part)
         self.blocks, self.settled = later, end
-        give_up()  # the text so far
+        release_memory()  # the text so far
 
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""

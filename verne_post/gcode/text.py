@@ -142,7 +142,7 @@ class ProgramText:
             if self.setup.block_delete and match.group().lstrip().startswith(b"/"):
                 continue
             try:
-                block = read_block(self.language.prepared(decoded(match.group())), line)
+                block = read_block(self.language.prepared(decode_line(match.group())), line)
                 if block.o is not None:
                     opened.take(found, block)
             except BlockError as error:
@@ -152,7 +152,7 @@ class ProgramText:
         return found
 
 
-def decoded(raw: bytes) -> str:
+def decode_line(raw: bytes) -> str:
     """A line of bytes as text."""
     try:
         return raw.decode("utf-8")

@@ -1,9 +1,9 @@
 """The whole machine: a parallel module over a tilting rotary table.
 
-The platform only ever leans about x, and so does the table's tilt. With the gauge-line point g of
+The platform only ever tilts about x, and so does the table's tilt. With the gauge-line point g of
 the nominal trunnion machine (:meth:`TiltingTable.gauge_point`) the platform point is
 ``P = pivot + F Rx(alpha) g``, ``F = diag(1, -1, -1)``, and the table stands at A + alpha. The module
-owns the solution for alpha (:meth:`ParallelModule.inverse_leaning`). C does not depend on alpha.
+owns the solution for alpha (:meth:`ParallelModule.inverse_coupled`). C does not depend on alpha.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from verne_post.base.rotations import (
     rotate_x_rate,
     rotate_z,
     rotate_z_rate,
-    wrapped,
+    wrap_angle,
 )
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.protocols import ParallelModule, WholeSolution
@@ -77,28 +77,28 @@ class HybridMachine:
     def _followed(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """q, gauge point, alpha, ok."""
         gauge = self.platform_gauge(tip, angles, tool_length)
-        rho, alpha, ok = self.module.inverse_leaning(self.table.pivot, gauge)
+        rho, alpha, ok = self.module.inverse_coupled(self.table.pivot, gauge)
         q = np.concatenate([rho, angles], axis=-1)
         q[..., -2] += alpha
         if not np.all(ok):
             q[~ok] = np.nan
         return q, gauge, alpha, ok
 
-    def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
-        return self.module.why_not(self.table.pivot, self.platform_gauge(tip, angles, tool_length))
+        return self.module.why_unreachable(self.table.pivot, self.platform_gauge(tip, angles, tool_length))
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """All real solutions of one pose (3,), (3,) in closed form: at most six leans for each table solution.
+        """All real solutions of one pose (3,), (3,) in closed form: at most six tilts for each table solution.
 
         The solutions of the table in use, tilt b in [0, pi], come first; within each, those that the machine can use.
         """
         tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in angles_of_axis(axis))
         found = []
-        for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrapped(turn + np.pi))))):
+        for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
             gauge = self.platform_gauge(tip, np.array(angles), tool_length)
-            for one in self.module.inverse_leaning_all(self.table.pivot, gauge):
+            for one in self.module.inverse_coupled_all(self.table.pivot, gauge):
                 q = (*one.rho, angles[0] + one.alpha, angles[1])
                 found.append(WholeSolution(q, one.alpha, one.signs, other, one.refused))
         return found
@@ -159,7 +159,7 @@ class HybridMachine:
         return tip, angles, ok
 
     def on_table(self, point: Array, alpha: Array, angles: Array) -> Array:
-        """Points (..., 3) of the base frame in the table frame, for a lean (...) and nominal angles (..., 2)."""
+        """Points (..., 3) of the base frame in the table frame, for a tilt (...) and nominal angles (..., 2)."""
         upright = rotate_x((point - self.table.pivot) * _MIRROR, -alpha)
         return self.table.tip_of_gauge(upright, angles, 0.0)
 

@@ -1,4 +1,4 @@
-"""JointPath: the actuated joints along a contour, exactly: q(segment, w)."""
+"""JointPath: the actuated joints along a contour, exactly: q(element, w)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
-from verne_post.kinematics.keep_out import KeepOut
+from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Pose, PoseFunction, SpeedFunction
-from verne_post.model.toolpath import PieceKind
+from verne_post.model.toolpath import SegmentKind
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -49,51 +49,51 @@ class JointPath:
     lift: float = 0.0
     keep_out: KeepOut | None = None
 
-    def solve(self, segment: Ints, w: Array) -> Solved:
-        """Solve poses at parameter w (n,) of segments (n,)."""
-        tip, angles, length, joint, q_joint = self._asked(segment, w)
+    def solve(self, element: Ints, w: Array) -> Solved:
+        """Solve poses at parameter w (n,) of elements (n,)."""
+        tip, angles, length, joint, q_joint = self._asked(element, w)
         q, position, alpha, ok = self.machine.five_axis.solve(tip, angles, length)
         q[joint] = q_joint
         return Solved(q, tip, angles, position, alpha, ok)
 
-    def _asked(self, segment: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
+    def _asked(self, element: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
         """Tip, nominal angles, tool length; which of the poses (n,) are on motions in joint space, and their joints."""
         path, five_axis = self.contour.path, self.machine.five_axis
-        piece = self.contour.piece[segment]
-        length = path.tool_length[piece]
-        tip, angles = self.pose(self.contour, segment, w)
-        joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
+        segment = self.contour.segment[element]
+        length = path.tool_length[segment]
+        tip, angles = self.pose(self.contour, element, w)
+        joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
         q_joint = np.empty((0, 1))
         if len(joint):
-            ends = path.joints[path.joint[piece[joint]]]
+            ends = path.joints[path.joint[segment[joint]]]
             q_joint = ends[:, 0] + w[joint, None] * (ends[:, 1] - ends[:, 0])
             tip[joint], angles[joint], _ok = five_axis.nominal(q_joint, length[joint])
         return tip, angles, length, joint, q_joint
 
-    def bodies(self, segment: Ints, solved: Solved) -> Pose:
-        """Where the real tool and the module are at solved poses of segments (n,)."""
-        piece = self.contour.piece[segment]
+    def bodies(self, element: Ints, solved: Solved) -> Pose:
+        """Where the real tool and the module are at solved poses of elements (n,)."""
+        segment = self.contour.segment[element]
         rho = solved.q[:, : len(self.machine.module.actuators)]
         tip = solved.tip
         if self.lift:
             tip = tip + self.lift * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
-        length = self.contour.path.tool_length[piece] - self.lift
-        return Pose(solved.position, solved.alpha, rho, tip, solved.angles, length, piece)
+        length = self.contour.path.tool_length[segment] - self.lift
+        return Pose(solved.position, solved.alpha, rho, tip, solved.angles, length, segment)
 
-    def q(self, segment: Ints, w: Array) -> Array:
+    def q(self, element: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
         found = np.empty((len(w), len(self.machine.columns)))
         for part in _parts(len(w)):
-            tip, angles, length, joint, q_joint = self._asked(segment[part], w[part])
+            tip, angles, length, joint, q_joint = self._asked(element[part], w[part])
             found[part] = self.machine.five_axis.joints(tip, angles, length)
             found[part][joint] = q_joint
         return found
 
-    def speed_cap(self, segment: Ints, w: Array) -> Array:
+    def speed_cap(self, element: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
         found = np.empty(len(w))
         for part in _parts(len(w)):
-            found[part] = self.speed(self.contour, segment[part], w[part])
+            found[part] = self.speed(self.contour, element[part], w[part])
         return found
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.judge import Check, checks_of
+from verne_post.kinematics.checks.limits import Check, machine_checks
 from verne_post.model.machine import Machine
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
     """
     tip = np.asarray(tip, dtype=float)
     q, position, alpha, ok = machine.five_axis.solve(tip, np.broadcast_to(angles, (len(tip), 2)), tool_length)
-    checks = checks_of(machine)
+    checks = machine_checks(machine)
     with np.errstate(invalid="ignore"):
         quantities = np.concatenate([q, machine.module.geometry_margins(position, alpha)], axis=1)
     margins = [np.where(ok, np.inf, -np.inf)]

@@ -235,7 +235,7 @@ CODES: Final[dict[str, Code]] = _table(
         "VP102",
         "tilt range",
         "error",
-        "The actuated tilt A (the programmed tilt plus the platform's lean) leaves its range.",
+        "The actuated tilt A (the programmed tilt plus the platform's tilt) leaves its range.",
         "Tilt less, or post with the other table solution.",
     ),
     (
@@ -362,28 +362,28 @@ CODES: Final[dict[str, Code]] = _table(
         "VP404",
         "feed exceeded",
         "error",
-        "The tool moves faster along the piece than programmed.",
+        "The tool moves faster along the segment than programmed.",
         "The file is not fit to run.",
     ),
     (
         "VP410",
         "feed not reached",
         "note",
-        "The programmed feed was not reached on some pieces, because of an axis limit.",
+        "The programmed feed was not reached on some segments, because of an axis limit.",
         "Nothing needs mending; the summary says where and how much.",
     ),
     (
         "VP411",
         "off the programmed path",
         "error",
-        "The forward kinematics of a row lies farther from the programmed piece than the tolerance.",
+        "The forward kinematics of a row lies farther from the programmed segment than the tolerance.",
         "The file is not fit to run.",
     ),
     (
         "VP412",
         "incomplete",
         "error",
-        "The file does not begin at the start pose, does not end at the last pose, or skips a piece.",
+        "The file does not begin at the start pose, does not end at the last pose, or skips a segment.",
         "The file is not fit to run.",
     ),
     (
@@ -404,8 +404,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP420",
         "no time law found",
         "error",
-        "The solver found no time law for a piece; there is no verdict on the program.",
-        "Report the program; a longer control cycle or a simpler piece may help.",
+        "The solver found no time law for a segment; there is no verdict on the program.",
+        "Report the program; a longer control cycle or a simpler segment may help.",
     ),
     # --- VP5xx: machine file ----------------------------------------------------------------
     (

@@ -1,7 +1,7 @@
-"""The contour that the tool really follows, as segments of the programmed pieces.
+"""The contour that the tool really follows, as elements of the programmed segments.
 
-Made by toolpath, read by kinematics and timing. A *segment* has a parameter w from 0 to 1 and lies on one programmed
-piece, or on the half of a corner that belongs to it. A *run* is a sequence of segments between two standstills; along a
+Made by toolpath, read by kinematics and timing. A *element* has a parameter w from 0 to 1 and lies on one programmed
+segment, or on the half of a corner that belongs to it. A *run* is a sequence of elements between two standstills; along a
 run the pose is three times continuously differentiable by the path parameter s.
 """
 
@@ -16,25 +16,25 @@ from verne_post.model.toolpath import ToolPath
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
-#: Numbers of segments, or a stretch of them.
+#: Numbers of elements, or a stretch of them.
 Rows = NDArray[np.integer] | slice
 EVERY: Final = slice(None)
 
 
 @dataclass(frozen=True)
 class Corners:
-    """Rounded corners between straight pieces: bumps on the polyline, see :mod:`verne_post.toolpath.corners`.
+    """Rounded corners between straight segments: bumps on the polyline, see :mod:`verne_post.toolpath.corners`.
 
     Attributes
     ----------
     s : ndarray, shape (n + 1,)
-        Where the corners of the n pieces are, by metric length along the whole path, mm; the ends of the path included.
+        Where the corners of the n segments are, by metric length along the whole path, mm; the ends of the path included.
     reach : ndarray, shape (n + 1,)
         Half width of the bump, mm; 0 where a corner is not rounded.
     bend : ndarray, shape (n + 1, 5)
         Change of the derivatives of tip and nominal angles by s.
     shift : int
-        Piece i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with pieces
+        Segment i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with segments
         that no bump reaches.
     """
 
@@ -46,7 +46,7 @@ class Corners:
 
 @dataclass(frozen=True)
 class Feeds:
-    """What the programmed feed asks of each piece, each shape (n,).
+    """What the programmed feed asks of each segment, each shape (n,).
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Feeds:
     by_tip : ndarray of bool
         False where the tip stands still.
     even : ndarray
-        ds/dt at the feed where tip and angles move evenly along the piece, mm/s; infinite for rapids.
+        ds/dt at the feed where tip and angles move evenly along the segment, mm/s; infinite for rapids.
     """
 
     rate: Array
@@ -70,99 +70,99 @@ class Contour:
     Attributes
     ----------
     path : ToolPath
-        The programmed pieces.
+        The programmed segments.
     shape : ToolPath
-        The pieces that are followed: as programmed, or with vertices moved within their tolerance.
-    piece : ndarray of int32, shape (n,)
-        The piece that a segment belongs to: its source line, feed and tool length.
+        The segments that are followed: as programmed, or with vertices moved within their tolerance.
+    segment : ndarray of int32, shape (n,)
+        The segment that a element belongs to: its source line, feed and tool length.
     curve : ndarray of int32, shape (n,)
-        Row of ``controls``, -1 for a part of a piece.
+        Row of ``controls``, -1 for a part of a segment.
     low, high : ndarray, shape (n,)
-        Where on its piece (u from 0 to 1), or on its curve, a segment begins and ends.
+        Where on its segment (u from 0 to 1), or on its curve, a element begins and ends.
     length : ndarray, shape (n,)
         Length by s, mm (metric length; see docs/architecture.md).
     turn : ndarray, shape (n,)
-        Rotation of table and arc together over the segment, rad.
-    run : ndarray of int32, shape (n,)
+        Rotation of table and arc together over the element, rad.
+    section : ndarray of int32, shape (n,)
     corners : Corners or None
         Rounded corners; None where there are none.
-    bumped : ndarray of bool, shape (n,)
-        A rounded corner's bump reaches into the segment.
+    blended : ndarray of bool, shape (n,)
+        A rounded corner's bump reaches into the element.
     feeds : Feeds
     controls : ndarray, shape (m, 8, 5)
         Control points of curves of degree 7: tip in the table frame and nominal angles.
-    tip_tolerance, axis_tolerance : ndarray, shape (n_pieces,)
-        How far the contour may be from each programmed piece, mm and rad; 0 where it follows it exactly.
-    dwell_run : ndarray of int32, shape (d,)
+    tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)
+        How far the contour may be from each programmed segment, mm and rad; 0 where it follows it exactly.
+    dwell_section : ndarray of int32, shape (d,)
         A dwell stands before this run (the number of runs: after the last).
     entry : int
-        A restart begins with this piece, maybe in the middle of a rounded corner; -1 where the whole program is made.
+        A restart begins with this segment, maybe in the middle of a rounded corner; -1 where the whole program is made.
     """
 
     path: ToolPath
     shape: ToolPath
-    piece: Ints
+    segment: Ints
     curve: Ints
     low: Array
     high: Array
     length: Array
     turn: Array
-    run: Ints
+    section: Ints
     corners: Corners | None
-    bumped: NDArray[np.bool_]
+    blended: NDArray[np.bool_]
     feeds: Feeds
     controls: Array
     tip_tolerance: Array
     axis_tolerance: Array
-    dwell_run: Ints
+    dwell_section: Ints
     entry: int = -1
 
     def __len__(self) -> int:
-        return len(self.piece)
+        return len(self.segment)
 
-    def line(self, segment: Rows = EVERY) -> Ints:
-        """Source lines (m,) of segments (m,)."""
-        return self.path.line[self.piece[segment]]
+    def line(self, element: Rows = EVERY) -> Ints:
+        """Source lines (m,) of elements (m,)."""
+        return self.path.line[self.segment[element]]
 
-    def tool_length(self, segment: Rows = EVERY) -> Array:
-        """Tool lengths (m,) of segments (m,), mm."""
-        return self.path.tool_length[self.piece[segment]]
+    def tool_length(self, element: Rows = EVERY) -> Array:
+        """Tool lengths (m,) of elements (m,), mm."""
+        return self.path.tool_length[self.segment[element]]
 
-    def pace(self, segment: Rows = EVERY) -> Array:
-        """Seconds per mm of s at the programmed feed (m,) of segments (m,), 0 for rapids."""
-        piece = self.piece[segment]
-        return np.asarray(self.path.feed_time[piece] / self.path.length[piece])
+    def pace(self, element: Rows = EVERY) -> Array:
+        """Seconds per mm of s at the programmed feed (m,) of elements (m,), 0 for rapids."""
+        segment = self.segment[element]
+        return np.asarray(self.path.feed_time[segment] / self.path.length[segment])
 
     @property
-    def n_runs(self) -> int:
+    def n_sections(self) -> int:
         """Number of runs."""
-        return int(self.run[-1]) + 1 if len(self.run) else 0
+        return int(self.section[-1]) + 1 if len(self.section) else 0
 
     @property
-    def run_begins(self) -> NDArray[np.intp]:
-        """First segment of each run, and the number of segments after the last (n_runs + 1,)."""
-        return np.searchsorted(self.run, np.arange(self.n_runs + 1))
+    def section_begins(self) -> NDArray[np.intp]:
+        """First element of each run, and the number of elements after the last (n_sections + 1,)."""
+        return np.searchsorted(self.section, np.arange(self.n_sections + 1))
 
-    def only(self, segments: NDArray[np.integer]) -> "Contour":
-        """Some segments, in order, as a contour of their own without dwells; each run keeps its segments together."""
-        _runs, run = np.unique(self.run[segments], return_inverse=True)
+    def only(self, elements: NDArray[np.integer]) -> "Contour":
+        """Some elements, in order, as a contour of their own without dwells; each run keeps its elements together."""
+        _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(
-            self, piece=self.piece[segments], curve=self.curve[segments], low=self.low[segments], high=self.high[segments],
-            length=self.length[segments], turn=self.turn[segments], run=run.astype(np.int32), bumped=self.bumped[segments],
-            dwell_run=self.dwell_run[:0],
+            self, segment=self.segment[elements], curve=self.curve[elements], low=self.low[elements], high=self.high[elements],
+            length=self.length[elements], turn=self.turn[elements], section=section.astype(np.int32), blended=self.blended[elements],
+            dwell_section=self.dwell_section[:0],
         )  # fmt: skip
 
     @property
-    def flowing(self) -> NDArray[np.bool_]:
-        """Runs with a rounded corner in them (n_runs,)."""
-        found = np.zeros(self.n_runs, dtype=bool)
+    def continuous(self) -> NDArray[np.bool_]:
+        """Runs with a rounded corner in them (n_sections,)."""
+        found = np.zeros(self.n_sections, dtype=bool)
         for first, last in blocks(len(self)):
             some = slice(first, last)
-            found[self.run[some][self.bumped[some] | (self.curve[some] >= 0)]] = True
+            found[self.section[some][self.blended[some] | (self.curve[some] >= 0)]] = True
         return found
 
     @property
-    def n_rounded(self) -> int:
+    def n_blended(self) -> int:
         """Corners that are not stops."""
         bumps, curved = 0, np.zeros(len(self.controls), dtype=bool)
         if self.corners is not None:

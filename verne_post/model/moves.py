@@ -231,7 +231,7 @@ class Moves:
     def __len__(self) -> int:
         return len(self.line)
 
-    def taken_up(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
+    def start_at(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
         """The moves from number ``first`` on, and the events from ``first_event`` on behind those of ``switched``."""
         kept = (replace(event, before=max(event.before - first, 0)) for event in self.events[first_event:])
         if first == 0:

@@ -45,8 +45,8 @@ class Margin:
 class PoseFunction(Protocol):
     """Evaluates the geometry of a contour."""
 
-    def __call__(self, contour: Contour, segment: NDArray[np.integer], w: Array) -> tuple[Array, Array]:
-        """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
+    def __call__(self, contour: Contour, element: NDArray[np.integer], w: Array) -> tuple[Array, Array]:
+        """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of elements (n,)."""
 
 
 class JointFunctions(Protocol):
@@ -60,18 +60,18 @@ class JointFunctions(Protocol):
     def pose(self) -> PoseFunction:
         """Where the tool is along a contour."""
 
-    def q(self, segment: NDArray[np.integer], w: Array) -> Array:
-        """Joints (n, n_joints) at parameter w (n,) of segments (n,)."""
+    def q(self, element: NDArray[np.integer], w: Array) -> Array:
+        """Joints (n, n_joints) at parameter w (n,) of elements (n,)."""
 
-    def speed_cap(self, segment: NDArray[np.integer], w: Array) -> Array:
+    def speed_cap(self, element: NDArray[np.integer], w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
 
 
 class SpeedFunction(Protocol):
     """The feed along a contour."""
 
-    def __call__(self, contour: Contour, segment: NDArray[np.integer], w: Array) -> Array:
-        """Largest ds/dt (n,) at parameter w (n,) of segments (n,)."""
+    def __call__(self, contour: Contour, element: NDArray[np.integer], w: Array) -> Array:
+        """Largest ds/dt (n,) at parameter w (n,) of elements (n,)."""
 
 
 class ModuleSolution(Protocol):
@@ -113,7 +113,7 @@ class AssemblyMode(Protocol):
 class ParallelModule(Protocol):
     """Kinematics of the spindle carrier, parallel or not. Positions in the base frame (z down), mm.
 
-    Rows without a solution are NaN with ok False, never an exception. The platform may lean about x by an angle alpha that follows from its position.
+    Rows without a solution are NaN with ok False, never an exception. The platform may tilt about x by an angle alpha that follows from its position.
     """
 
     @property
@@ -126,8 +126,8 @@ class ParallelModule(Protocol):
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """(..., 3) -> position (..., 3), alpha (...), ok (...), in the working mode."""
 
-    def inverse_leaning(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Solve for a platform point that turns with the platform's own lean.
+    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+        """Solve for a platform point that turns with the platform's own tilt.
 
         The platform point is ``pivot + F Rx(alpha) gauge`` with ``F = diag(1, -1, -1)``.
 
@@ -143,7 +143,7 @@ class ParallelModule(Protocol):
         rho, alpha, ok
         """
 
-    def why_not(self, pivot: Array, gauge: Array) -> list[str]:
+    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Finding codes for poses (m, 3) without a solution in the working mode.
 
         "VP110" out of reach, "VP201" rods that cross, "VP203" beyond a parallel singularity.
@@ -161,8 +161,8 @@ class ParallelModule(Protocol):
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` returns, with thresholds."""
 
-    def inverse_leaning_all(self, pivot: Array, gauge: Array) -> Sequence[ModuleSolution]:
-        """All real solutions of :meth:`inverse_leaning` for one gauge point (3,)."""
+    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> Sequence[ModuleSolution]:
+        """All real solutions of :meth:`inverse_coupled` for one gauge point (3,)."""
 
     def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Parallel (..., 4, 4) and serial (..., 4, 3) part of the closure equations of solved poses.
@@ -200,7 +200,7 @@ class RodModule(Protocol):
 class Pose:
     """Solved poses, n rows: what a clearance is computed from. Base frame except ``tip`` and ``angles`` (table).
 
-    ``piece`` is the programmed piece that each belongs to, where distances depend on it.
+    ``segment`` is the programmed segment that each belongs to, where distances depend on it.
     """
 
     position: Array
@@ -209,7 +209,7 @@ class Pose:
     tip: Array
     angles: Array
     tool_length: Array
-    piece: NDArray[np.integer] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    segment: NDArray[np.integer] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
 
 class ClearanceModel(Protocol):
@@ -246,7 +246,7 @@ class WholeSolution:
     Attributes
     ----------
     q : tuple of float
-        Joints, mm and rad; A is the table's, with the platform's lean in it.
+        Joints, mm and rad; A is the table's, with the platform's tilt in it.
     alpha : float
         Lean of the platform, rad.
     signs : tuple of int
@@ -283,20 +283,20 @@ class Identifiable(Protocol):
     def loop_equations(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
         """Misfits of the loops (n, e), mm; their derivatives by lengths (n, e, p), actuators (n, e, m), pose (n, e, 4).
 
-        Lengths (p,), actuators (n, m), pose (n, 4): x, y, z in the base frame (mm) and the lean alpha (rad).
+        Lengths (p,), actuators (n, m), pose (n, 4): x, y, z in the base frame (mm) and the tilt alpha (rad).
         """
 
 
 @runtime_checkable
 class IsoAlpha(Protocol):
-    """A module whose places of equal lean are closed curves in x and y."""
+    """A module whose places of equal tilt are closed curves in x and y."""
 
     def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
-        """Points (n, 2) of P at which the platform may lean by alpha or -alpha, by the parameter turn (n,)."""
+        """Points (n, 2) of P at which the platform may tilt by alpha or -alpha, by the parameter turn (n,)."""
 
 
 @runtime_checkable
-class Sketched(Protocol):
+class Drawable(Protocol):
     """A module that can be drawn: where its rods are, near enough for a picture."""
 
     def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
@@ -329,15 +329,15 @@ class FiveAxis(Protocol):
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
 
     def on_table(self, point: Array, alpha: Array, angles: Array) -> Array:
-        """Points (..., 3) of the base frame in the table frame, for a lean (...) and nominal angles (..., 2)."""
+        """Points (..., 3) of the base frame in the table frame, for a tilt (...) and nominal angles (..., 2)."""
 
     def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> Sequence[WholeSolution]:
-        """All real solutions of one pose (3,), (3,): both table solutions, every lean, every posture."""
+        """All real solutions of one pose (3,), (3,): both table solutions, every tilt, every posture."""
 
-    def why_not(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
 
 

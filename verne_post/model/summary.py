@@ -54,14 +54,14 @@ class Summary:
         Duration of the file, s.
     n_stops : int
         Standstills between the first and the last motion.
-    feed_pieces, feed_reached : int
-        Pieces with a feed, and those that reach it.
-    n_rounded : int
+    feed_segments, feed_reached : int
+        Segments with a feed, and those that reach it.
+    n_blended : int
         Corners that are rounded.
-    flow_time, flow_bound : float
-        Time of the runs with rounded corners, and their second-order bound: what no law inside the limits on velocity and
+    continuous_time, second_order_bound_s : float
+        Time of the runs with rounded corners, and their second-order bound: what no profile inside the limits on velocity and
         acceleration can be faster than, s.
-    other_bound : float or None
+    toppra_bound_s : float or None
         The bound by the other solver, where both were asked.
     tolerance : tuple of float
         Largest tip (mm) and axis (rad) tolerance of rounded corners, 0 where there are none.
@@ -92,14 +92,14 @@ class Summary:
     options: Options
     cycle_time: float
     n_rows: int
-    n_pieces: int
+    n_segments: int
     n_stops: int
-    feed_pieces: int
+    feed_segments: int
     feed_reached: int
-    n_rounded: int
-    flow_time: float
-    flow_bound: float
-    other_bound: float | None
+    n_blended: int
+    continuous_time: float
+    second_order_bound_s: float
+    toppra_bound_s: float | None
     tolerance: tuple[float, float]
     start: tuple[float, ...]
     frames: tuple[Frame, ...]

@@ -1,7 +1,7 @@
-"""The tool path as a table of pieces in the table frame. Made by toolpath, read by kinematics and verify.
+"""The tool path as a table of segments in the table frame. Made by toolpath, read by kinematics and verify.
 
-A *piece* is one programmed motion, with parameter u from 0 to 1. A *run* is a sequence of pieces
-between two standstills; its path parameter s adds up the lengths of its pieces.
+A *segment* is one programmed motion, with parameter u from 0 to 1. A *run* is a sequence of segments
+between two standstills; its path parameter s adds up the lengths of its segments.
 """
 
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 
-class PieceKind(IntEnum):
-    """Shape of a piece."""
+class SegmentKind(IntEnum):
+    """Shape of a segment."""
 
     LINE = 0
     ARC = 1
@@ -27,8 +27,8 @@ class PieceKind(IntEnum):
 
 
 @dataclass(frozen=True)
-class ArcPieces:
-    """Geometry of arc pieces in the table frame.
+class ArcSegments:
+    """Geometry of arc segments in the table frame.
 
     ``tip(u) = center + r(u) (cos(u sweep) e1 + sin(u sweep) e2) + u rise``,
     ``r(u) = r0 + u (r1 - r0)``: radii differ by what the program's decimals leave open.
@@ -56,7 +56,7 @@ class ArcPieces:
 class GreatCircles:
     """Tool axes that turn evenly along a great circle: ``axis(u) = cos(u angle) first + sin(u angle) side``.
 
-    The nominal angles follow from the axis: the tilt on the side of the piece's own angles, C continuous from its start.
+    The nominal angles follow from the axis: the tilt on the side of the segment's own angles, C continuous from its start.
 
     Attributes
     ----------
@@ -80,31 +80,31 @@ class ToolPath:
     line : ndarray of int32, shape (n,)
         Source line; 0 for an approach that the program does not contain.
     kind : ndarray of int8, shape (n,)
-        :class:`PieceKind`.
+        :class:`SegmentKind`.
     start, end : ndarray, shape (n, 5)
         Tip in the table frame (mm) and nominal angles A, C (rad, workpiece sense, unwrapped).
-        For JOINT pieces these are the poses at both ends.
+        For JOINT segments these are the poses at both ends.
     tool_length : ndarray, shape (n,)
         Gauge line to tip, mm.
     feed_time : ndarray, shape (n,)
-        Seconds that the piece takes at the programmed feed, 0 for rapids.
+        Seconds that the segment takes at the programmed feed, 0 for rapids.
     length : ndarray, shape (n,)
         Metric length: tip path and rotation together, mm.
     arc : ndarray of int32, shape (n,)
-        Row of ``arcs``, -1 for other pieces.
+        Row of ``arcs``, -1 for other segments.
     circle : ndarray of int32, shape (n,)
-        Row of ``circles``, -1 where A and C are linear along the piece.
+        Row of ``circles``, -1 where A and C are linear along the segment.
     free : ndarray of bool, shape (n,)
         Programmed with a tool axis: the table may stand on either side.
     joints : ndarray, shape (k, 2, n_joints)
-        Joint values at both ends of the JOINT pieces, mm and rad.
+        Joint values at both ends of the JOINT segments, mm and rad.
     joint : ndarray of int32, shape (n,)
-        Row of ``joints``, -1 for other pieces.
+        Row of ``joints``, -1 for other segments.
     move : ndarray of int32, shape (n,)
         Row of the Moves table, -1 for an approach.
-    run : ndarray of int32, shape (n,)
-        The run that the piece belongs to, 0, 1, ...
-    dwell_run : ndarray of int32, shape (d,)
+    section : ndarray of int32, shape (n,)
+        The run that the segment belongs to, 0, 1, ...
+    dwell_section : ndarray of int32, shape (d,)
         A dwell stands before this run (the number of runs: after the last).
     dwell_seconds : ndarray, shape (d,)
     dwell_line : ndarray of int32, shape (d,)
@@ -121,15 +121,15 @@ class ToolPath:
     feed_time: Array
     length: Array
     arc: Ints
-    arcs: ArcPieces
+    arcs: ArcSegments
     circle: Ints
     circles: GreatCircles
     free: NDArray[np.bool_]
     joints: Array
     joint: Ints
     move: Ints
-    run: Ints
-    dwell_run: Ints
+    section: Ints
+    dwell_section: Ints
     dwell_seconds: Array
     dwell_line: Ints
     first_pose: Array
@@ -139,28 +139,28 @@ class ToolPath:
         return len(self.line)
 
     @property
-    def n_runs(self) -> int:
+    def n_sections(self) -> int:
         """Number of runs."""
-        return int(self.run[-1]) + 1 if len(self.run) else 0
+        return int(self.section[-1]) + 1 if len(self.section) else 0
 
     def tool_length_at(self, line: NDArray[np.integer]) -> Array:
-        """Tool length (n,) of rows by their source lines (n,): that of the first piece of the line, or of the line before it."""
+        """Tool length (n,) of rows by their source lines (n,): that of the first segment of the line, or of the line before it."""
         lines, first = np.unique(self.line, return_index=True)
         at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
         return np.asarray(self.tool_length[first[at]])
 
     @property
-    def dwell_piece(self) -> NDArray[np.intp]:
-        """The piece that each dwell stands before (d,); the number of pieces: after the last."""
-        return np.searchsorted(self.run, self.dwell_run)
+    def dwell_segment(self) -> NDArray[np.intp]:
+        """The segment that each dwell stands before (d,); the number of segments: after the last."""
+        return np.searchsorted(self.section, self.dwell_section)
 
-    def dwells_among(self, run: Ints) -> Ints:
-        """``dwell_run`` (d,) where the same pieces have new run numbers (n,): dwells stand before the same pieces."""
-        return runs_at(run, self.dwell_piece)
+    def dwells_among(self, section: Ints) -> Ints:
+        """``dwell_section`` (d,) where the same segments have new run numbers (n,): dwells stand before the same segments."""
+        return sections_at(section, self.dwell_segment)
 
     @property
     def move_reached(self) -> Ints:
-        """The move that each piece (n,) belongs to, of detours and the way behind that of the last piece before; -1 before all."""
+        """The move that each segment (n,) belongs to, of detours and the way behind that of the last segment before; -1 before all."""
         reached, last = Growing(np.int32), np.full(1, -1, dtype=np.int32)
         for begin, end in blocks(len(self)):
             some = np.maximum.accumulate(np.append(last, self.move[begin:end]))[1:]
@@ -170,7 +170,7 @@ class ToolPath:
 
     @property
     def first_move(self) -> int:
-        """The first move that has a piece, 0 where there is none."""
+        """The first move that has a segment, 0 where there is none."""
         for begin, end in blocks(len(self)):
             move = self.move[begin:end]
             if (move >= 0).any():
@@ -179,7 +179,7 @@ class ToolPath:
 
     @property
     def moves_with_length(self) -> Ints:
-        """Numbers of the moves that have pieces, ascending."""
+        """Numbers of the moves that have segments, ascending."""
         found, last = Growing(np.int32), -1
         for begin, end in blocks(len(self)):
             move = self.move[begin:end]
@@ -190,24 +190,24 @@ class ToolPath:
         return found.column()
 
     def part(self, first: int, last: int) -> "ToolPath":
-        """Pieces ``first`` to ``last`` (excluded) as a path without dwells; arcs, great circles and joints keep their rows."""
+        """Segments ``first`` to ``last`` (excluded) as a path without dwells; arcs, great circles and joints keep their rows."""
         return replace(
-            self, **{name: getattr(self, name)[first:last] for name in PIECE_COLUMNS},
-            dwell_run=self.dwell_run[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],
+            self, **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},
+            dwell_section=self.dwell_section[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],
         )  # fmt: skip
 
 
-#: What a tool path keeps for every piece: type, and width where it is not one number.
-PIECE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
+#: What a tool path keeps for every segment: type, and width where it is not one number.
+SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
     "feed_time": (float,), "length": (float,), "arc": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
-    "move": (np.int32,), "run": (np.int32,),
+    "move": (np.int32,), "section": (np.int32,),
 }  # fmt: skip
 
 
-def runs_at(run: Ints, row: NDArray[np.integer]) -> Ints:
+def sections_at(section: Ints, row: NDArray[np.integer]) -> Ints:
     """Runs (d,) of rows (d,) of a column of run numbers (n,); the next run for rows behind the last."""
-    n = len(run)
+    n = len(section)
     if not n:
         return np.zeros(len(row), dtype=np.int32)
-    return np.where(row < n, run[np.minimum(row, n - 1)], run[-1] + 1).astype(np.int32)
+    return np.where(row < n, section[np.minimum(row, n - 1)], section[-1] + 1).astype(np.int32)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.output.fixed_point import lines_of
-from verne_post.output.setpoints import headings
+from verne_post.output.fixed_point import format_rows
+from verne_post.output.setpoints import column_names
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ PVT_ERROR: Final = 1e-4
 def linuxcnc(rows: WrittenRows) -> Iterator[bytes]:
     """For halstreamer: the joints alone, separated by blanks, a line a cycle, no header."""
     for block in rows.blocks():
-        yield lines_of(block.written.T, rows.format.decimals, " ").encode()
+        yield format_rows(block.written.T, rows.format.decimals, " ").encode()
 
 
 def twincat(rows: WrittenRows) -> Iterator[bytes]:
@@ -43,7 +43,7 @@ def npz(rows: WrittenRows) -> Iterator[bytes]:
         t=rows.format.cycle * np.arange(len(rows.line), dtype=np.float64),
         values=rows.numbers,
         line=rows.line,
-        columns=np.array(headings(rows.columns, rows.format.drives)),
+        columns=np.array(column_names(rows.columns, rows.format.drives)),
     )
     yield held.getvalue()
 
@@ -53,7 +53,7 @@ def parquet(rows: WrittenRows) -> Iterator[bytes]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    names = headings(rows.columns, rows.format.drives)
+    names = column_names(rows.columns, rows.format.drives)
     types = [pa.float64()] * (len(names) - 1) + [pa.int32()]
     schema = pa.schema(list(zip(names, types, strict=True)))
     held = io.BytesIO()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _KINDS = {MoveKind.RAPID: "rapid", MoveKind.FEED: "feed", MoveKind.ARC: "arc", MoveKind.DWELL: "dwell"}
 _MODES = {FeedMode.PER_MINUTE: "per_min", FeedMode.INVERSE: "inverse", FeedMode.PER_REVOLUTION: "per_rev"}
-#: Points of a piece that is not straight in every joint: at most this far apart.
+#: Points of a segment that is not straight in every joint: at most this far apart.
 _STEP_MM = 10.0
 _STEP_ANGLE = math.radians(5.0)
 
@@ -55,15 +55,15 @@ def _move(table: Moves, row: int) -> dict[str, object]:
 
 
 def poses(joints: JointPath, table: Moves) -> Iterator[str]:
-    """Tip and tool axis in the work frame along every piece; s in mm along the piece's run."""
+    """Tip and tool axis in the work frame along every segment; s in mm along the segment's run."""
     contour, path = joints.contour, joints.contour.path
-    for segment, w, s in _points(contour):
-        solved = joints.solve(segment, w)
+    for element, w, s in _points(contour):
+        solved = joints.solve(element, w)
         axis = axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
-        move = path.move[contour.piece[segment[0]]]
+        move = path.move[contour.segment[element[0]]]
         frame = table.frames[table.frame[move]] if move >= 0 else table.start_frame
         tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
-        line = contour.line(segment)
+        line = contour.line(element)
         for k in range(len(w)):
             yield _line(
                 {
@@ -76,13 +76,13 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
 
 
 def joints(joint_path: JointPath) -> Iterator[str]:
-    """Joint values, lean and margins along every piece; units of the setpoint file."""
+    """Joint values, tilt and margins along every segment; units of the setpoint file."""
     machine, contour = joint_path.machine, joint_path.contour
     names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]
-    for segment, w, s in _points(contour):
-        solved = joint_path.solve(segment, w)
+    for element, w, s in _points(contour):
+        solved = joint_path.solve(element, w)
         margins = machine.module.geometry_margins(solved.position, solved.alpha)
-        line = contour.line(segment)
+        line = contour.line(element)
         for k in range(len(w)):
             q = {column.header: _number(solved.q[k, j] * column.factor) for j, column in enumerate(machine.columns)}
             travel = {
@@ -96,17 +96,17 @@ def joints(joint_path: JointPath) -> Iterator[str]:
 
 
 def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
-    """Points along each segment: its start where a run begins, enough between, its end."""
+    """Points along each element: its start where a run begins, enough between, its end."""
     s = 0.0
-    for segment in range(len(contour)):
-        begins_run = segment == 0 or contour.run[segment] != contour.run[segment - 1]
-        if begins_run:
+    for element in range(len(contour)):
+        begins_section = element == 0 or contour.section[element] != contour.section[element - 1]
+        if begins_section:
             s = 0.0
-        length, turn = float(contour.length[segment]), float(contour.turn[segment])
+        length, turn = float(contour.length[element]), float(contour.turn[element])
         straight = turn == 0.0
         parts = 1 if straight else max(1, math.ceil(length / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
-        w = np.linspace(0.0, 1.0, parts + 1)[0 if begins_run else 1 :]
-        yield np.full(len(w), segment), w, s + w * length
+        w = np.linspace(0.0, 1.0, parts + 1)[0 if begins_section else 1 :]
+        yield np.full(len(w), element), w, s + w * length
         s += length
 
 

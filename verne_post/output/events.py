@@ -5,7 +5,7 @@ import io
 import json
 
 from verne_post.model.summary import Summary, TimedEvent
-from verne_post.output.setpoints import headings
+from verne_post.output.setpoints import column_names
 
 #: Endings of file names, each a format.
 SUFFIXES = (".csv", ".json")
@@ -13,7 +13,7 @@ SUFFIXES = (".csv", ".json")
 
 def events_text(summary: Summary, suffix: str) -> str:
     """All events of a conversion as CSV or JSON; time counts from the beginning of the file that the row stands in."""
-    names = headings(summary.machine.columns, summary.format.drives)[1:-1]
+    names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
     placed = [(*_place(summary, one), one) for one in summary.timed]
     if suffix == ".csv":
         text = io.StringIO()

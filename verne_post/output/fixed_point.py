@@ -20,7 +20,7 @@ EXACT: Final = 2.0**49
 _ZERO, _MINUS, _POINT = b"0-."
 
 
-def lines_of(table: Iterable[NDArray[Any]], decimals: Sequence[int], separator: str) -> str:
+def format_rows(table: Iterable[NDArray[Any]], decimals: Sequence[int], separator: str) -> str:
     """Lines of numbers, one of each column (n,) of the table with that column's decimals."""
     columns = [np.asarray(column, dtype=float) for column in table]
     ends = [*separator * (len(columns) - 1), "\n"]

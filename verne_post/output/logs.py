@@ -14,7 +14,7 @@ _NUMBER = re.compile(r"[-+]?(\d|\.\d)")
 
 
 def read_log(
-    text: str, name: str, columns: tuple[Column, ...], headings: tuple[str, ...], named: Mapping[str, str]
+    text: str, name: str, columns: tuple[Column, ...], column_names: tuple[str, ...], named: Mapping[str, str]
 ) -> NDArray[np.float64]:
     """Measured numbers (n, n_joints), in the order of the machine's joints.
 
@@ -26,7 +26,7 @@ def read_log(
     name : str
         For messages.
     columns : tuple of Column
-    headings : tuple of str
+    column_names : tuple of str
         Names of the joints' columns in setpoint files, which are looked for.
     named : mapping
         Joint -> name of its column, or without a header its number from 1.
@@ -48,7 +48,7 @@ def read_log(
     if not rows:
         raise _wrong(f"{name}: no rows")
     width = len(rows[0][1].split(separator))
-    wanted = _places(name, columns, headings, named, header, width)
+    wanted = _places(name, columns, column_names, named, header, width)
     try:
         table = np.array([[float(cell) for cell in row.split(separator)] for _number, row in rows])
     except ValueError:
@@ -67,7 +67,7 @@ def read_log(
 def _places(
     name: str,
     columns: tuple[Column, ...],
-    headings: tuple[str, ...],
+    column_names: tuple[str, ...],
     named: Mapping[str, str],
     header: list[str],
     width: int,
@@ -79,7 +79,7 @@ def _places(
             raise _wrong(f"--columns: {joint!r} is no joint of this machine; they are {', '.join(joints)}")
     if header:
         found = []
-        for joint, heading in zip(joints, headings, strict=True):
+        for joint, heading in zip(joints, column_names, strict=True):
             tried = [named[joint]] if joint in named else [heading, joint]
             at = next((header.index(one) for one in tried if one in header), None)
             if at is None:

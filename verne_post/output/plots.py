@@ -1,4 +1,4 @@
-"""Pictures of a machine: slices of its workspace, and curves of equal lean. Needs matplotlib (extra ``plot``)."""
+"""Pictures of a machine: slices of its workspace, and curves of equal tilt. Needs matplotlib (extra ``plot``)."""
 
 import io
 from pathlib import Path
@@ -171,9 +171,9 @@ def _draw_table(axes: Any, machine: Machine, plane: str, at: float) -> None:
 
 
 def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
-    """Curves on which the platform leans alike: the ellipses (8), Fig. 5 of the paper.
+    """Curves on which the platform tilts alike: the ellipses (8), Fig. 5 of the paper.
 
-    Every point lies on two of them. They grow with the lean up to the one that is drawn in both panels, a circle on the
+    Every point lies on two of them. They grow with the tilt up to the one that is drawn in both panels, a circle on the
     VERNE, where R1 cos(alpha) = r1, and shrink beyond.
     """
     from matplotlib import colormaps
@@ -195,7 +195,7 @@ def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
         axes.set(xlabel="x of P, mm (base frame)", aspect="equal")
     left.set_ylabel("y of P, mm")
     figure.suptitle(
-        f"{machine.name}: where the platform may lean by alpha, every 2 degrees", fontsize=11, parse_math=False
+        f"{machine.name}: where the platform may tilt by alpha, every 2 degrees", fontsize=11, parse_math=False
     )
     figure.colorbar(
         ScalarMappable(norm, "turbo"), ax=right, label="|alpha|, degrees", ticks=np.arange(0, 181, 30), shrink=0.8

@@ -47,7 +47,7 @@ def mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping
     return found
 
 
-def applied(report: Report, policy: Policy) -> Report:
+def apply_policy(report: Report, policy: Policy) -> Report:
     """The findings that count, with the severity that they have here; how many were left out is a remark."""
     counts: Counter[str] = Counter()
     kept, ignored, known = [], 0, 0

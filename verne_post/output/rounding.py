@@ -97,7 +97,7 @@ def time_decimals(cycle: float) -> int:
     return min(max(-int(exponent), 0), MAX_DECIMALS)
 
 
-def rounded(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array | None]:
+def round_setpoints(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array | None]:
     """Joint values (n, n_joints) in mm and rad -> what will be written: places in mm and degrees, and the numbers.
 
     The numbers are None where they are the places themselves.
@@ -110,10 +110,10 @@ def rounded(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Array, Arr
     values = values + 0.0  # no negative zeros
     if not fmt.drives:
         return values, None
-    return places_of(values, fmt), values
+    return positions_of(values, fmt), values
 
 
-def places_of(numbers: Array, fmt: SetpointFormat) -> Array:
+def positions_of(numbers: Array, fmt: SetpointFormat) -> Array:
     """Numbers (n, n_joints) of a file -> mm and degrees."""
     if not fmt.drives:
         return numbers

@@ -11,27 +11,27 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.cells import first_wrong
-from verne_post.output.fixed_point import lines_of
-from verne_post.output.rounding import MAX_DECIMALS, heading, places_of, time_decimals
+from verne_post.output.fixed_point import format_rows
+from verne_post.output.rounding import MAX_DECIMALS, heading, positions_of, time_decimals
 
 _READ_ROWS: Final = 8192
 
 
-def headings(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> tuple[str, ...]:
+def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> tuple[str, ...]:
     """Names of the columns: t_s, the joints with what their numbers are, line."""
     return ("t_s", *(heading(column, drives, index) for index, column in enumerate(columns)), "line")
 
 
 def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> str:
     """``t_s,rho1_mm,...,line``."""
-    return ",".join(headings(columns, drives)) + "\n"
+    return ",".join(column_names(columns, drives)) + "\n"
 
 
 def csv_rows(block: SetpointBlock) -> str:
     """Rows of a block as text."""
     fmt = block.format
     time = (block.first + np.arange(len(block.values))) * fmt.cycle
-    return lines_of([time, *block.written.T, block.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
+    return format_rows([time, *block.written.T, block.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
 
 
 def read_csv(
@@ -76,7 +76,7 @@ def read_csv(
             row = int(np.argmax(strange))
             raise InputError(finding("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number"))
         numbers = table[:, 1:-1]
-        yield SetpointBlock(first, places_of(numbers, fmt), line.astype(np.int32), fmt, numbers)
+        yield SetpointBlock(first, positions_of(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
 
 

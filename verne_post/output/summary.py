@@ -15,7 +15,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
-from verne_post.output.setpoints import headings
+from verne_post.output.setpoints import column_names
 from verne_post.verify.following import Following
 
 #: Version of the layout of the side-car file.
@@ -31,17 +31,17 @@ def paragraph(summary: Summary) -> str:
     """One paragraph of plain sentences, wrapped at 100 columns."""
     machine, options = summary.machine, summary.options
     joints = [column.joint for column in machine.columns]
-    names = headings(machine.columns, summary.format.drives)
+    names = column_names(machine.columns, summary.format.drives)
     start = ", ".join(
         f"{name} {value:.{min(d, 4)}f}"
         for name, value, d in zip(names[1:-1], summary.start, summary.format.decimals, strict=True)
     )
     parts = [
         f"{options.source_name} on {machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
-        f"{1e3 * summary.format.cycle:g} ms, {summary.n_pieces} pieces, {summary.n_rounded} corners rounded"
+        f"{1e3 * summary.format.cycle:g} ms, {summary.n_segments} segments, {summary.n_blended} corners rounded"
         + (
             f" within {summary.tolerance[0]:g} mm and {DEG_PER_RAD * summary.tolerance[1]:g} deg"
-            if summary.n_rounded
+            if summary.n_blended
             else ""
         )
         + f", {summary.n_stops} stops between them.",
@@ -50,12 +50,12 @@ def paragraph(summary: Summary) -> str:
     as_planned = options.override == 1.0 and options.slow_start == 0.0
     parts += _taken_up(summary)
     parts += _dry_run(summary)
-    if summary.flow_bound > 0 and as_planned:
-        gap = 100 * (summary.flow_time / summary.flow_bound - 1)
-        text = f"Motion with rounded corners takes {summary.flow_time:.3f} s, {gap:.1f} % more than without jerk limits"
-        if summary.other_bound is not None:
-            apart = summary.other_bound / summary.flow_bound - 1
-            text += f" ({summary.flow_bound:.4f} s; toppra finds the same to {apart:+.1e})"
+    if summary.second_order_bound_s > 0 and as_planned:
+        gap = 100 * (summary.continuous_time / summary.second_order_bound_s - 1)
+        text = f"Motion with rounded corners takes {summary.continuous_time:.3f} s, {gap:.1f} % more than without jerk limits"
+        if summary.toppra_bound_s is not None:
+            apart = summary.toppra_bound_s / summary.second_order_bound_s - 1
+            text += f" ({summary.second_order_bound_s:.4f} s; toppra finds the same to {apart:+.1e})"
         parts.append(text + ".")
     verdict = summary.verification
     if verdict is not None:
@@ -69,8 +69,8 @@ def paragraph(summary: Summary) -> str:
             f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
             f"axis {verdict.axis_deviation_deg:.6f} deg."
         )
-    if summary.feed_pieces and as_planned:
-        text = f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_pieces} feed moves"
+    if summary.feed_segments and as_planned:
+        text = f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_segments} feed moves"
         if verdict is not None and verdict.slow:
             first = sorted(verdict.slow.items(), key=lambda item: -item[1])[:3]
             why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
@@ -224,22 +224,22 @@ def meta(summary: Summary) -> str:
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": summary.options.record(),
         "columns": {
-            "names": list(headings(machine.columns, summary.format.drives)),
+            "names": list(column_names(machine.columns, summary.format.drives)),
             "decimals": list(summary.format.decimals),
             "rounding_jerk_share": ROUNDING_SHARES[2],
         },
         "cycle_s": summary.format.cycle,
         "rows": summary.n_rows,
         "machining_time_s": summary.cycle_time,
-        "pieces": summary.n_pieces,
+        "segments": summary.n_segments,
         "stops": summary.n_stops,
-        "corners_rounded": summary.n_rounded,
-        "flowing_s": summary.flow_time,
-        "second_order_bound_s": summary.flow_bound,
-        "second_order_bound_toppra_s": summary.other_bound,
+        "corners_rounded": summary.n_blended,
+        "flowing_s": summary.continuous_time,
+        "second_order_bound_s": summary.second_order_bound_s,
+        "second_order_bound_toppra_s": summary.toppra_bound_s,
         "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
         "first_row": list(summary.start),
-        "feed_moves": {"all": summary.feed_pieces, "feed_reached": summary.feed_reached},
+        "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
     }
     if (turn := summary.free_turn) is not None:
         factor = machine.columns[-1].factor

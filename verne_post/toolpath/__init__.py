@@ -1,1 +1,1 @@
-"""Moves -> ToolPath: geometry of the programmed pieces in the table frame."""
+"""Moves -> ToolPath: geometry of the programmed segments in the table frame."""

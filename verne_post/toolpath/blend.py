@@ -1,10 +1,10 @@
-"""Corners beside arcs and swinging tool axes: curves of degree 7 that join two pieces with continuous third derivative.
+"""Corners beside arcs and swinging tool axes: curves of degree 7 that join two segments with continuous third derivative.
 
-A blend leaves piece i a distance d before the corner and reaches piece i + 1 a distance d behind it, measured in
+A blend leaves segment i a distance d before the corner and reaches segment i + 1 a distance d behind it, measured in
 metric length (tip path and rotation together), and takes tip and table angles along in one five-dimensional curve.
-At both ends its derivatives by s match those of the pieces up to the third. For two straight pieces its control points
+At both ends its derivatives by s match those of the segments up to the third. For two straight segments its control points
 are P - d t1, P - 2d/3 t1, P - d/3 t1, P and their mirror images, ``APEX d |t2 - t1|`` from the corner; for others the
-deviation is measured, and d shortened until it fits. Corners between straight pieces are rounded in ``corners``.
+deviation is measured, and d shortened until it fits. Corners between straight segments are rounded in ``corners``.
 """
 
 from typing import Final
@@ -29,22 +29,22 @@ USED_SHARE: Final = 0.97
 CHECKS: Final = 9
 SHORTENING: Final = 0.7
 SHORTENINGS: Final = 24
-#: Gauss-Newton steps to the nearest point of a piece.
+#: Gauss-Newton steps to the nearest point of a segment.
 NEAREST: Final = 4
 
 
 def blend_distances(
     path: ToolPath, corner: Ints, most: Array, tip_tolerance: Array, axis_tolerance: Array
 ) -> tuple[Array, Array]:
-    """Largest distance d for blends at the ends of pieces ``corner``, and their control points.
+    """Largest distance d for blends at the ends of segments ``corner``, and their control points.
 
     Parameters
     ----------
     path : ToolPath
     corner : ndarray of int, shape (m,)
-        The corner lies between this piece and the next.
+        The corner lies between this segment and the next.
     most : ndarray, shape (m,)
-        What the pieces have to give, mm.
+        What the segments have to give, mm.
     tip_tolerance, axis_tolerance : ndarray, shape (m,)
         mm and rad.
 
@@ -76,9 +76,9 @@ def blend_distances(
     return d, controls
 
 
-def tangent(path: ToolPath, piece: Ints, u: float) -> Array:
-    """Unit metric tangents (m, 5) at parameter u of pieces."""
-    slope = pose_derivatives(path, piece, np.full(len(piece), u))[0] / path.length[piece, None]
+def tangent(path: ToolPath, segment: Ints, u: float) -> Array:
+    """Unit metric tangents (m, 5) at parameter u of segments."""
+    slope = pose_derivatives(path, segment, np.full(len(segment), u))[0] / path.length[segment, None]
     slope[:, 3:] *= ROTARY_METRIC_MM
     return slope / np.linalg.norm(slope, axis=1, keepdims=True)
 
@@ -87,14 +87,14 @@ def blend_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
     """Control points (m, 8, 5) of the Hermite curves that match position and three derivatives at both ends."""
     controls = np.empty((len(corner), 8, 5))
     reach = STRETCH * d
-    for side, piece, sign in ((0, corner, 1.0), (7, corner + 1, -1.0)):
-        length = path.length[piece]
+    for side, segment, sign in ((0, corner, 1.0), (7, corner + 1, -1.0)):
+        length = path.length[segment]
         u = 1.0 - d / length if side == 0 else d / length
-        tip, angles = pose(path, piece, u)
+        tip, angles = pose(path, segment, u)
         start = np.concatenate([tip, angles], axis=1)
         first, second, third = (
             derivative * ((reach / length) ** order)[:, None]
-            for order, derivative in enumerate(pose_derivatives(path, piece, u), start=1)
+            for order, derivative in enumerate(pose_derivatives(path, segment, u), start=1)
         )
         step = int(sign)
         controls[:, side] = start
@@ -105,20 +105,20 @@ def blend_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
 
 
 def _deviation(path: ToolPath, corner: Ints, d: Array, controls: Array) -> tuple[Array, Array]:
-    """Largest distance of each blend from its two pieces, tip (mm) and angles (rad)."""
+    """Largest distance of each blend from its two segments, tip (mm) and angles (rad)."""
     tip_off, angle_off = np.zeros(len(corner)), np.zeros(len(corner))
-    for piece, half in ((corner, np.linspace(0.0, 0.5, CHECKS)), (corner + 1, np.linspace(0.5, 1.0, CHECKS))):
+    for segment, half in ((corner, np.linspace(0.0, 0.5, CHECKS)), (corner + 1, np.linspace(0.5, 1.0, CHECKS))):
         for v in half:
             point = bernstein(controls, np.full(len(corner), v))
-            u = (1.0 - d / path.length[piece]) if piece is corner else np.zeros(len(corner))
+            u = (1.0 - d / path.length[segment]) if segment is corner else np.zeros(len(corner))
             for _ in range(NEAREST):  # Gauss-Newton
-                tip, angles = pose(path, piece, u)
-                slope = pose_derivatives(path, piece, u)[0]
+                tip, angles = pose(path, segment, u)
+                slope = pose_derivatives(path, segment, u)[0]
                 rest = point - np.concatenate([tip, angles], axis=1)
                 rest[:, 3:] *= ROTARY_METRIC_MM
                 slope[:, 3:] *= ROTARY_METRIC_MM
                 u = np.clip(u + np.sum(rest * slope, axis=1) / np.sum(slope**2, axis=1), 0.0, 1.0)
-            tip, angles = pose(path, piece, u)
+            tip, angles = pose(path, segment, u)
             tip_off = np.maximum(tip_off, np.linalg.norm(point[:, :3] - tip, axis=1))
             angle_off = np.maximum(angle_off, np.linalg.norm(point[:, 3:] - angles, axis=1))
     return tip_off, angle_off

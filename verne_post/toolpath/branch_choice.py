@@ -17,7 +17,7 @@ from verne_post.toolpath.evaluate import pose
 Array = NDArray[np.float64]
 
 
-def on_branches(
+def choose_branches(
     moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool
 ) -> tuple[ToolPath, BranchPlan | None]:
     """The tool path on the branches of the table that keep the limits, and what that took.
@@ -30,12 +30,12 @@ def on_branches(
     errors = np.array([margin.error_below for margin in machine.margins])
     slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     chosen: list[BranchPlan] = []
-    planned: list[NDArray[np.int32]] = []  # the move of each planned piece: some may have no length in the end
+    planned: list[NDArray[np.int32]] = []  # the move of each planned segment: some may have no length in the end
 
     def planner(path: ToolPath) -> tuple[Array, Array] | None:
-        def legal(piece: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
-            tip, _angles = pose(path, piece, u)
-            q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[piece])
+        def legal(segment: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
+            tip, _angles = pose(path, segment, u)
+            q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
             with np.errstate(invalid="ignore"):
                 inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
                 clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
@@ -52,14 +52,14 @@ def on_branches(
     path = build_path(moves, machine.coordinates, orientation, planner)
     if not chosen:
         return path, None
-    plan, piece = chosen[0], np.searchsorted(planned[0], path.move)
+    plan, segment = chosen[0], np.searchsorted(planned[0], path.move)
     changes = tuple(
-        replace(change, piece=int(np.searchsorted(path.move, planned[0][change.piece]))) for change in plan.changes
+        replace(change, segment=int(np.searchsorted(path.move, planned[0][change.segment]))) for change in plan.changes
     )
-    return path, BranchPlan(plan.start[piece], plan.end[piece], changes, plan.departs[piece], plan.legal)
+    return path, BranchPlan(plan.start[segment], plan.end[segment], changes, plan.departs[segment], plan.legal)
 
 
-def branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow_rewind: bool) -> list[Finding]:
+def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow_rewind: bool) -> list[Finding]:
     """VP301: where the table rewinds, changes sides, or leaves the programmed branch."""
     factors = [column.factor for column in machine.columns[-2:]]
 
@@ -70,7 +70,7 @@ def branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow
 
     found = []
     for change in plan.changes:
-        line = int(path.line[change.piece])
+        line = int(path.line[change.segment])
         at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
         fine = allow_rewind and not change.feeding
         if at_pole:
@@ -88,12 +88,12 @@ def branch_findings(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow
             finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
         )
     begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
-    at_changes = {change.piece for change in plan.changes}
-    for piece in begins.tolist():
-        if piece in at_changes:
+    at_changes = {change.segment for change in plan.changes}
+    for segment in begins.tolist():
+        if segment in at_changes:
             continue
-        line = int(path.line[piece])
-        what = f"the programmed A and C break a limit; from this line the table would stand at ({shown((float(plan.start[piece, 0]), float(plan.start[piece, 1])))}) deg instead"
+        line = int(path.line[segment])
+        what = f"the programmed A and C break a limit; from this line the table would stand at ({shown((float(plan.start[segment, 0]), float(plan.start[segment, 1])))}) deg instead"
         found.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
                              line=line, last_line=line, worst_line=line))  # fmt: skip
     return found

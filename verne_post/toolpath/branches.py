@@ -1,13 +1,13 @@
-"""Which side of the table each piece uses: a shortest path over the whole program.
+"""Which side of the table each segment uses: a shortest path over the whole program.
 
 The tool axis of (A, C) is also that of (-A, C + 180 degrees), and C may be a whole turn elsewhere. A *branch* is one
-of these ways; along a piece it is kept. Programs with tool axes (I J K) leave it open; programs with A and C words name
+of these ways; along a segment it is kept. Programs with tool axes (I J K) leave it open; programs with A and C words name
 it, and another one is taken only where the named one breaks a limit.
 
-Pieces that must share a branch unless the table rewinds form a *section*; sections end where the tool is vertical
+Segments that must share a branch unless the table rewinds form a *section*; sections end where the tool is vertical
 (C is free there), where it crosses the pole, and, when no section-wide branch is legal, where the legality changes.
-The path through the sections is the least of, in this order: pieces beyond a hard limit, rewinds while the tool
-feeds, other rewinds, pieces off the programmed branch, turns in place under a vertical tool, rotary travel.
+The path through the sections is the least of, in this order: segments beyond a hard limit, rewinds while the tool
+feeds, other rewinds, segments off the programmed branch, turns in place under a vertical tool, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
@@ -30,16 +30,16 @@ Mask = NDArray[np.bool_]
 #: winds up on the way, up to a bound: the work grows with their square.
 TURNS: Final = 2
 MORE_TURNS: Final = 8
-#: Points of a piece at which a branch is tried before the whole piece is judged.
+#: Points of a segment at which a branch is tried before the whole segment is judged.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 #: Rotary travel counts in steps of this, rad, so that equal ways are equal and the first branch, as programmed, is kept.
 TRAVEL_STEP: Final = 1e-6
-#: Pieces that are tried at a time.
-CHUNK_PIECES: Final = 2048
-#: Sections end at changes of legality only up to this many pieces: beyond it a program is hopeless, not long.
+#: Segments that are tried at a time.
+CHUNK_SEGMENTS: Final = 2048
+#: Sections end at changes of legality only up to this many segments: beyond it a program is hopeless, not long.
 MAX_SECTIONS: Final = 20_000
 
-#: Are poses possible? (piece (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
+#: Are poses possible? (segment (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
 Legal = Callable[[NDArray[np.integer], Array, Array], Mask]
 
 
@@ -58,9 +58,9 @@ class Branch:
 
 @dataclass(frozen=True)
 class Change:
-    """A junction at which the table must go to another branch: before ``piece``, from one pair of angles to another."""
+    """A junction at which the table must go to another branch: before ``segment``, from one pair of angles to another."""
 
-    piece: int
+    segment: int
     before: tuple[float, float]
     after: tuple[float, float]
     feeding: bool
@@ -73,13 +73,13 @@ class BranchPlan:
     Attributes
     ----------
     start, end : ndarray, shape (n, 2)
-        Nominal angles at both ends of every piece.
+        Nominal angles at both ends of every segment.
     changes : tuple of Change
         Where the table must rewind or flip.
     departs : ndarray of bool, shape (n,)
-        The piece has A and C words and is not on the branch that they name.
+        The segment has A and C words and is not on the branch that they name.
     legal : bool
-        Every piece keeps the hard limits that were tried.
+        Every segment keeps the hard limits that were tried.
     """
 
     start: Array
@@ -90,12 +90,12 @@ class BranchPlan:
 
 
 def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> BranchPlan | None:
-    """Choose the branch of every piece; None where the programmed one is legal throughout, or nothing is better.
+    """Choose the branch of every segment; None where the programmed one is legal throughout, or nothing is better.
 
     Parameters
     ----------
     path : ToolPath
-        Provisional: free pieces have the tilt in [0, pi] (through zero where they cross the pole).
+        Provisional: free segments have the tilt in [0, pi] (through zero where they cross the pole).
     legal : callable
     c_range : tuple of float
         Travel of C, rad; infinite where it is unlimited.
@@ -135,11 +135,11 @@ def _onward(path: ToolPath) -> Mask:
 
 
 def _legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> bool:
-    """Whether every piece can be driven as it is programmed."""
+    """Whether every segment can be driven as it is programmed."""
     low, high = c_range
     for begin, end in blocks(len(path)):
-        for first in range(begin, end, CHUNK_PIECES):
-            some = np.arange(first, min(first + CHUNK_PIECES, end))
+        for first in range(begin, end, CHUNK_SEGMENTS):
+            some = np.arange(first, min(first + CHUNK_SEGMENTS, end))
             c = np.stack([path.start[some, 4], path.end[some, 4]])
             if c.min() < low or c.max() > high or not _possible_of(path, legal, Branch(0, 0), some).all():
                 return False
@@ -147,16 +147,16 @@ def _legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]
 
 
 def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
-    """Whether each piece can be driven on a branch, C's travel aside."""
+    """Whether each segment can be driven on a branch, C's travel aside."""
     n = len(path)
-    chunks = (np.arange(first, min(first + CHUNK_PIECES, n)) for first in range(0, n, CHUNK_PIECES))
+    chunks = (np.arange(first, min(first + CHUNK_SEGMENTS, n)) for first in range(0, n, CHUNK_SEGMENTS))
     return np.concatenate([np.empty(0, dtype=bool), *(_possible_of(path, legal, branch, some) for some in chunks)])
 
 
 def _possible_of(path: ToolPath, legal: Legal, branch: Branch, some: NDArray[np.integer]) -> Mask:
-    piece, u = np.repeat(some, len(TRIED)), np.tile(TRIED, len(some))
-    _tip, angles = pose(path, piece, u)
-    return np.asarray(legal(piece, u, branch.of(angles)).reshape(len(some), -1).all(axis=1))
+    segment, u = np.repeat(some, len(TRIED)), np.tile(TRIED, len(some))
+    _tip, angles = pose(path, segment, u)
+    return np.asarray(legal(segment, u, branch.of(angles)).reshape(len(some), -1).all(axis=1))
 
 
 def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
@@ -182,7 +182,7 @@ def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
 
 
 def _breaks(path: ToolPath, vertical: Mask) -> set[int]:
-    """Pieces before which a section begins: at vertical tools, at the pole, between tool axes and words."""
+    """Segments before which a section begins: at vertical tools, at the pole, between tool axes and words."""
     apart = np.abs(path.start[1:, 3:] - path.end[:-1, 3:]).max(axis=1, initial=0.0) > ZERO_ANGLE
     kind = path.free[1:] != path.free[:-1]
     upright = path.free[1:] & path.free[:-1] & (np.abs(np.sin(path.start[1:, 3])) <= POLE_SINE)
@@ -242,7 +242,7 @@ def _through(
     for k in range(1, len(firsts)):
         bridged = bool(
             lasts[k - 1] < firsts[k] or onward[firsts[k]]
-        )  # vertical pieces in between, or the table may go on
+        )  # vertical segments in between, or the table may go on
         fed = bool(feeding[lasts[k - 1] - 1] and feeding[firsts[k]])
         here, back = [], []
         for s in range(len(states)):
@@ -263,8 +263,8 @@ def _through(
     return _laid_out(path, sections, onward, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-#: Pieces beyond a limit, rewinds while the tool feeds, other rewinds, pieces off the programmed branch, turns of C in
-#: place under a vertical tool, rotary travel; where all of that is equal, the first piece stays as it is.
+#: Segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the programmed branch, turns of C in
+#: place under a vertical tool, rotary travel; where all of that is equal, the first segment stays as it is.
 _Cost = tuple[int, int, int, int, int, int, int]
 
 
@@ -295,7 +295,7 @@ def _meets(before: Array, after: Array) -> bool:
 def _laid_out(
     path: ToolPath, sections: list[tuple[int, int]], onward: Mask, chosen: list[Branch], *, legal: bool
 ) -> BranchPlan:
-    """Angles of every piece on the chosen branches, vertical stretches turned in between."""
+    """Angles of every segment on the chosen branches, vertical stretches turned in between."""
     n = len(path)
     start, end = path.start[:, 3:].copy(), path.end[:, 3:].copy()
     departs = np.zeros(n, dtype=bool)

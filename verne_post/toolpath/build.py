@@ -1,4 +1,4 @@
-"""Moves -> ToolPath: every motion becomes a piece, pieces that continue each other become a run."""
+"""Moves -> ToolPath: every motion becomes a segment, segments that continue each other become a run."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,28 +23,28 @@ from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, Frame, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import PIECE_COLUMNS, ArcPieces, GreatCircles, PieceKind, ToolPath, runs_at
+from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, SegmentKind, ToolPath, sections_at
 from verne_post.toolpath.evaluate import arc_derivatives
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
-#: Millimetres of path that one radian of rotation counts for in the metric length of a piece:
+#: Millimetres of path that one radian of rotation counts for in the metric length of a segment:
 #: a typical distance of the tip from the table's axes, so that pure rotations have length too.
 ROTARY_METRIC_MM: Final = 50.0
 #: Normal of the planes XY, ZX, YZ in program coordinates.
 _NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
-#: Chooses branches for a path: angles at start and end of every piece, or None to leave them as they are.
+#: Chooses branches for a path: angles at start and end of every segment, or None to leave them as they are.
 BranchPlanner = Callable[[ToolPath], "tuple[Array, Array] | None"]
 
 
 def build_path(
     moves: Moves, coordinates: TableCoordinates, orientation: str = "auto", planner: BranchPlanner | None = None
 ) -> ToolPath:
-    """Turn moves into pieces in the table frame.
+    """Turn moves into segments in the table frame.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def build_path(
     Returns
     -------
     ToolPath
-        Moves of no length are dropped; every other move is one piece.
+        Moves of no length are dropped; every other move is one segment.
 
     Raises
     ------
@@ -120,9 +120,9 @@ def _kept_moves(
 
 
 def across_the_pole(start: Array, end: Array, free: Mask) -> None:
-    """Angles of free pieces that touch or cross the pole: C stays, and A goes through zero. Changes both in place.
+    """Angles of free segments that touch or cross the pole: C stays, and A goes through zero. Changes both in place.
 
-    The pieces arrive with the tilt on one side of the pole and C less than half a turn away from the piece before.
+    The segments arrive with the tilt on one side of the pole and C less than half a turn away from the segment before.
     """
     vertical_start, vertical_end = (np.abs(np.sin(angles[:, 3])) <= POLE_SINE for angles in (start, end))
     leaving = free & vertical_start & ~vertical_end
@@ -144,33 +144,37 @@ def _assembled(
     moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates, first: Array, first_length: float,
     orientation: str,
 ) -> ToolPath:  # fmt: skip
-    """The tool path of pieces whose poses are known."""
+    """The tool path of segments whose poses are known."""
     dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
     dwell_before = np.searchsorted(row, dwell)
-    pieces, arcs, circles = GrowingTable(**PIECE_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
-    run = n_arcs = n_circles = 0
+    segments, arcs, circles = GrowingTable(**SEGMENT_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
+    section = n_arcs = n_circles = 0
     for begin, stop in blocks(len(row)):
-        seen = max(begin - 1, 0)  # whether a piece goes on depends on the one before
-        made = _pieces(moves, row[seen:stop], start[seen:stop], end[seen:stop], coordinates, orientation)
+        seen = max(begin - 1, 0)  # whether a segment goes on depends on the one before
+        made = _segments(moves, row[seen:stop], start[seen:stop], end[seen:stop], coordinates, orientation)
         if seen < begin:
             made = made.behind_the_first()
         at = dwell_before[(dwell_before > 0) & (dwell_before >= begin) & (dwell_before < stop)]
         made.joined[at - begin] = False
-        runs = np.cumsum(~made.joined) + run
-        made.columns["run"] = runs - 1
+        sections = np.cumsum(~made.joined) + section
+        made.columns["section"] = sections - 1
         made.columns["arc"] = np.where(made.columns["arc"] < 0, -1, made.columns["arc"] + n_arcs)
         made.columns["circle"] = np.where(made.columns["circle"] < 0, -1, made.columns["circle"] + n_circles)
-        pieces.extend(**made.columns)
+        segments.extend(**made.columns)
         arcs.extend(**vars(made.arcs))
         circles.extend(**vars(made.circles))
-        run, n_arcs, n_circles = int(runs[-1]), n_arcs + len(made.arcs.sweep), n_circles + len(made.circles.angle)
-    columns = pieces.columns()
+        section, n_arcs, n_circles = (
+            int(sections[-1]),
+            n_arcs + len(made.arcs.sweep),
+            n_circles + len(made.circles.angle),
+        )
+    columns = segments.columns()
     return ToolPath(
         **columns,
-        arcs=ArcPieces(**arcs.columns()),
+        arcs=ArcSegments(**arcs.columns()),
         circles=GreatCircles(**circles.columns()),
         joints=np.empty((0, 2, 0)),
-        dwell_run=runs_at(columns["run"], dwell_before),
+        dwell_section=sections_at(columns["section"], dwell_before),
         dwell_seconds=moves.feed[dwell],
         dwell_line=moves.line[dwell],
         first_pose=first,
@@ -186,30 +190,30 @@ _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
 
 
 @dataclass(frozen=True)
-class _Pieces:
-    """Some neighbours: columns by name but for the runs, arcs and great circles, and which pieces go on without a stop."""
+class _Segments:
+    """Some neighbours: columns by name but for the runs, arcs and great circles, and which segments go on without a stop."""
 
     columns: dict[str, NDArray[Any]]
-    arcs: ArcPieces
+    arcs: ArcSegments
     circles: GreatCircles
     joined: Mask
 
-    def behind_the_first(self) -> "_Pieces":
+    def behind_the_first(self) -> "_Segments":
         """All but the first."""
         arc, circle = self.columns["arc"], self.columns["circle"]
         arcs, circles = int(arc[0] >= 0), int(circle[0] >= 0)
-        return _Pieces(
+        return _Segments(
             {name: column[1:] for name, column in self.columns.items()} | {"arc": arc[1:] - arcs, "circle": circle[1:] - circles},
-            ArcPieces(**{name: column[arcs:] for name, column in vars(self.arcs).items()}),
+            ArcSegments(**{name: column[arcs:] for name, column in vars(self.arcs).items()}),
             GreatCircles(**{name: column[circles:] for name, column in vars(self.circles).items()}),
             self.joined[1:],
         )  # fmt: skip
 
 
-def _pieces(
+def _segments(
     moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates, orientation: str
-) -> _Pieces:
-    """Neighbouring pieces of moves (n,) with poses that are known."""
+) -> _Segments:
+    """Neighbouring segments of moves (n,) with poses that are known."""
     arc_rows = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
     arcs = _arcs(moves, row[arc_rows], start[arc_rows], end[arc_rows], coordinates)
     arc = np.full(len(row), -1, dtype=np.int32)
@@ -219,8 +223,8 @@ def _pieces(
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[arc_rows] = _arc_lengths(arcs)
     angle = np.linalg.norm(delta[:, 3:], axis=1)
-    kind = np.full(len(row), PieceKind.LINE, dtype=np.int8)
-    kind[arc_rows] = PieceKind.ARC
+    kind = np.full(len(row), SegmentKind.LINE, dtype=np.int8)
+    kind[arc_rows] = SegmentKind.ARC
     circle, circles = _great_circles(moves, row, start, end, free, orientation)
     swing = angle.copy()
     swing[circle >= 0] = circles.angle
@@ -242,13 +246,13 @@ def _pieces(
         "joint": np.full(len(row), -1, dtype=np.int32),
         "move": row,
     }
-    return _Pieces(columns, arcs, circles, joined)
+    return _Segments(columns, arcs, circles, joined)
 
 
 def _great_circles(
     moves: Moves, row: Rows, start: Array, end: Array, free: Mask, orientation: str
 ) -> tuple[NDArray[np.int32], GreatCircles]:
-    """Which pieces swing along a great circle that is not linear in A and C, and those circles."""
+    """Which segments swing along a great circle that is not linear in A and C, and those circles."""
     circle = np.full(len(row), -1, dtype=np.int32)
     none = GreatCircles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
     fed = moves.kind[row] == MoveKind.FEED
@@ -317,16 +321,16 @@ def _moving(delta: Array) -> Mask:
 
 
 def _kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, before: Array, before_length: Array) -> Mask:
-    """Moves (n,) that become pieces: those that end away from the end of the last piece, however short each is, and arcs.
+    """Moves (n,) that become segments: those that end away from the end of the last segment, however short each is, and arcs.
 
-    ``delta`` leads from move to move; ``before`` and its tool length (1,) are the end of the last piece before.
+    ``delta`` leads from move to move; ``before`` and its tool length (1,) are the end of the last segment before.
     """
     kept = (kind != MoveKind.DWELL) & (_moving(delta) | (kind == MoveKind.ARC))
-    # what has been left out since the last piece is no longer than the bound: only short moves depend on it
+    # what has been left out since the last segment is no longer than the bound: only short moves depend on it
     short = (delta != 0).any(axis=1) & ~_moving(delta / 2) & (kind != MoveKind.DWELL) & (kind != MoveKind.ARC)
     if not short.any():
         return kept
-    last = -1  # the last piece; row -1: the one before these
+    last = -1  # the last segment; row -1: the one before these
     poses, lengths = np.concatenate([end, before]), np.append(length, before_length)
     surely = np.maximum.accumulate(np.where(kept & ~short, np.arange(len(kept)), -1))
     for row in np.flatnonzero(short).tolist():
@@ -339,7 +343,7 @@ def _kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, befor
 
 
 def _starts_after_kept(before: Array, before_length: Array, end: Array, tool_length: Array, kept: Mask) -> Array:
-    """Starts measured from the end of the last move that was kept, so that no gap opens between pieces."""
+    """Starts measured from the end of the last move that was kept, so that no gap opens between segments."""
     last = np.where(kept, np.arange(len(end)), -1)
     last = np.append(-1, np.maximum.accumulate(last)[:-1])
     poses = np.concatenate([end, before])  # row -1: the last one kept before these
@@ -347,7 +351,7 @@ def _starts_after_kept(before: Array, before_length: Array, end: Array, tool_len
     return _on_gauge_line(poses[last], lengths[last] - tool_length)
 
 
-def _arcs(moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates) -> ArcPieces:
+def _arcs(moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableCoordinates) -> ArcSegments:
     """Arc geometry in the table frame, from centre, plane and sweep in program coordinates."""
     center, normal = np.empty((len(row), 3)), np.empty((len(row), 3))
     for index in np.unique(moves.frame[row]):
@@ -368,17 +372,17 @@ def _arcs(moves: Moves, row: Rows, start: Array, end: Array, coordinates: TableC
     r0, r1 = np.linalg.norm(to_start, axis=1), np.linalg.norm(to_end, axis=1)
     e1 = to_start / r0[:, None]
     sweep = np.radians(moves.arcs.sweep[moves.arc[row]])
-    return ArcPieces(center, e1, np.cross(normal, e1), rise, r0, r1, sweep)
+    return ArcSegments(center, e1, np.cross(normal, e1), rise, r0, r1, sweep)
 
 
-def _arc_lengths(arcs: ArcPieces) -> Array:
+def _arc_lengths(arcs: ArcSegments) -> Array:
     """Longest path length per unit of u, mm: what the tip speed follows from."""
     around = np.maximum(arcs.r0, arcs.r1) * np.abs(arcs.sweep)
     return np.sqrt(around**2 + (arcs.r1 - arcs.r0) ** 2 + np.sum(arcs.rise**2, axis=1))
 
 
 def _feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Array:
-    """Seconds that each piece takes at its feed; 0 for rapids."""
+    """Seconds that each segment takes at its feed; 0 for rapids."""
     feed = moves.feed[row].copy()
     per_revolution = moves.feed_mode[row] == FeedMode.PER_REVOLUTION
     feed[per_revolution] *= moves.spindle[row][per_revolution]
@@ -387,30 +391,30 @@ def _feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Arr
 
 
 def _tip_derivatives(
-    rate: Array, arcs: ArcPieces, arc: NDArray[np.int32], length: Array, piece: Rows, u: float
+    rate: Array, arcs: ArcSegments, arc: NDArray[np.int32], length: Array, segment: Rows, u: float
 ) -> Array:
-    """First to third derivative (m, 3, 3) of the tip by metric length at parameter u of pieces (m,)."""
-    found = np.zeros((len(piece), 3, 3))
-    found[:, 0] = rate[piece, :3]
-    curved = np.flatnonzero(arc[piece] >= 0)
+    """First to third derivative (m, 3, 3) of the tip by metric length at parameter u of segments (m,)."""
+    found = np.zeros((len(segment), 3, 3))
+    found[:, 0] = rate[segment, :3]
+    curved = np.flatnonzero(arc[segment] >= 0)
     at = np.full(len(curved), u)
-    for order, derivative in enumerate(arc_derivatives(arcs, arc[piece[curved]], at), start=1):
-        found[curved, order - 1] = derivative / length[piece[curved], None] ** order
+    for order, derivative in enumerate(arc_derivatives(arcs, arc[segment[curved]], at), start=1):
+        found[curved, order - 1] = derivative / length[segment[curved], None] ** order
     return found
 
 
 def _joined(
     moves: Moves, row: Rows, kind: NDArray[np.int8], start: Array, end: Array,
-    arcs: ArcPieces, arc: NDArray[np.int32], length: Array, feed_time: Array,
+    arcs: ArcSegments, arc: NDArray[np.int32], length: Array, feed_time: Array,
 ) -> Mask:  # fmt: skip
-    """True where a piece continues the one before without a stop, in shape, rate and feed."""
+    """True where a segment continues the one before without a stop, in shape, rate and feed."""
     joined = np.zeros(len(row), dtype=bool)
     if len(row) < 2:
         return joined
     rate = (end - start) / length[:, None]
     jump = rate[1:] - rate[:-1]
-    curved = kind == PieceKind.ARC
-    beside = np.flatnonzero(curved[1:] | curved[:-1])  # pieces with an arc on one side of the corner behind them
+    curved = kind == SegmentKind.ARC
+    beside = np.flatnonzero(curved[1:] | curved[:-1])  # segments with an arc on one side of the corner behind them
     leaving, arriving = (_tip_derivatives(rate, arcs, arc, length, beside + k, u) for k, u in ((1, 0.0), (0, 1.0)))
     bent = leaving - arriving
     jump[beside, :3] = bent[:, 0]

@@ -16,28 +16,28 @@ Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
 
-def contour_pose(contour: Contour, segment: Ints, w: Array) -> tuple[Array, Array]:
-    """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of segments (n,)."""
-    at = _along(contour, segment, w)
-    piece = contour.piece.take(segment)
-    found = coordinates(contour.shape, piece, at)
-    if contour.corners is not None and (bumped := contour.bumped.take(segment)).any():
-        some = _rows(bumped)
-        own = piece[some]
+def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of elements (n,)."""
+    at = _along(contour, element, w)
+    segment = contour.segment.take(element)
+    found = coordinates(contour.shape, segment, at)
+    if contour.corners is not None and (blended := contour.blended.take(element)).any():
+        some = _rows(blended)
+        own = segment[some]
         corner = own + contour.corners.shift
         s = contour.corners.s.take(corner) + at[some] * contour.shape.length.take(own)
         found[some] += displacement(contour.corners, corner, s)
     if len(contour.controls):
-        curve = contour.curve.take(segment)
+        curve = contour.curve.take(element)
         curved = np.flatnonzero(curve >= 0)
         found[curved] = bernstein(contour.controls[curve[curved]], at[curved])
     return found[:, :3], found[:, 3:]
 
 
-def _along(contour: Contour, segment: Ints, w: Array) -> Array:
-    """Parameter (n,) of the piece or curve at parameter w (n,) of segments (n,)."""
-    low = contour.low.take(segment)
-    return np.asarray(low + w * (contour.high.take(segment) - low))
+def _along(contour: Contour, element: Ints, w: Array) -> Array:
+    """Parameter (n,) of the segment or curve at parameter w (n,) of elements (n,)."""
+    low = contour.low.take(element)
+    return np.asarray(low + w * (contour.high.take(element) - low))
 
 
 def _rows(wanted: Mask) -> slice | Ints:
@@ -45,21 +45,21 @@ def _rows(wanted: Mask) -> slice | Ints:
     return slice(None) if wanted.all() else np.flatnonzero(wanted)
 
 
-def speed_cap(contour: Contour, segment: Ints, w: Array) -> Array:
+def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     """Largest ds/dt (n,) at which the tool keeps to the programmed feed, mm/s; infinite for rapids.
 
-    On a piece the tip moves evenly with s. In a corner it moves slower than s, by how much follows from the derivative of
-    the curve; for pieces whose tip stands still the table angles count.
+    On a segment the tip moves evenly with s. In a corner it moves slower than s, by how much follows from the derivative of
+    the curve; for segments whose tip stands still the table angles count.
     """
     feeds, shape = contour.feeds, contour.shape
-    piece = contour.piece.take(segment)
-    cap = feeds.even.take(piece)
-    rate = feeds.rate.take(piece)
-    uneven = (contour.bumped.take(segment) | (contour.curve.take(segment) >= 0)) & np.isfinite(rate)
+    segment = contour.segment.take(element)
+    cap = feeds.even.take(segment)
+    rate = feeds.rate.take(segment)
+    uneven = (contour.blended.take(element) | (contour.curve.take(element) >= 0)) & np.isfinite(rate)
     if not uneven.any():
         return cap
     some = _rows(uneven)
-    row, own = segment[some], piece[some]
+    row, own = element[some], segment[some]
     at = _along(contour, row, w[some])
     length = shape.length.take(own)
     slope = shape.end.take(own, axis=0)

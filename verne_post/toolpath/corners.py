@@ -27,8 +27,8 @@ Mask = NDArray[np.bool_]
 
 #: G(0): distance from the corner over |bend| reach.
 APEX: Final = 5.0 / 32.0
-#: A bump reaches over at most so many pieces on each side; evaluation looks at twice as many corners.
-PIECES: Final = 2
+#: A bump reaches over at most so many segments on each side; evaluation looks at twice as many corners.
+SEGMENTS: Final = 2
 #: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
 USED_SHARE: Final = 0.97
 #: Overlapping bumps that leave the tolerance together are narrowed by no more than this at a time, and so often.
@@ -56,12 +56,12 @@ def bump_slope(x: Array) -> Array:
 
 
 def polyline_slopes(start: Array, end: Array, length: Array) -> Array:
-    """Derivatives (n, 5) of tip and nominal angles by s along straight pieces."""
+    """Derivatives (n, 5) of tip and nominal angles by s along straight segments."""
     return np.asarray((end - start) / length[:, None])
 
 
 def bends(slope: Array) -> Array:
-    """Change (n + 1, 5) of the derivative at the corners of n pieces; the ends of the path bend nowhere."""
+    """Change (n + 1, 5) of the derivative at the corners of n segments; the ends of the path bend nowhere."""
     found = np.zeros((len(slope) + 1, 5))
     found[1:-1] = slope[1:] - slope[:-1]
     return found
@@ -72,14 +72,14 @@ def turning_back(slope: Array) -> Mask:
     metric = slope * np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
     with np.errstate(
         invalid="ignore"
-    ):  # a full circle ends where it begins: no chord, and no corner of straight pieces
+    ):  # a full circle ends where it begins: no chord, and no corner of straight segments
         unit = metric / np.linalg.norm(metric, axis=1, keepdims=True)
     found = np.zeros(len(slope) + 1, dtype=bool)
     found[1:-1] = np.sum(unit[1:] * unit[:-1], axis=1) < REVERSAL
     return found
 
 
-def room(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+def free_length(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """Largest reach (n,) of single corners by their tolerances (mm, rad); infinite where nothing bends."""
     tip, angle = row_norm(bend[:, :3]), row_norm(bend[:, 3:])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -89,7 +89,7 @@ def room(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
 
 
 def shared(wanted: Array, length: Array) -> Array:
-    """Reaches (n + 1,) that do not overlap: a piece goes to both its corners by half, or to who needs it.
+    """Reaches (n + 1,) that do not overlap: a segment goes to both its corners by half, or to who needs it.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def shared(wanted: Array, length: Array) -> Array:
     length : ndarray, shape (n,)
     """
     half = 0.5 * length
-    at_end = np.maximum(half, length - wanted[:-1])  # what a piece leaves to the corner at its end
+    at_end = np.maximum(half, length - wanted[:-1])  # what a segment leaves to the corner at its end
     at_start = np.maximum(half, length - wanted[1:])
     found = wanted.copy()
     found[1:] = np.minimum(found[1:], at_end)
@@ -107,7 +107,7 @@ def shared(wanted: Array, length: Array) -> Array:
 
 
 def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
-    """Reaches (n + 1,) over at most ``PIECES`` pieces on each side, and never over a wall.
+    """Reaches (n + 1,) over at most ``SEGMENTS`` segments on each side, and never over a wall.
 
     Parameters
     ----------
@@ -117,14 +117,14 @@ def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
     wall : ndarray of bool, shape (n + 1,)
         Corners that bumps must not reach over.
     tight : ndarray of bool, shape (n + 1,)
-        Walls that need half of the pieces beside them for themselves.
+        Walls that need half of the segments beside them for themselves.
     """
     n = len(s) - 1
     index = np.arange(n + 1)
     length = np.diff(s)
     left = np.maximum.accumulate(np.where(wall, index, 0))
     right = np.minimum.accumulate(np.where(wall, index, n)[::-1])[::-1]
-    low, high = np.maximum(left, index - PIECES), np.minimum(right, index + PIECES)
+    low, high = np.maximum(left, index - SEGMENTS), np.minimum(right, index + SEGMENTS)
     reach_left, reach_right = s - s[low], s[high] - s
     padded = np.append(length, 0.0)
     reach_left = reach_left - np.where(tight[low] & (low < index), 0.5 * padded[low], 0.0)
@@ -133,9 +133,9 @@ def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
 
 
 def clearance(reach: Array, s: Array) -> Array:
-    """Distance (n + 1,) from each corner to the nearest bump of another corner, mm; bumps reach over ``PIECES`` pieces."""
+    """Distance (n + 1,) from each corner to the nearest bump of another corner, mm; bumps reach over ``SEGMENTS`` segments."""
     found = np.full(len(s), np.inf)
-    for shift in range(1, min(PIECES, len(s) - 1) + 1):
+    for shift in range(1, min(SEGMENTS, len(s) - 1) + 1):
         apart = s[shift:] - s[:-shift]
         found[:-shift] = np.minimum(found[:-shift], apart - reach[shift:])
         found[shift:] = np.minimum(found[shift:], apart - reach[:-shift])
@@ -144,12 +144,12 @@ def clearance(reach: Array, s: Array) -> Array:
 
 def largest_around(moved: Array) -> Array:
     """Largest of the values (n - 1,) of inner corners among those that a bump can reach: (n + 1,)."""
-    padded = np.pad(moved, PIECES + 1)
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * PIECES + 1).max(axis=1))
+    padded = np.pad(moved, SEGMENTS + 1)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * SEGMENTS + 1).max(axis=1))
 
 
-def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of pieces.
+def narrow(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of segments.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tol
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.maximum(row_norm(off[:, :3]) / tip_bound, row_norm(off[:, 3:]) / axis_bound)
             ratio = np.where(np.isfinite(ratio), ratio / USED_SHARE, 0.0)
-            for shift in range(-PIECES, PIECES + 2):
+            for shift in range(-SEGMENTS, SEGMENTS + 2):
                 near = np.clip(owner + shift, 0, n)
                 covers = np.abs(at - s[near]) < reach[near]
                 np.maximum.at(worst, near[covers], ratio[covers])
@@ -181,52 +181,52 @@ def narrowed(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tol
     return reach
 
 
-def displacement(corners: Corners, piece: Ints, at: Array) -> Array:
-    """Sum of the bumps (m, 5) at path parameters ``at`` (m,), which lie on pieces (m,)."""
+def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
+    """Sum of the bumps (m, 5) at path parameters ``at`` (m,), which lie on segments (m,)."""
     total = np.zeros((len(at), 5))
-    for corner, width, x in _near(corners, piece, at):
+    for corner, width, x in _near(corners, segment, at):
         bend = corners.bend.take(corner, axis=0, mode="clip")
         bend *= (width * bump(x))[:, None]
         total += bend
     return total
 
 
-def displacement_slope(corners: Corners, piece: Ints, at: Array) -> Array:
+def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
     """Derivative of :func:`displacement` by s."""
     total = np.zeros((len(at), 5))
-    for corner, _width, x in _near(corners, piece, at):
+    for corner, _width, x in _near(corners, segment, at):
         bend = corners.bend.take(corner, axis=0, mode="clip")
         bend *= bump_slope(x)[:, None]
         total += bend
     return total
 
 
-def _near(corners: Corners, piece: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array]]:
-    """Corners whose bumps may reach points ``at`` of pieces: index, reach, and x of the points on each.
+def _near(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array]]:
+    """Corners whose bumps may reach points ``at`` of segments: index, reach, and x of the points on each.
 
     An index beyond the path means the corner at its end, which bends nowhere.
     """
-    for shift in range(1 - PIECES, PIECES + 1):
-        corner = piece + shift
+    for shift in range(1 - SEGMENTS, SEGMENTS + 1):
+        corner = segment + shift
         width = np.maximum(corners.reach.take(corner, mode="clip"), NO_REACH)
         yield corner, width, (at - corners.s.take(corner, mode="clip")) / width
 
 
-def bumped(corners: Corners, piece: Ints, low: Array, high: Array) -> Mask:
-    """Where a bump reaches into the stretch from ``low`` to ``high`` (m,) by s of a piece."""
-    found = np.zeros(len(piece), dtype=bool)
-    for shift in range(1 - PIECES, PIECES + 1):
-        width, middle = (column.take(piece + shift, mode="clip") for column in (corners.reach, corners.s))
+def blend_at(corners: Corners, segment: Ints, low: Array, high: Array) -> Mask:
+    """Where a bump reaches into the stretch from ``low`` to ``high`` (m,) by s of a segment."""
+    found = np.zeros(len(segment), dtype=bool)
+    for shift in range(1 - SEGMENTS, SEGMENTS + 1):
+        width, middle = (column.take(segment + shift, mode="clip") for column in (corners.reach, corners.s))
         found |= (middle - width < high) & (middle + width > low) & (width > 0)
     return found
 
 
 def breakpoints(reach: Array, s: Array) -> tuple[Ints, Array, Array]:
-    """Where bumps begin and end: the piece that each lies on, its s, and the reach of its bump."""
+    """Where bumps begin and end: the segment that each lies on, its s, and the reach of its bump."""
     n = len(s) - 1
     some = np.flatnonzero(reach > 0)
     at, width = np.concatenate([s[some] - reach[some], s[some] + reach[some]]), np.tile(reach[some], 2)
     inside = (at > s[0]) & (at < s[-1])
     at, width = at[inside], width[inside]
-    piece = np.clip(np.searchsorted(s, at, side="right") - 1, 0, n - 1)
-    return piece, at, width
+    segment = np.clip(np.searchsorted(s, at, side="right") - 1, 0, n - 1)
+    return segment, at, width

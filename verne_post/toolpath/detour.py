@@ -1,4 +1,4 @@
-"""Pieces put between programmed ones where the table must go to another branch.
+"""Segments put between programmed ones where the table must go to another branch.
 
 A rewind retracts along the tool axis to machine Z 0, turns the table there, and comes back to the same place on the
 part. With a vertical tool C turns where it stands: the tip keeps its place on the part.
@@ -16,13 +16,13 @@ from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
-from verne_post.model.toolpath import PieceKind, ToolPath, runs_at
+from verne_post.model.toolpath import SegmentKind, ToolPath, sections_at
 from verne_post.toolpath.branches import Change
 from verne_post.toolpath.build import ROTARY_METRIC_MM
 
 Array = NDArray[np.float64]
 
-#: What a path keeps for each piece or dwell and takes over as it is when paths are joined.
+#: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
 _COLUMNS: Final = (
     "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "circle", "free", "move",
     "dwell_seconds", "dwell_line",
@@ -31,7 +31,7 @@ _COLUMNS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One piece of a detour: poses at both ends (5,), and joint values (2, n_joints) where it is linear in the joints."""
+    """One segment of a detour: poses at both ends (5,), and joint values (2, n_joints) where it is linear in the joints."""
 
     start: Array
     end: Array
@@ -44,8 +44,8 @@ class Step:
         return bool(np.abs(delta[:-2]).max() > ZERO_LENGTH_MM or np.abs(delta[-2:]).max() > ZERO_ANGLE)
 
 
-def with_detours(path: ToolPath, changes: Sequence[Change], machine: Machine) -> ToolPath:
-    """Put a detour before the piece of every change.
+def add_detours(path: ToolPath, changes: Sequence[Change], machine: Machine) -> ToolPath:
+    """Put a detour before the segment of every change.
 
     Raises
     ------
@@ -54,14 +54,14 @@ def with_detours(path: ToolPath, changes: Sequence[Change], machine: Machine) ->
     """
     parts, done = [], 0
     for change in changes:
-        parts.append(part(path, done, change.piece))
-        parts.append(pieces_of(_steps(path, change, machine), path, change.piece))
-        done = change.piece
-    return joined([*parts, part(path, done, len(path))], path)
+        parts.append(slice_path(path, done, change.segment))
+        parts.append(segments_of(_steps(path, change, machine), path, change.segment))
+        done = change.segment
+    return join_paths([*parts, slice_path(path, done, len(path))], path)
 
 
 def _steps(path: ToolPath, change: Change, machine: Machine) -> list[Step]:
-    tip, tool = path.start[change.piece, :3], float(path.tool_length[change.piece])
+    tip, tool = path.start[change.segment, :3], float(path.tool_length[change.segment])
     before, after = np.array(change.before), np.array(change.after)
     here, there = np.concatenate([tip, before]), np.concatenate([tip, after])
     if max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE:
@@ -74,7 +74,7 @@ def _steps(path: ToolPath, change: Change, machine: Machine) -> list[Step]:
     for angles in (before, after):
         joints, _position, _alpha, ok = machine.five_axis.solve(away, angles, tool)
         if not ok:
-            line = int(path.line[change.piece])
+            line = int(path.line[change.segment])
             text = "the table cannot rewind here: the retracted place (machine Z 0 along the tool axis) is out of reach"
             raise InputError(finding("VP301", text, line=line, last_line=line, worst_line=line))
         q.append(joints)
@@ -88,8 +88,8 @@ def _machine_z(machine: Machine, tip: Array, angles: Array, tool: float) -> floa
     return float(coordinates.to_machine(coordinates.from_table(tip, angles, frame), frame)[2])
 
 
-def pieces_of(steps: Sequence[Step], like: ToolPath, piece: int) -> ToolPath:
-    """Rapid pieces that stop at every end, with line, tool and frame of a piece of another path."""
+def segments_of(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolPath:
+    """Rapid segments that stop at every end, with line, tool and frame of a segment of another path."""
     steps = [step for step in steps if step.moves]
     n = len(steps)
     start = np.array([step.start for step in steps]).reshape(n, 5)
@@ -101,21 +101,21 @@ def pieces_of(steps: Sequence[Step], like: ToolPath, piece: int) -> ToolPath:
     linear = np.array([step.joints is None for step in steps], dtype=bool)
     n_joints = joints[0].shape[1] if joints else 0
     return replace(
-        part(like, 0, 0),
-        line=np.full(n, like.line[piece], dtype=np.int32),
-        kind=np.where(linear, PieceKind.LINE, PieceKind.JOINT).astype(np.int8),
+        slice_path(like, 0, 0),
+        line=np.full(n, like.line[segment], dtype=np.int32),
+        kind=np.where(linear, SegmentKind.LINE, SegmentKind.JOINT).astype(np.int8),
         start=start,
         end=end,
-        tool_length=np.full(n, like.tool_length[piece]),
+        tool_length=np.full(n, like.tool_length[segment]),
         feed_time=np.zeros(n),
         length=length,
         arc=np.full(n, -1, dtype=np.int32),
         circle=np.full(n, -1, dtype=np.int32),
-        free=np.full(n, like.free[piece]),
+        free=np.full(n, like.free[segment]),
         joints=np.array(joints, dtype=float).reshape(len(joints), 2, n_joints),
         joint=np.where(linear, -1, np.cumsum(~linear) - 1).astype(np.int32),
-        move=np.full(n, like.move[piece], dtype=np.int32),
-        run=np.arange(n, dtype=np.int32),
+        move=np.full(n, like.move[segment], dtype=np.int32),
+        section=np.arange(n, dtype=np.int32),
     )
 
 
@@ -126,23 +126,23 @@ def metric_length(delta: Array) -> Array:
     )
 
 
-def part(path: ToolPath, first: int, last: int) -> ToolPath:
-    """Pieces ``first`` to ``last`` (excluded), with the dwells before the first of their runs and between them."""
-    before = path.dwell_piece  # piece that a dwell stands before
+def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
+    """Segments ``first`` to ``last`` (excluded), with the dwells before the first of their runs and between them."""
+    before = path.dwell_segment  # segment that a dwell stands before
     mine = (before >= first) & ((before < last) | (last == len(path)))
     if first == last:
         mine[:] = False
-    run = np.cumsum(np.diff(path.run[first:last], prepend=-1) != 0).astype(np.int32) - 1
-    dwell_run = runs_at(run, np.clip(before[mine] - first, 0, last - first))
+    section = np.cumsum(np.diff(path.section[first:last], prepend=-1) != 0).astype(np.int32) - 1
+    dwell_section = sections_at(section, np.clip(before[mine] - first, 0, last - first))
     return replace(
-        path.part(first, last), run=run, dwell_run=dwell_run,
+        path.part(first, last), section=section, dwell_section=dwell_section,
         dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
     )  # fmt: skip
 
 
-def joined(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
+def join_paths(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
     """Paths one after the other, with a stop in between; arcs and great circles are those of ``like``."""
-    runs = np.append(0, np.cumsum([part.n_runs for part in parts])).astype(np.int32)
+    sections = np.append(0, np.cumsum([slice_path.n_sections for slice_path in parts])).astype(np.int32)
     offset, joints, joint = 0, [], []
     for one in parts:
         own = one.joint >= 0
@@ -158,8 +158,10 @@ def joined(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
         **together,
         joints=np.concatenate(joints) if joints else like.joints,
         joint=np.concatenate(joint),
-        run=np.concatenate([one.run + shift for one, shift in zip(parts, runs[:-1], strict=True)]).astype(np.int32),
-        dwell_run=np.concatenate([one.dwell_run + shift for one, shift in zip(parts, runs[:-1], strict=True)]).astype(
+        section=np.concatenate([one.section + shift for one, shift in zip(parts, sections[:-1], strict=True)]).astype(
             np.int32
         ),
+        dwell_section=np.concatenate(
+            [one.dwell_section + shift for one, shift in zip(parts, sections[:-1], strict=True)]
+        ).astype(np.int32),
     )

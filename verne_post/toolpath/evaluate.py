@@ -1,30 +1,30 @@
-"""Poses along pieces and curves: the programmed geometry, evaluated exactly."""
+"""Poses along segments and curves: the programmed geometry, evaluated exactly."""
 
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.rotations import wrapped
-from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
+from verne_post.base.rotations import wrap_angle
+from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-def pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
+def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2): the :func:`coordinates` apart."""
-    found = coordinates(path, piece, u)
+    found = coordinates(path, segment, u)
     return found[:, :3], found[:, 3:]
 
 
-def coordinates(path: ToolPath, piece: Ints, u: Array) -> Array:
-    """Tip and nominal angles at parameter u of pieces (LINE and ARC).
+def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """Tip and nominal angles at parameter u of segments (LINE and ARC).
 
     Parameters
     ----------
     path : ToolPath
-    piece : ndarray of int, shape (n,)
+    segment : ndarray of int, shape (n,)
     u : ndarray, shape (n,)
         0 to 1.
 
@@ -33,35 +33,35 @@ def coordinates(path: ToolPath, piece: Ints, u: Array) -> Array:
     ndarray, shape (n, 5)
         Tip in the table frame, mm; nominal A and C, rad, workpiece sense.
     """
-    start = path.start.take(piece, axis=0)
-    found = path.end.take(piece, axis=0)
+    start = path.start.take(segment, axis=0)
+    found = path.end.take(segment, axis=0)
     found -= start
     found *= u[:, None]
     found += start
     if len(path.arcs.sweep):
-        curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
-        found[curved, :3] = arc_tip(path.arcs, path.arc[piece[curved]], u[curved])
+        curved = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
+        found[curved, :3] = arc_tip(path.arcs, path.arc[segment[curved]], u[curved])
     if len(path.circles.angle):
-        swung = np.flatnonzero(path.circle[piece] >= 0)
-        found[swung, 3:] = circle_angles(path, piece[swung], u[swung])
+        swung = np.flatnonzero(path.circle[segment] >= 0)
+        found[swung, 3:] = circle_angles(path, segment[swung], u[swung])
     return found
 
 
-def circle_angles(path: ToolPath, piece: Ints, u: Array) -> Array:
-    """Nominal angles (n, 2) at parameter u (n,) of pieces whose tool axis follows a great circle."""
-    circles, row = path.circles, path.circle[piece]
+def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """Nominal angles (n, 2) at parameter u (n,) of segments whose tool axis follows a great circle."""
+    circles, row = path.circles, path.circle[segment]
     turn = u * circles.angle[row]
     axis = np.cos(turn)[:, None] * circles.first[row] + np.sin(turn)[:, None] * circles.side[row]
-    start, end = path.start[piece, 3:], path.end[piece, 3:]
+    start, end = path.start[segment, 3:], path.end[segment, 3:]
     # a great circle that avoids the pole keeps to one side of the tilt
     side = np.where(start[:, 0] + end[:, 0] < 0, -1.0, 1.0)
     tilt = side * np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2])
     direction = np.arctan2(side * axis[:, 0], side * axis[:, 1])
     # its azimuth changes by less than half a turn from end to end
-    return np.stack([tilt, start[:, 1] + wrapped(direction - start[:, 1])], axis=1)
+    return np.stack([tilt, start[:, 1] + wrap_angle(direction - start[:, 1])], axis=1)
 
 
-def arc_tip(arcs: ArcPieces, row: Ints, u: Array) -> Array:
+def arc_tip(arcs: ArcSegments, row: Ints, u: Array) -> Array:
     """Tip (n, 3) at parameter u (n,) of the arcs in ``row`` (n,)."""
     angle = u * arcs.sweep[row]
     radius = arcs.r0[row] + u * (arcs.r1[row] - arcs.r0[row])
@@ -82,24 +82,24 @@ _STENCIL: Final = (
 )[1:4]
 
 
-def pose_derivatives(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array, Array]:
+def pose_derivatives(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives by u of tip and nominal angles, each shape (n, 5)."""
-    first = path.end[piece] - path.start[piece]
+    first = path.end[segment] - path.start[segment]
     second, third = np.zeros_like(first), np.zeros_like(first)
-    curved = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    curved = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(curved):
-        row = path.arc[piece[curved]]
+        row = path.arc[segment[curved]]
         first[curved, :3], second[curved, :3], third[curved, :3] = arc_derivatives(path.arcs, row, u[curved])
-    swung = np.flatnonzero(path.circle[piece] >= 0)
+    swung = np.flatnonzero(path.circle[segment] >= 0)
     if len(swung):
         around = u[swung, None] + _OFFSETS
-        values = circle_angles(path, np.repeat(piece[swung], len(_OFFSETS)), around.ravel())
+        values = circle_angles(path, np.repeat(segment[swung], len(_OFFSETS)), around.ravel())
         found = np.einsum("dk,nkj->dnj", _STENCIL, values.reshape(len(swung), len(_OFFSETS), 2))
         first[swung, 3:], second[swung, 3:], third[swung, 3:] = found
     return first, second, third
 
 
-def arc_derivatives(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array, Array]:
+def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives of the tip by u, each shape (n, 3)."""
     w = arcs.sweep[row][:, None]
     phi = u[:, None] * w

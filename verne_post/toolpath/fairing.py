@@ -24,8 +24,8 @@ POINTS: Final = 12.0
 SHORTEST: Final = 8
 #: A vertex where the tip turns by more than this (rad) is a feature of the part.
 FEATURE: Final = np.radians(15.0)
-#: A piece so many times longer than the median of its stretch does not divide a curve finely.
-LONG_PIECE: Final = 4.0
+#: A segment so many times longer than the median of its stretch does not divide a curve finely.
+LONG_SEGMENT: Final = 4.0
 #: So many vertices of a stretch are faired at a time, and so many more on both sides, over which what holds the last one
 #: dies away: by a factor of e in three vertices.
 LONGEST: Final = 1 << 15
@@ -35,7 +35,7 @@ ROUNDS: Final = 8
 MOSTLY_HELD: Final = 0.5
 
 
-def faired(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:
+def fair(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:
     """Vertices (n + 1, 5), moved within bounds.
 
     Parameters
@@ -73,7 +73,7 @@ def _stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
 
 
 def features(vertex: Array, s: Array) -> Mask:
-    """Vertices that are sharp corners of the part, or stand beside a piece far longer than its neighbours."""
+    """Vertices that are sharp corners of the part, or stand beside a segment far longer than its neighbours."""
     found = np.zeros(len(s), dtype=bool)
     way = np.diff(vertex[:, :3], axis=0)
     size = row_norm(way)
@@ -81,7 +81,7 @@ def features(vertex: Array, s: Array) -> Mask:
     sine = row_norm(np.cross(way[1:], way[:-1]))
     found[1:-1] = (np.arctan2(sine, cosine) > FEATURE) & (size[1:] > 0) & (size[:-1] > 0)
     length = np.diff(s)
-    longer = np.maximum(length[1:], length[:-1]) > LONG_PIECE * np.minimum(length[1:], length[:-1])
+    longer = np.maximum(length[1:], length[:-1]) > LONG_SEGMENT * np.minimum(length[1:], length[:-1])
     found[1:-1] |= longer
     return found
 

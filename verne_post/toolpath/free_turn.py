@@ -17,9 +17,9 @@ from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
-from verne_post.toolpath.room import Margins, margins_of
+from verne_post.toolpath.margins import Margins, margin_functions
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ COARSE: Final = np.radians(5.0)
 REFINED: Final = 3
 POINTS: Final = 9
 ROUNDS: Final = 5
-#: Points along a piece: at most this far apart, mm, and at least two.
+#: Points along a segment: at most this far apart, mm, and at least two.
 STEP_MM: Final = 10.0
 MOST_POINTS: Final = 64
 #: Of the points in a cube of this size, mm, one is enough to choose by; the margin is then told of all of them.
@@ -46,7 +46,7 @@ class _Points:
     tool: Array
 
 
-def with_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple[ToolPath, FreeTurn]:
+def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple[ToolPath, FreeTurn]:
     """The path with the best constant C.
 
     Parameters
@@ -62,7 +62,7 @@ def with_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple
     InputError
         VP018 where the tool is not vertical throughout, or the program names C.
     """
-    margins, names = margins_of(machine)
+    margins, names = margin_functions(machine)
     _require_free(path, fixes)
     points = _points(path)
     few = _thinned(points)
@@ -119,10 +119,10 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
 def _points(path: ToolPath) -> _Points:
     """Tips along the path, and the tool lengths there."""
     parts = np.clip(np.ceil(path.length / STEP_MM), 1, MOST_POINTS).astype(int)
-    parts[path.kind == PieceKind.ARC] = np.maximum(parts[path.kind == PieceKind.ARC], 16)
-    piece, index = ragged(parts + 1)
-    tip, _angles = pose(path, piece, index / parts[piece])
-    return _Points(tip, path.tool_length[piece])
+    parts[path.kind == SegmentKind.ARC] = np.maximum(parts[path.kind == SegmentKind.ARC], 16)
+    segment, index = ragged(parts + 1)
+    tip, _angles = pose(path, segment, index / parts[segment])
+    return _Points(tip, path.tool_length[segment])
 
 
 def _thinned(points: _Points) -> _Points:

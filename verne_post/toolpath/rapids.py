@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from verne_post.model.machine import Machine
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.detour import metric_length
 
 
-def with_joint_rapids(path: ToolPath, machine: Machine) -> ToolPath:
-    """Every straight rapid of a path as a JOINT piece, from standstill to standstill.
+def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
+    """Every straight rapid of a path as a JOINT segment, from standstill to standstill.
 
     A rapid with an end out of reach stays as it is; judging it names the reason.
     """
-    rapid = np.flatnonzero((path.feed_time == 0) & (path.kind == PieceKind.LINE))
+    rapid = np.flatnonzero((path.feed_time == 0) & (path.kind == SegmentKind.LINE))
     ends = [
         machine.five_axis.solve(pose[rapid, :3], pose[rapid, 3:], path.tool_length[rapid])
         for pose in (path.start, path.end)
@@ -25,17 +25,17 @@ def with_joint_rapids(path: ToolPath, machine: Machine) -> ToolPath:
         return path
     joints = np.stack([q[solved] for q, _position, _alpha, _ok in ends], axis=1)
     kind, length, joint, circle = path.kind.copy(), path.length.copy(), path.joint.copy(), path.circle.copy()
-    kind[rapid], circle[rapid] = PieceKind.JOINT, -1
+    kind[rapid], circle[rapid] = SegmentKind.JOINT, -1
     length[rapid] = metric_length(joints[:, 1] - joints[:, 0])
     joint[rapid] = len(path.joints) + np.arange(len(rapid))
     earlier = path.joints if len(path.joints) else joints[:0]
     breaks = np.zeros(len(path), dtype=bool)
-    breaks[1:] = path.run[1:] != path.run[:-1]
+    breaks[1:] = path.section[1:] != path.section[:-1]
     breaks[rapid] = True
     breaks[rapid[rapid + 1 < len(path)] + 1] = True
     breaks[0] = False
-    run = np.cumsum(breaks).astype(np.int32)
+    section = np.cumsum(breaks).astype(np.int32)
     return replace(
-        path, kind=kind, length=length, joint=joint, circle=circle, joints=np.concatenate([earlier, joints]), run=run,
-        dwell_run=path.dwells_among(run),
+        path, kind=kind, length=length, joint=joint, circle=circle, joints=np.concatenate([earlier, joints]), section=section,
+        dwell_section=path.dwells_among(section),
     )  # fmt: skip

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.model.moves import MOVE_COLUMNS, MoveKind, Moves
-from verne_post.model.toolpath import ToolPath, runs_at
+from verne_post.model.toolpath import ToolPath, sections_at
 
 #: A stop stands as a dwell of this length, which becomes one cycle.
 STOP_SECONDS: Final = 1e-9
 
 
-def with_stops(
+def insert_stops(
     moves: Moves, path: ToolPath, stops: Sequence[tuple[int, int]]
 ) -> tuple[Moves, ToolPath, tuple[int, ...]]:
     """Put standstills among the moves and along their path; returns both, and the places of the standstills.
@@ -43,12 +43,12 @@ def with_stops(
 def _stop_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:
     """The path of moves with standstills before the moves ``at``, as they were counted without them."""
     move = path.move + np.searchsorted(at, path.move, side="right")
-    new_run = np.diff(path.run, prepend=path.run[:1]) > 0
-    new_run[np.searchsorted(path.move, at)] = True
-    new_run[0] = False
-    run = np.cumsum(new_run).astype(np.int32)
+    new_section = np.diff(path.section, prepend=path.section[:1]) > 0
+    new_section[np.searchsorted(path.move, at)] = True
+    new_section[0] = False
+    section = np.cumsum(new_section).astype(np.int32)
     dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
     return replace(
-        path, move=move.astype(np.int32), run=run, dwell_run=runs_at(run, np.searchsorted(move, dwell)),
+        path, move=move.astype(np.int32), section=section, dwell_section=sections_at(section, np.searchsorted(move, dwell)),
         dwell_seconds=moves.feed[dwell], dwell_line=moves.line[dwell],
     )  # fmt: skip

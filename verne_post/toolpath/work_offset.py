@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from verne_post.base.rotations import rotate_z
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
-from verne_post.model.toolpath import PieceKind, ToolPath
+from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
-from verne_post.toolpath.room import margins_of
+from verne_post.toolpath.margins import margin_functions
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -24,9 +24,9 @@ Mask = NDArray[np.bool_]
 #: What may change, in the order of a place; and decimals of what is proposed, mm and degrees.
 COORDINATES: Final = "xyzc"
 DECIMALS: Final = 3
-#: Ends of a piece that follow the part to within this, mm and rad, are tied to it.
+#: Ends of a segment that follow the part to within this, mm and rad, are tied to it.
 TIED: Final = 1e-6
-#: Points along a piece: at most this far apart, mm and rad, and no more than so many.
+#: Points along a segment: at most this far apart, mm and rad, and no more than so many.
 STEP_MM: Final = 10.0
 STEP_ANGLE: Final = np.radians(3.0)
 MOST_POINTS: Final = 64
@@ -88,7 +88,7 @@ class PartPoints:
 
 
 def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
-    """Points along the pieces of a path that are tied to the part.
+    """Points along the segments of a path that are tied to the part.
 
     Parameters
     ----------
@@ -101,21 +101,21 @@ def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> 
     for name in ("start", "end"):
         on_part, there = _on_part(getattr(path, name)[rows], place), _on_part(getattr(moved, name)[twins], other)
         tied &= np.abs(on_part - there).max(axis=1, initial=0.0) < TIED
-    kept = rows[tied & (path.kind[rows] != PieceKind.JOINT)]
+    kept = rows[tied & (path.kind[rows] != SegmentKind.JOINT)]
     swept = np.where(path.arc[kept] >= 0, np.abs(path.arcs.sweep[path.arc[kept]]) if len(path.arcs.sweep) else 0.0, 0.0)
     turn = np.abs(path.end[kept, 3:] - path.start[kept, 3:]).sum(axis=1)
     parts = np.clip(
         np.ceil(np.maximum(path.length[kept] / STEP_MM, np.maximum(turn / STEP_ANGLE, 4 * swept))), 1, MOST_POINTS
     )
     parts = parts.astype(int)
-    piece = np.repeat(kept, parts + 1)
+    segment = np.repeat(kept, parts + 1)
     share = np.repeat(parts, parts + 1)
-    index = np.arange(len(piece)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
-    tip, angles = pose(path, piece, index / share)
+    index = np.arange(len(segment)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
+    tip, angles = pose(path, segment, index / share)
     on_part = _on_part(np.concatenate([tip, angles], axis=1), place)
-    seconds = np.where(index > 0, path.feed_time[piece] / share, 0.0)
-    return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[piece], path.line[piece], seconds,
-                      np.append(True, path.run[piece][1:] != path.run[piece][:-1]) if len(piece) else np.zeros(0, bool))  # fmt: skip
+    seconds = np.where(index > 0, path.feed_time[segment] / share, 0.0)
+    return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[segment], path.line[segment], seconds,
+                      np.append(True, path.section[segment][1:] != path.section[segment][:-1]) if len(segment) else np.zeros(0, bool))  # fmt: skip
 
 
 def _on_part(poses: Array, place: Place) -> Array:
@@ -178,7 +178,7 @@ class Search:
 
     def __init__(self, machine: Machine, points: PartPoints, free: Mask, low: Array, high: Array) -> None:
         self.machine, self.points, self.free, self.low, self.high = machine, points, free, low, high
-        self.margins, names = margins_of(machine)
+        self.margins, names = margin_functions(machine)
         self.names = (*names, "height over the table face")
 
     def at(self, place: Place, counts: Mask | None = None) -> Fit:

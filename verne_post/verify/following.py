@@ -64,7 +64,7 @@ def delay_of(commanded: Array, measured: Array) -> int:
     return int(np.argmin(rms))
 
 
-def following(commanded: Array, measured: Array, tool_length: Array, forward: Forward, delay: int) -> Following:
+def follow(commanded: Array, measured: Array, tool_length: Array, forward: Forward, delay: int) -> Following:
     """Compare a log with the setpoints that it was made of.
 
     Parameters

@@ -1,6 +1,6 @@
-"""What rows are judged against: the pieces and dwells of a program in order, and what each asks for.
+"""What rows are judged against: the segments and dwells of a program in order, and what each asks for.
 
-An *item* is a piece or a dwell; a *group* are neighbouring items of one source line, as rows name no more than that.
+An *item* is a segment or a dwell; a *group* are neighbouring items of one source line, as rows name no more than that.
 """
 
 from dataclasses import dataclass
@@ -22,19 +22,19 @@ _WHOLE_CYCLE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class PieceMeasures:
-    """What each piece (n,) is measured by.
+class SegmentMeasures:
+    """What each segment (n,) is measured by.
 
     Attributes
     ----------
     rounded : ndarray of bool
-        The motion may be some way from the piece.
+        The motion may be some way from the segment.
     chord_length : ndarray
         See :func:`~verne_post.verify.projection.chord_lengths`, mm.
     told_by : ndarray
-        Shortest motion that the piece can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
+        Shortest motion that the segment can be told by, mm; along a great circle A and C turn unevenly, the axis evenly.
     corner_u : ndarray
-        What a corner within its tolerance may add to a projection, as a share of the piece.
+        What a corner within its tolerance may add to a projection, as a share of the segment.
     tip_pace, turn_pace, swing_pace : ndarray
         See :func:`~verne_post.verify.projection.paces`.
     """
@@ -48,8 +48,8 @@ class PieceMeasures:
     swing_pace: Array
 
 
-def piece_measures(contour: Contour) -> PieceMeasures:
-    """Measures of the programmed pieces of a contour."""
+def segment_measures(contour: Contour) -> SegmentMeasures:
+    """Measures of the programmed segments of a contour."""
     table = GrowingTable(rounded=(bool,), chord_length=(float,), told_by=(float,), corner_u=(float,),
                          tip_pace=(float,), turn_pace=(float,), swing_pace=(float,))  # fmt: skip
     for begin, end in blocks(len(contour.path)):
@@ -66,22 +66,22 @@ def piece_measures(contour: Contour) -> PieceMeasures:
             turn_pace=turn_pace,
             swing_pace=swing_pace,
         )
-    return PieceMeasures(**table.columns())
+    return SegmentMeasures(**table.columns())
 
 
 @dataclass(frozen=True, eq=False)
 class Items:
-    """Pieces and dwells in order, m of them in g groups.
+    """Segments and dwells in order, m of them in g groups.
 
     Attributes
     ----------
-    piece : ndarray of int32, shape (m,)
+    segment : ndarray of int32, shape (m,)
         -1 for a dwell.
-    rest_piece : ndarray of int32, shape (m,)
-        The piece itself, or the next one behind a dwell; the number of pieces where there is none.
+    rest_segment : ndarray of int32, shape (m,)
+        The segment itself, or the next one behind a dwell; the number of segments where there is none.
     line : ndarray of int64, shape (m,)
     dwell_cycles : ndarray of int64, shape (m,)
-        No fewer rows than these, 0 for a piece.
+        No fewer rows than these, 0 for a segment.
     stop_before : ndarray of bool, shape (m,)
         The machine stands still before the item.
     stops_before : ndarray of int64, shape (m + 1,)
@@ -93,8 +93,8 @@ class Items:
     group_line : ndarray of int64, shape (g,)
     """
 
-    piece: Ints
-    rest_piece: Ints
+    segment: Ints
+    rest_segment: Ints
     line: Ints
     dwell_cycles: Ints
     stop_before: Mask
@@ -106,37 +106,39 @@ class Items:
 
 
 def items_of(contour: Contour, chord_length: Array, cycle: float) -> Items:
-    """The items of a contour, whose pieces are so long (n,); a dwell lasts a whole number of cycles (s)."""
+    """The items of a contour, whose segments are so long (n,); a dwell lasts a whole number of cycles (s)."""
     path, n = contour.path, len(contour.path)
-    order = np.argsort(path.dwell_piece, kind="stable")
-    behind = path.dwell_piece[order]  # a dwell comes before the piece with its number
+    order = np.argsort(path.dwell_segment, kind="stable")
+    behind = path.dwell_segment[order]  # a dwell comes before the segment with its number
     dwell_at = behind + np.arange(len(behind))
     cycles = np.maximum(np.ceil(path.dwell_seconds / cycle - _WHOLE_CYCLE), 1)[order]
     dwell_line = path.dwell_line[order]
-    table = GrowingTable(piece=(np.int32,), rest_piece=(np.int32,), line=(np.int64,), dwell_cycles=(np.int64,),
+    table = GrowingTable(segment=(np.int32,), rest_segment=(np.int32,), line=(np.int64,), dwell_cycles=(np.int64,),
                          stop_before=(bool,), time=(float,), way=(float,))  # fmt: skip
     first_of_group = Growing(np.int64)
-    run_before, line_before = -1, -1
+    section_before, line_before = -1, -1
     for begin, end in blocks(n + len(behind)):
         item = np.arange(begin, end)
         number = np.searchsorted(dwell_at, item)  # of dwells before
         dwell = np.flatnonzero(np.append(dwell_at, -1)[np.minimum(number, len(dwell_at))] == item)
         rest = item - number
         rest[dwell] = behind[number[dwell]]
-        piece = rest.copy()
-        piece[dwell] = -1
-        moving = np.flatnonzero(piece >= 0)
-        own = piece[moving]
-        line, waits, run = np.empty(len(item), np.int64), np.zeros(len(item)), np.full(len(item), -1)
+        segment = rest.copy()
+        segment[dwell] = -1
+        moving = np.flatnonzero(segment >= 0)
+        own = segment[moving]
+        line, waits, section = np.empty(len(item), np.int64), np.zeros(len(item)), np.full(len(item), -1)
         line[moving], line[dwell] = path.line[own], dwell_line[number[dwell]]
         waits[dwell] = cycles[number[dwell]]
-        run[moving] = contour.run[np.searchsorted(contour.piece, own)]
+        section[moving] = contour.section[np.searchsorted(contour.segment, own)]
         time, way = np.zeros(len(item)), np.zeros(len(item))
         time[moving], way[moving] = path.feed_time[own], chord_length[own]
-        stops = (run < 0) | (run != np.append(run_before, run[:-1]))
-        table.extend(piece=piece, rest_piece=rest, line=line, dwell_cycles=waits, stop_before=stops, time=time, way=way)
+        stops = (section < 0) | (section != np.append(section_before, section[:-1]))
+        table.extend(
+            segment=segment, rest_segment=rest, line=line, dwell_cycles=waits, stop_before=stops, time=time, way=way
+        )
         first_of_group.extend(item[line != np.append(line_before, line[:-1])])
-        run_before, line_before = int(run[-1]), int(line[-1])
+        section_before, line_before = int(section[-1]), int(line[-1])
     columns = table.columns()
     time, way = columns.pop("time"), columns.pop("way")
     first_of_group.extend(np.array([n + len(behind)]))

@@ -1,6 +1,6 @@
-"""Where on its programmed piece a measured pose is, and how far off: closed-form projections.
+"""Where on its programmed segment a measured pose is, and how far off: closed-form projections.
 
-This room has its own evaluation of the pieces, so that an error in the tool path's would show.
+This room has its own evaluation of the segments, so that an error in the tool path's would show.
 """
 
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.model.toolpath import ArcPieces, PieceKind, ToolPath
+from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 #: Weight of a radian against a millimetre in the projection.
 RADIAN_MM: Final = 50.0
-#: Where a pose near a corner may be attributed to, a stretch of the piece is searched at so many points, so many times
+#: Where a pose near a corner may be attributed to, a stretch of the segment is searched at so many points, so many times
 #: finer: to a millionth of a stretch that is a few tolerances long.
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
@@ -37,33 +37,33 @@ class Measured:
     angles: Array
 
 
-def unwrapped_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
-    """Parameter u of the nearest point of the piece, not limited to [0, 1].
+def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+    """Parameter u of the nearest point of the segment, not limited to [0, 1].
 
     Parameters
     ----------
-    piece : ndarray of int, shape (n,)
-        Consecutive rows of one piece stand together.
+    segment : ndarray of int, shape (n,)
+        Consecutive rows of one segment stand together.
     fresh : ndarray of bool, shape (n,)
-        True where a row is the first one of its piece.
+        True where a row is the first one of its segment.
     u_before : float
-        u of the row before the first, where that row is on the same piece (arcs of several turns).
+        u of the row before the first, where that row is on the same segment (arcs of several turns).
     """
-    delta = path.end[piece] - path.start[piece]
-    now = np.concatenate([measured.tip, measured.angles], axis=1) - path.start[piece]
+    delta = path.end[segment] - path.start[segment]
+    now = np.concatenate([measured.tip, measured.angles], axis=1) - path.start[segment]
     weight = np.array([1.0, 1.0, 1.0, RADIAN_MM, RADIAN_MM])
     with np.errstate(invalid="ignore", divide="ignore"):
         u = np.sum(now * delta * weight**2, axis=1) / np.sum((delta * weight) ** 2, axis=1)
-    arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
-        u[arc] = _arc_u(path, piece[arc], Measured(measured.q[arc], measured.tip[arc], measured.angles[arc]),
+        u[arc] = _arc_u(path, segment[arc], Measured(measured.q[arc], measured.tip[arc], measured.angles[arc]),
                         _fresh_of(arc, fresh), u_before)  # fmt: skip
-    swung = np.flatnonzero(path.circle[piece] >= 0)
+    swung = np.flatnonzero(path.circle[segment] >= 0)
     if len(swung):
-        u[swung] = _swung_u(path, piece[swung], measured.tip[swung], tool_axis(measured.angles[swung]))
-    joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
+        u[swung] = _swung_u(path, segment[swung], measured.tip[swung], tool_axis(measured.angles[swung]))
+    joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
-        ends = path.joints[path.joint[piece[joint]]]
+        ends = path.joints[path.joint[segment[joint]]]
         span = ends[:, 1] - ends[:, 0]
         scale = _joint_weight(span.shape[1])
         away = (measured.q[joint] - ends[:, 0]) * scale
@@ -72,7 +72,7 @@ def unwrapped_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[
 
 
 def _fresh_of(rows: Ints, fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """First rows of pieces among a selection: marked, or after a gap in the selection."""
+    """First rows of segments among a selection: marked, or after a gap in the selection."""
     return fresh[rows] | (np.diff(rows, prepend=rows[0]) > 1)
 
 
@@ -80,8 +80,8 @@ def _joint_weight(n_joints: int) -> Array:
     return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
 
 
-def _arc_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
-    arcs, row = path.arcs, path.arc[piece]
+def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+    arcs, row = path.arcs, path.arc[segment]
     away = measured.tip - arcs.center[row]
     sweep = arcs.sweep[row]
     x, y = np.sum(away * arcs.e1[row], axis=1), np.sum(away * arcs.e2[row], axis=1)
@@ -98,41 +98,41 @@ def _arc_u(path: ToolPath, piece: Ints, measured: Measured, fresh: NDArray[np.bo
     first = np.flatnonzero(fresh | (np.arange(len(fresh)) == 0))
     owner = np.searchsorted(first, np.arange(len(fresh)), side="right") - 1
     u = (begin[first[owner]] + total - total[first[owner]]) / np.abs(sweep)
-    turn = path.end[piece, 3:] - path.start[piece, 3:]
+    turn = path.end[segment, 3:] - path.start[segment, 3:]
     for _ in range(ARC_STEPS):
         at, slope = _arc_point(arcs, row, u)
         rest = measured.tip - at
-        rest_turn = RADIAN_MM**2 * (measured.angles - path.start[piece, 3:] - u[:, None] * turn)
+        rest_turn = RADIAN_MM**2 * (measured.angles - path.start[segment, 3:] - u[:, None] * turn)
         square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
         u = u + (np.sum(rest * slope, axis=1) + np.sum(rest_turn * turn, axis=1)) / square
     return u
 
 
-def _swung_u(path: ToolPath, piece: Ints, tip: Array, axis: Array) -> Array:
-    """Nearest u on straight pieces whose tool axis follows a great circle."""
-    start, way = path.start[piece, :3], path.end[piece, :3] - path.start[piece, :3]
-    k0, k1, angle = _swing(path, piece)
+def _swung_u(path: ToolPath, segment: Ints, tip: Array, axis: Array) -> Array:
+    """Nearest u on straight segments whose tool axis follows a great circle."""
+    start, way = path.start[segment, :3], path.end[segment, :3] - path.start[segment, :3]
+    k0, k1, angle = _swing(path, segment)
     across = np.cross(np.cross(k0, k1), k0)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     turned = np.arctan2(np.sum(axis * across, axis=1), np.sum(axis * k0, axis=1)) / angle
-    # both estimates are exact on the piece; each counts by the length that it stands for
+    # both estimates are exact on the segment; each counts by the length that it stands for
     weight_tip, weight_axis = np.sum(way**2, axis=1), (RADIAN_MM * angle) ** 2
     moved = np.sum((tip - start) * way, axis=1)
     return np.asarray((moved + weight_axis * turned) / (weight_tip + weight_axis))
 
 
-def _swing(path: ToolPath, piece: Ints) -> tuple[Array, Array, Array]:
-    """Tool axes at both ends of pieces, and the angle between them."""
-    k0, k1 = tool_axis(path.start[piece, 3:]), tool_axis(path.end[piece, 3:])
+def _swing(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
+    """Tool axes at both ends of segments, and the angle between them."""
+    k0, k1 = tool_axis(path.start[segment, 3:]), tool_axis(path.end[segment, 3:])
     return k0, k1, np.arctan2(row_norm(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
 
 
 def chord_lengths(path: ToolPath) -> Array:
-    """Length (n,) of each piece that its tip and its tool axis, or its A and C where they are linear, go evenly; mm.
+    """Length (n,) of each segment that its tip and its tool axis, or its A and C where they are linear, go evenly; mm.
 
-    0 for JOINT pieces, whose tip goes as it will: there the limits on the joints' speed keep rows from being left out.
+    0 for JOINT segments, whose tip goes as it will: there the limits on the joints' speed keep rows from being left out.
     """
-    length = np.where(path.kind == PieceKind.JOINT, 0.0, path.length)
+    length = np.where(path.kind == SegmentKind.JOINT, 0.0, path.length)
     arc = np.flatnonzero(path.arc >= 0)
     length[arc] = _arc_ways(path, arc, np.ones(len(arc)))
     swung = np.flatnonzero(path.circle >= 0)
@@ -141,26 +141,26 @@ def chord_lengths(path: ToolPath) -> Array:
     return length
 
 
-def ways(path: ToolPath, piece: Ints, u: Array, chord_length: Array) -> Array:
-    """Way (n,) from the start of pieces to their u (n,), mm; ``chord_length`` of all pieces."""
-    found = u * chord_length[piece]
-    arc = np.flatnonzero(path.arc[piece] >= 0)
-    found[arc] = _arc_ways(path, piece[arc], u[arc])
+def ways(path: ToolPath, segment: Ints, u: Array, chord_length: Array) -> Array:
+    """Way (n,) from the start of segments to their u (n,), mm; ``chord_length`` of all segments."""
+    found = u * chord_length[segment]
+    arc = np.flatnonzero(path.arc[segment] >= 0)
+    found[arc] = _arc_ways(path, segment[arc], u[arc])
     return np.asarray(found)
 
 
-def _arc_ways(path: ToolPath, piece: Ints, u: Array) -> Array:
+def _arc_ways(path: ToolPath, segment: Ints, u: Array) -> Array:
     """As :func:`ways`, on arcs: what they turn by is not even in u where their radius changes."""
-    arcs, row = path.arcs, path.arc[piece]
+    arcs, row = path.arcs, path.arc[segment]
     grow = arcs.r1[row] - arcs.r0[row]
     around = arcs.sweep[row] * u * (arcs.r0[row] + 0.5 * u * grow)
-    turn = row_norm(path.end[piece, 3:] - path.start[piece, 3:])
+    turn = row_norm(path.end[segment, 3:] - path.start[segment, 3:])
     even = grow**2 + np.sum(arcs.rise[row] ** 2, axis=1) + (RADIAN_MM * turn) ** 2
     return np.asarray(np.sign(u) * np.sqrt(around**2 + u**2 * even))
 
 
 def paces(path: ToolPath) -> tuple[Array, Array, Array]:
-    """Seconds that each piece takes at its feed, over its motion: three arrays (n,), two of them 0 for every piece.
+    """Seconds that each segment takes at its feed, over its motion: three arrays (n,), two of them 0 for every segment.
 
     Per mm of the tip; where that stands, per rad of A and C together; and on a great circle per rad of the tool axis.
     """
@@ -180,12 +180,12 @@ def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     return tip_pace, turn_pace, swing_pace
 
 
-def _swung_angles(path: ToolPath, piece: Ints, u: Array) -> Array:
+def _swung_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Nominal angles on a great circle: spherical interpolation between the tool axes at both ends."""
-    k0, k1, angle = _swing(path, piece)
+    k0, k1, angle = _swing(path, segment)
     share0, share1 = np.sin((1 - u) * angle) / np.sin(angle), np.sin(u * angle) / np.sin(angle)
     axis = share0[:, None] * k0 + share1[:, None] * k1
-    start, end = path.start[piece, 3:], path.end[piece, 3:]
+    start, end = path.start[segment, 3:], path.end[segment, 3:]
     negative = (start[:, 0] < 0) | (end[:, 0] < 0)
     tilt = np.where(negative, -1.0, 1.0) * np.arccos(np.clip(axis[:, 2], -1.0, 1.0))
     c = np.arctan2(axis[:, 0], axis[:, 1]) + np.where(negative, np.pi, 0.0)
@@ -193,7 +193,7 @@ def _swung_angles(path: ToolPath, piece: Ints, u: Array) -> Array:
     return np.stack([tilt, c - 2 * np.pi * np.round((c - middle) / (2 * np.pi))], axis=1)
 
 
-def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
+def _arc_point(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array]:
     """Point of an arc and its derivative by u."""
     phi = (u * arcs.sweep[row])[:, None]
     grow = (arcs.r1 - arcs.r0)[row][:, None]
@@ -204,36 +204,36 @@ def _arc_point(arcs: ArcPieces, row: Ints, u: Array) -> tuple[Array, Array]:
     return point, grow * toward + radius * arcs.sweep[row][:, None] * across + arcs.rise[row]
 
 
-def programmed_pose(path: ToolPath, piece: Ints, u: Array) -> tuple[Array, Array]:
-    """Tip (n, 3) and nominal angles (n, 2) at u of pieces that are no JOINT pieces."""
-    programmed = path.start[piece] + u[:, None] * (path.end[piece] - path.start[piece])
+def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) and nominal angles (n, 2) at u of segments that are no JOINT segments."""
+    programmed = path.start[segment] + u[:, None] * (path.end[segment] - path.start[segment])
     tip, angles = programmed[:, :3], programmed[:, 3:]
-    arc = np.flatnonzero(path.kind[piece] == PieceKind.ARC)
+    arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
-        tip[arc] = _arc_point(path.arcs, path.arc[piece[arc]], u[arc])[0]
-    swung = np.flatnonzero(path.circle[piece] >= 0)
+        tip[arc] = _arc_point(path.arcs, path.arc[segment[arc]], u[arc])[0]
+    swung = np.flatnonzero(path.circle[segment] >= 0)
     if len(swung):
-        angles[swung] = _swung_angles(path, piece[swung], u[swung])
+        angles[swung] = _swung_angles(path, segment[swung], u[swung])
     return tip, angles
 
 
-def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
-    """Distance from the programmed piece at u: tip (mm), tool axis (rad), rotary angle (rad).
+def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
+    """Distance from the programmed segment at u: tip (mm), tool axis (rad), rotary angle (rad).
 
     Along a great circle the rotary angle counts by what it moves the tool axis: near the pole C turns fast there, and the
     smallest error of u is large in C. A C that is far off, on another branch, counts in full.
-    For JOINT pieces: sliders (mm), and twice the larger table angle.
+    For JOINT segments: sliders (mm), and twice the larger table angle.
     """
-    tip, angles = programmed_pose(path, piece, u)
+    tip, angles = programmed_pose(path, segment, u)
     tip_off = row_norm(measured.tip - tip)
     axis_off = row_norm(tool_axis(measured.angles) - tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
-    swung = np.flatnonzero(path.circle[piece] >= 0)
+    swung = np.flatnonzero(path.circle[segment] >= 0)
     moved = rotary_off[swung] * np.abs(np.sin(angles[swung, 0]))
     rotary_off[swung] = np.where(rotary_off[swung] < OTHER_BRANCH, moved, rotary_off[swung])
-    joint = np.flatnonzero(path.kind[piece] == PieceKind.JOINT)
+    joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
-        ends = path.joints[path.joint[piece[joint]]]
+        ends = path.joints[path.joint[segment[joint]]]
         off = np.abs(measured.q[joint] - ends[:, 0] - u[joint, None] * (ends[:, 1] - ends[:, 0]))
         tip_off[joint] = off[:, :-2].max(axis=1)
         axis_off[joint] = rotary_off[joint] = off[:, -2:].max(axis=1)
@@ -241,22 +241,28 @@ def deviation(path: ToolPath, piece: Ints, u: Array, measured: Measured) -> tupl
 
 
 def deviation_nearby(
-    path: ToolPath, piece: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array, even_length: Array
+    path: ToolPath,
+    segment: Ints,
+    u: Array,
+    measured: Measured,
+    tip_bound: Array,
+    angle_bound: Array,
+    even_length: Array,
 ) -> tuple[Array, Array, Array]:
     """As :func:`deviation`, at the pose near u whose larger share of the two bounds (mm, rad) is smallest.
 
-    ``even_length`` are the :func:`chord_lengths` of the pieces.
+    ``even_length`` are the :func:`chord_lengths` of the segments.
     A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
     """
     # by what goes evenly: near the pole C turns by much over little of a great circle
     reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / even_length
     low, high = np.clip(u - reach, 0.0, 1.0), np.clip(u + reach, 0.0, 1.0)
-    row = np.arange(len(piece))
+    row = np.arange(len(segment))
     rows = np.repeat(row, NEARBY_POINTS)
     many = Measured(measured.q[rows], measured.tip[rows], measured.angles[rows])
     for _ in range(NEARBY_ROUNDS):
         at = low[:, None] + np.linspace(0.0, 1.0, NEARBY_POINTS) * (high - low)[:, None]
-        tip, axis, rotary = deviation(path, piece[rows], at.ravel(), many)
+        tip, axis, rotary = deviation(path, segment[rows], at.ravel(), many)
         share = np.maximum(tip / tip_bound[rows], np.maximum(axis, rotary) / angle_bound[rows]).reshape(at.shape)
         best = np.argmin(share, axis=1)
         low, high = at[row, np.maximum(best - 1, 0)], at[row, np.minimum(best + 1, NEARBY_POINTS - 1)]

@@ -1,8 +1,8 @@
 """The verifier: rows in, in order, block by block; a verdict out.
 
-It is handed the programmed pieces as data and the forward kinematics as a function. It checks
+It is handed the programmed segments as data and the forward kinematics as a function. It checks
 velocity, acceleration and jerk by differences of the rows (three rest rows padded at both ends),
-travel, the path by forward kinematics, the feed, and completeness: every piece is passed in program
+travel, the path by forward kinematics, the feed, and completeness: every segment is passed in program
 order, from the first pose to the last, and progress never runs back.
 """
 
@@ -33,7 +33,7 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.verify.items import items_of, piece_measures
+from verne_post.verify.items import items_of, segment_measures
 from verne_post.verify.projection import (
     RADIAN_MM,
     Measured,
@@ -59,7 +59,7 @@ _TIP_PER_RADIAN_MM: Final = 1000.0
 #: Mean square of what rounding adds to a step between two rows, over the square of the largest displacement above: half a
 #: unit of the last decimal displaces by half of it, and values between are as likely as others.
 _NOISE_SQUARE: Final = 2.0 / 12.0
-#: Rows looked at together when several pieces share a source line.
+#: Rows looked at together when several segments share a source line.
 _LOOK_AHEAD: Final = 1024
 #: The feed is judged over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
@@ -68,7 +68,7 @@ _FEED_ROWS: Final = (1, 16, 256, 4096)
 SLOW: Final = 0.99
 #: Rounding that moves the tip by no more than this share of the tolerance is inside it; the decimals chosen by default do.
 _FINE_SHARE: Final = 0.1
-#: Where a piece between two rows is looked at; no multiples of a turn, for arcs of several.
+#: Where a segment between two rows is looked at; no multiples of a turn, for arcs of several.
 _BETWEEN: Final = (0.17, 0.41, 0.68, 1.0)
 #: What lies between two rows is at most half the way between them from the nearer one; the way is known from the step
 #: itself and the one before, and a corner is a little longer than its chord.
@@ -92,7 +92,7 @@ class Verifier:
     Parameters
     ----------
     contour : Contour
-        The programmed pieces, where they may be stopped between, and how far the motion may be from each. Nothing
+        The programmed segments, where they may be stopped between, and how far the motion may be from each. Nothing
         else is taken from it: the geometry that was followed is not looked at.
     forward : callable
         (q, tool_length) -> tip, nominal angles, ok; mm and rad, workpiece sense.
@@ -108,7 +108,7 @@ class Verifier:
         self.path, self.forward, self.limits, self.columns, self.fmt = contour.path, forward, limits, columns, fmt
         self.tip_tolerance, self.axis_tolerance = contour.tip_tolerance, contour.axis_tolerance
         self.entry = contour.entry
-        self.measures = piece_measures(contour)
+        self.measures = segment_measures(contour)
         self.items = items_of(contour, self.measures.chord_length, fmt.cycle)
         self.result = Verification()
         self.factor = np.array([column.factor for column in columns])
@@ -238,9 +238,9 @@ class Verifier:
         q = block.values / self.factor
         if several.any():
             item = self._split_groups(q, group, item, several)
-        piece = self.items.piece[item]
-        dwell = piece < 0
-        at = np.where(dwell, np.minimum(self.items.rest_piece[item], len(self.path) - 1), piece)
+        segment = self.items.segment[item]
+        dwell = segment < 0
+        at = np.where(dwell, np.minimum(self.items.rest_segment[item], len(self.path) - 1), segment)
         tip, angles, ok = self.forward(q, self.path.tool_length[at])
         if not ok.all():
             row = int(np.argmin(ok))
@@ -251,7 +251,7 @@ class Verifier:
         measured = Measured(q, tip, angles)
         fresh = np.append(item[0] != self.item, item[1:] != item[:-1])
         u = unwrapped_u(self.path, at, measured, fresh, self.u)
-        resting = np.where(self.items.rest_piece[item] < len(self.path), 0.0, 1.0)
+        resting = np.where(self.items.rest_segment[item] < len(self.path), 0.0, 1.0)
         u = np.where(dwell, resting, u)
         self._deviations(block, at, u, measured)
         self._progress(block, item, at, u, dwell, measured)
@@ -286,7 +286,7 @@ class Verifier:
             group[row:] += hop
 
     def _skipped(self, group: int, line: int) -> int | None:
-        """How many whole pieces of one run were passed between two rows, None if the line does not follow."""
+        """How many whole segments of one run were passed between two rows, None if the line does not follow."""
         for hop in range(1, len(self.items.group_line) - group):
             first = self.items.group_first[group + hop]
             if self.items.stop_before[self.items.group_first[group] : first].any():
@@ -311,7 +311,7 @@ class Verifier:
                 if now == last:
                     item[row:end] = now
                     break
-                if self.items.piece[now] < 0:
+                if self.items.segment[now] < 0:
                     take = min(int(self.items.dwell_cycles[now]) - dwelt, end - row)
                 else:
                     take = self._rows_of_item(q[row:end], now, u, fresh=not (continued and row == begin))
@@ -322,12 +322,12 @@ class Verifier:
         return item
 
     def _rows_of_item(self, q: Array, item: int, u_before: float, *, fresh: bool) -> int:
-        """How many of the following rows lie before the end of a piece."""
-        piece = int(self.items.piece[item])
-        close = 1.0 - self.tip_noise / self.measures.told_by[piece]
+        """How many of the following rows lie before the end of a segment."""
+        segment = int(self.items.segment[item])
+        close = 1.0 - self.tip_noise / self.measures.told_by[segment]
         for begin in range(0, len(q), _LOOK_AHEAD):
             some = q[begin : begin + _LOOK_AHEAD]
-            at = np.full(len(some), piece)
+            at = np.full(len(some), segment)
             tip, angles, _ok = self.forward(some, self.path.tool_length[at])
             marks = np.zeros(len(some), dtype=bool)
             marks[0] = fresh and begin == 0
@@ -338,26 +338,26 @@ class Verifier:
             u_before = float(u[-1])
         return len(q)
 
-    def _deviations(self, block: SetpointBlock, piece: Ints, u: Array, measured: Measured) -> None:
-        tip_off, axis_off, rotary_off = deviation(self.path, piece, np.clip(u, 0.0, 1.0), measured)
+    def _deviations(self, block: SetpointBlock, segment: Ints, u: Array, measured: Measured) -> None:
+        tip_off, axis_off, rotary_off = deviation(self.path, segment, np.clip(u, 0.0, 1.0), measured)
         # rounding of coarse decimals moves the tip too; fine ones are far below the tolerance
         coarse = any(noise.any() for noise in self.noise) or self.tip_noise > _FINE_SHARE * PATH_TIP_MM
-        allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[piece]) + coarse * self.tip_noise
-        turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[piece]) + self._angle_noise()
+        allowed = np.maximum(PATH_TIP_MM, self.tip_tolerance[segment]) + coarse * self.tip_noise
+        turned = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[segment]) + self._angle_noise()
         doubtful = np.flatnonzero(
-            (self.measures.rounded[piece] | (self.path.circle[piece] >= 0))
+            (self.measures.rounded[segment] | (self.path.circle[segment] >= 0))
             & ~((tip_off <= allowed) & (axis_off <= turned) & (rotary_off <= turned))
         )
         if len(doubtful):
             some = Measured(measured.q[doubtful], measured.tip[doubtful], measured.angles[doubtful])
             tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
                 self.path,
-                piece[doubtful],
+                segment[doubtful],
                 u[doubtful],
                 some,
                 allowed[doubtful],
                 turned[doubtful],
-                self.measures.chord_length[piece[doubtful]],
+                self.measures.chord_length[segment[doubtful]],
             )
         result = self.result
         result.tip_deviation_mm = max(result.tip_deviation_mm, float(tip_off.max()))
@@ -371,7 +371,7 @@ class Verifier:
             if len(bad):
                 row = int(bad[0])
                 self._note(
-                    "VP411", f"row {block.first + row}: the {what} is {off[row] * factor:.6f} {unit} off the programmed piece, "
+                    "VP411", f"row {block.first + row}: the {what} is {off[row] * factor:.6f} {unit} off the programmed segment, "
                     f"allowed {bound[row] * factor:.6f} {unit} ({len(bad)} rows)", int(block.line[row]),
                     value=float(off[row] * factor), limit=float(bound[row] * factor), unit=unit,
                 )  # fmt: skip
@@ -380,37 +380,37 @@ class Verifier:
         return float(2 * (self.quanta[-2:] / np.abs(self.factor[-2:])).max())
 
     def _progress(
-        self, block: SetpointBlock, item: Ints, piece: Ints, u: Array, dwell: NDArray[np.bool_], measured: Measured
+        self, block: SetpointBlock, item: Ints, segment: Ints, u: Array, dwell: NDArray[np.bool_], measured: Measured
     ) -> None:
         """Order, completeness between items, and feed."""
         path = self.path
         even = self.measures.told_by
         before_item = np.append(self.item, item[:-1])
         before_u = np.append(self.u, u[:-1])
-        noise_u = 2 * self.tip_noise / even[piece] + self.measures.corner_u[piece]
+        noise_u = 2 * self.tip_noise / even[segment] + self.measures.corner_u[segment]
         same = before_item == item
-        # each of two rows may stand aside of the piece, one ahead of its place and one behind
-        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u - self.measures.corner_u[piece]))
+        # each of two rows may stand aside of the segment, one ahead of its place and one behind
+        back = np.flatnonzero(same & ~dwell & ~(u >= before_u - noise_u - self.measures.corner_u[segment]))
         if len(back):
             row = int(back[0])
             self._note("VP413", f"row {block.first + row}: progress on line {block.line[row]} runs back ({len(back)} rows)",
                        int(block.line[row]))  # fmt: skip
-        margin = noise_u + PATH_TIP_MM / even[piece]
+        margin = noise_u + PATH_TIP_MM / even[segment]
         outside = np.flatnonzero(~dwell & ((u < -margin) | (u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
-            self._note("VP413", f"row {block.first + row} lies beyond the ends of the piece of line {block.line[row]}",
+            self._note("VP413", f"row {block.first + row} lies beyond the ends of the segment of line {block.line[row]}",
                        int(block.line[row]))  # fmt: skip
         step = np.where(same & ~dwell, u - before_u, 0.0)
-        budget = step * path.feed_time[piece]
+        budget = step * path.feed_time[segment]
         way = self._way(item, u) - self._way(item, np.where(same & ~dwell, before_u, u))
-        slack = np.where(dwell, 0.0, 4 * self.tip_noise / even[piece] * path.feed_time[piece])
+        slack = np.where(dwell, 0.0, 4 * self.tip_noise / even[segment] * path.feed_time[segment])
         now = np.concatenate([measured.tip, RADIAN_MM * measured.angles], axis=1)
         moved = now - np.vstack([now[:1] if self.pose is None else self.pose[None], now[:-1]])
         before = now - moved
         self.pose = now[-1]
         swung = self._swung(measured.angles)
-        chord, chord_slack = self._chord_time(piece, moved, swung)
+        chord, chord_slack = self._chord_time(segment, moved, swung)
         changed = np.flatnonzero(~same)
         if len(changed):
             old, new = before_item[changed], item[changed]
@@ -418,7 +418,7 @@ class Verifier:
             budget[changed], way[changed], more = self._spent(old, new, before_u[changed], u[changed])
             slack[changed] += more
             step, one, part = self._passed(changed, old, new, before_u[changed], u[changed])
-            # a corner is shorter than its vertex: the step itself counts, by the fastest piece that it touches
+            # a corner is shorter than its vertex: the step itself counts, by the fastest segment that it touches
             way[step], chord[step], chord_slack[step] = 0.0, np.inf, np.inf
             for found, passing in zip(
                 (chord, chord_slack), self._chord_time(one, moved[step], swung[step]), strict=True
@@ -427,12 +427,12 @@ class Verifier:
             goes_on = ~self.items.stop_before[item[step]]
             self._judge_between(block, *self._places(step[goes_on], one[goes_on], part[goes_on]), before, moved)
         # a corner may cut turns short that are narrower than its tolerance: there the tolerance tells
-        cut = np.flatnonzero(self._too_long(way, moved) & self.measures.rounded[piece] & ~dwell)
+        cut = np.flatnonzero(self._too_long(way, moved) & self.measures.rounded[segment] & ~dwell)
         way[cut] = 0.0
         part = np.clip(np.stack([before_u[cut], u[cut]], axis=1), 0.0, 1.0)
-        self._judge_between(block, *self._places(cut, piece[cut], part), before, moved)
+        self._judge_between(block, *self._places(cut, segment[cut], part), before, moved)
         self.moved = moved[-1]
-        by_chord = self.measures.rounded[piece] & ~dwell
+        by_chord = self.measures.rounded[segment] & ~dwell
         budget, slack = np.where(by_chord, chord, budget), np.where(by_chord, chord_slack, slack)
         self._judge_feed(block, budget, slack)
         self._count_slow(budget + slack)
@@ -485,15 +485,15 @@ class Verifier:
         self.axis = axis[-1]
         return row_norm(axis - before)
 
-    def _chord_time(self, piece: Ints, moved: Array, swung: Array) -> tuple[Array, Array]:
-        """Seconds (n,) that steps take at the feed of pieces (n,), 0 for rapids, and by how much rounding may change them.
+    def _chord_time(self, segment: Ints, moved: Array, swung: Array) -> tuple[Array, Array]:
+        """Seconds (n,) that steps take at the feed of segments (n,), 0 for rapids, and by how much rounding may change them.
 
         Steps are given by tip and weighted angles (n, 5), and by the angle of the tool axis (n,). Rounding makes every step
         longer across its direction, so that a sum of steps grows with their number: the mean of that is taken off.
         """
         one = self.measures
-        by_tip, by_turn = one.tip_pace[piece], one.turn_pace[piece] / RADIAN_MM
-        by_swing = one.swing_pace[piece] / RADIAN_MM
+        by_tip, by_turn = one.tip_pace[segment], one.turn_pace[segment] / RADIAN_MM
+        by_swing = one.swing_pace[segment] / RADIAN_MM
         square = _NOISE_SQUARE * self.tip_noise**2
         tip, turn, swing = (
             np.sqrt(np.maximum(size**2 - square, 0.0))
@@ -506,56 +506,56 @@ class Verifier:
 
         Returns
         -------
-        row, piece : ndarray, shape (m,)
+        row, segment : ndarray, shape (m,)
             In order.
         part : ndarray, shape (m, 2)
-            Between which u the step passes the piece, from 0 to 1.
+            Between which u the step passes the segment, from 0 to 1.
         """
         begin = np.maximum(old, 0)
         step, within = ragged(new - begin + 1)
-        piece = self.items.piece[begin[step] + within]
-        step, piece = step[piece >= 0], piece[piece >= 0]
+        segment = self.items.segment[begin[step] + within]
+        step, segment = step[segment >= 0], segment[segment >= 0]
         rounded = np.zeros(len(row), dtype=bool)
-        rounded[step[self.measures.rounded[piece]]] = True
-        step, piece = step[rounded[step]], piece[rounded[step]]
+        rounded[step[self.measures.rounded[segment]]] = True
+        step, segment = step[rounded[step]], segment[rounded[step]]
         first, last = np.diff(step, prepend=-1) != 0, np.diff(step, append=-1) != 0
         low = np.where(first, np.clip(old_u[step], 0.0, 1.0), 0.0)
         high = np.where(last, np.clip(new_u[step], 0.0, 1.0), 1.0)
-        return row[step], piece, np.stack([low, high], axis=1)
+        return row[step], segment, np.stack([low, high], axis=1)
 
-    def _places(self, row: Ints, piece: Ints, part: Array) -> tuple[Ints, Ints, Array]:
-        """Rows, pieces and u of places that steps pass, from what they touch; of straight pieces the ends tell everything."""
-        straight = (self.path.arc[piece] < 0) & (self.path.circle[piece] < 0)
+    def _places(self, row: Ints, segment: Ints, part: Array) -> tuple[Ints, Ints, Array]:
+        """Rows, segments and u of places that steps pass, from what they touch; of straight segments the ends tell everything."""
+        straight = (self.path.arc[segment] < 0) & (self.path.circle[segment] < 0)
         last = np.diff(row, append=-1) != 0
         touch, within = ragged(np.where(straight, ~last, len(_BETWEEN)))
         share = np.where(straight[touch], _BETWEEN[-1], np.array(_BETWEEN)[within])
         low, high = part[touch].T
-        return row[touch], piece[touch], low + share * (high - low)
+        return row[touch], segment[touch], low + share * (high - low)
 
     def _judge_between(
-        self, block: SetpointBlock, row: Ints, piece: Ints, u: Array, before: Array, moved: Array
+        self, block: SetpointBlock, row: Ints, segment: Ints, u: Array, before: Array, moved: Array
     ) -> None:
-        """What the program has between two rows, at u of pieces (m,), must lie near the straight step between them.
+        """What the program has between two rows, at u of segments (m,), must lie near the straight step between them.
 
         A pose of the step within both bounds has a sum of squared shares of at most 2, and so has the nearest one.
         """
         if not len(row):
             return
-        tip, angles = programmed_pose(self.path, piece, u)
+        tip, angles = programmed_pose(self.path, segment, u)
         size = np.stack([row_norm(moved[:, :3]), row_norm(moved[:, 3:])])
         last = np.stack([np.linalg.norm(self.moved[:3]), np.linalg.norm(self.moved[3:])])
         size = np.maximum(size, np.concatenate([last[:, None], size[:, :-1]], axis=1))[:, row]
-        # the pieces that a step passes share their corners, and each corner its tolerance
+        # the segments that a step passes share their corners, and each corner its tolerance
         tip_bound, axis_bound = np.zeros(len(moved)), np.zeros(len(moved))
-        np.maximum.at(tip_bound, row, self.tip_tolerance[piece])
-        np.maximum.at(axis_bound, row, self.axis_tolerance[piece])
+        np.maximum.at(tip_bound, row, self.tip_tolerance[segment])
+        np.maximum.at(axis_bound, row, self.axis_tolerance[segment])
         bound = np.empty((len(row), 5))
         bound[:, :3] = (tip_bound[row] + PATH_TIP_MM + self.tip_noise + _BULGE * size[0])[:, None]
         turn = axis_bound[row] + PATH_AXIS_DEG * RAD_PER_DEG + self._angle_noise()
         bound[:, 3:] = (RADIAN_MM * turn + _BULGE * size[1])[:, None]
         first, step = before[row], moved[row]
         # along a great circle the tool axis goes evenly; near the pole A and C do not
-        swung = np.flatnonzero(self.path.circle[piece] >= 0)
+        swung = np.flatnonzero(self.path.circle[segment] >= 0)
         axis = np.concatenate([tip, RADIAN_MM * angles], axis=1)
         if len(swung):
             ends = [RADIAN_MM * tool_axis(at[swung, 3:] / RADIAN_MM) for at in (first, first + step)]
@@ -571,7 +571,7 @@ class Verifier:
         bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
         if len(bad):
             worst = int(row[bad[0]])
-            line = int(self.path.line[piece[bad[0]]])
+            line = int(self.path.line[segment[bad[0]]])
             self._note(
                 "VP412", f"row {block.first + worst}: the motion of line {line} is left out", int(block.line[worst])
             )
@@ -592,12 +592,12 @@ class Verifier:
         """Steps from one item to a later one (n,): nothing is left out, and stops are stopped at."""
         stops_there = self.items.stop_before[new]
         skips = self._stops(old, new) > stops_there
-        after_dwell = (old >= 0) & (self.items.piece[old] < 0)
-        piece = self.items.piece[new]
+        after_dwell = (old >= 0) & (self.items.segment[old] < 0)
+        segment = self.items.segment[new]
         # a restart may begin beside the corner that the whole program would round
-        aside = np.where(piece == self.entry, self.measures.corner_u[piece] * self.measures.told_by[piece], 0.0)
-        off = np.abs(u) * self.measures.told_by[piece] > PATH_TIP_MM + self.tip_noise + aside
-        off &= stops_there & (piece >= 0)
+        aside = np.where(segment == self.entry, self.measures.corner_u[segment] * self.measures.told_by[segment], 0.0)
+        off = np.abs(u) * self.measures.told_by[segment] > PATH_TIP_MM + self.tip_noise + aside
+        off &= stops_there & (segment >= 0)
         for at in np.flatnonzero(skips | after_dwell | off).tolist():
             where, line = f"row {block.first + row[at]}", int(block.line[row[at]])
             if skips[at]:
@@ -608,7 +608,7 @@ class Verifier:
             if after_dwell[at] and self._rows_before(item, int(row[at])) < self.items.dwell_cycles[old[at]]:
                 self._note("VP412", f"{where}: the dwell of line {self.items.line[old[at]]} is too short", line)
             if off[at]:
-                what = f"the end of the piece before line {line} is not reached"
+                what = f"the end of the segment before line {line} is not reached"
                 if old[at] < 0:
                     what = "the file does not begin at the start pose"
                 self._note("VP412", f"{where}: {what}", line)
@@ -629,7 +629,7 @@ class Verifier:
         spent = left * one(from_item) + (before[new] - before[old + 1]) + came * one(new)
         way = self._way(from_item, np.ones(len(old))) - self._way(from_item, 1.0 - left)
         way += self.items.way_before[new] - self.items.way_before[old + 1] + self._way(new, came)
-        last = self.items.piece[from_item]
+        last = self.items.segment[from_item]
         noise = np.where(
             begun & (last >= 0), 2 * self.tip_noise / self.measures.told_by[last] * self._time(from_item), 0.0
         )
@@ -638,13 +638,13 @@ class Verifier:
 
     def _time(self, item: Ints) -> Array:
         """Seconds (n,) that items take at the programmed feed."""
-        piece = self.items.piece[item]
-        return np.where(piece >= 0, self.path.feed_time[piece], 0.0)
+        segment = self.items.segment[item]
+        return np.where(segment >= 0, self.path.feed_time[segment], 0.0)
 
     def _way(self, item: Ints, u: Array) -> Array:
         """Way (n,) from the start of items to u (n,), mm; 0 for dwells."""
-        piece = self.items.piece[item]
-        return np.where(piece >= 0, ways(self.path, piece, u, self.measures.chord_length), 0.0)
+        segment = self.items.segment[item]
+        return np.where(segment >= 0, ways(self.path, segment, u, self.measures.chord_length), 0.0)
 
     def _rows_before(self, item: Ints, row: int) -> int:
         """How many rows the item before ``row`` has had; those of earlier blocks count."""
@@ -656,14 +656,14 @@ class Verifier:
         return row - begin + (self.dwelt if begin == 0 and old == self.item else 0)
 
     def _complete(self) -> None:
-        last = len(self.items.piece) - 1
+        last = len(self.items.segment) - 1
         line = self.line
         if self.item < last:
             missing = self.items.line[self.item + 1]
             self._note("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
             return
-        piece = int(self.items.piece[last])
-        if piece >= 0 and abs(1.0 - self.u) * self.measures.told_by[piece] > PATH_TIP_MM + self.tip_noise:
+        segment = int(self.items.segment[last])
+        if segment >= 0 and abs(1.0 - self.u) * self.measures.told_by[segment] > PATH_TIP_MM + self.tip_noise:
             self._note("VP412", f"the file ends before the end of the motion of line {line}", line)
-        if piece < 0 and self.dwelt < self.items.dwell_cycles[last] + 1:
+        if segment < 0 and self.dwelt < self.items.dwell_cycles[last] + 1:
             self._note("VP412", f"the dwell of line {line} is too short", line)

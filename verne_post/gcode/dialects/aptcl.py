@@ -23,7 +23,7 @@ from verne_post.gcode.run import Pass, Stops, all_known, may_restart, note
 from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import Recorder, State
-from verne_post.gcode.text import decoded
+from verne_post.gcode.text import decode_line
 from verne_post.model.findings import finding
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
@@ -447,7 +447,7 @@ def _statements(source: Text) -> Iterator[Statement | BlockError]:
     begin, pending = 0, ""
     lines = (raw for some in whole_lines(source) for raw in some.removesuffix(b"\n").split(b"\n"))
     for number, raw in enumerate(lines, start=1):
-        line = decoded(raw).rstrip("\r")
+        line = decode_line(raw).rstrip("\r")
         free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
         if not free:
             line = line.partition("$$")[0]

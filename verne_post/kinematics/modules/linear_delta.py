@@ -1,7 +1,7 @@
 """A linear delta: three vertical sliders, three parallelograms, a platform that only translates.
 
 Leg i stands at the angle theta_i about z, its slider joint at the base radius and its platform joint at the platform
-radius. A parallelogram keeps the platform parallel to the base, so the lean alpha is 0 and leg i is one rod equation,
+radius. A parallelogram keeps the platform parallel to the base, so the tilt alpha is 0 and leg i is one rod equation,
 
     (x - d cos theta_i)^2 + (y - d sin theta_i)^2 + (z - rho_i)^2 = L^2,    d = base radius - platform radius:
 
@@ -104,11 +104,11 @@ class LinearDeltaModule:
             ok = (radicands > 0).all(axis=-1) & (self._below_plane(point, rho) > 0) & np.isfinite(rho).all(axis=-1)
         return np.where(ok[..., None], rho, np.nan), np.where(ok, 0.0, np.nan), ok
 
-    def inverse_leaning(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Sliders for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing leans."""
+    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+        """Sliders for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
         return self.inverse(upright_position(pivot, gauge))
 
-    def why_not(self, pivot: Array, gauge: Array) -> list[str]:
+    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Why poses (m, 3) have no solution: "VP110" where a rod is too short, "VP203" beyond a parallel singularity."""
         with np.errstate(invalid="ignore", over="ignore"):
             radicands = self._radicands(upright_position(pivot, gauge))
@@ -200,8 +200,8 @@ class LinearDeltaModule:
             reasons.append(_BEYOND)
         return "; ".join(reasons) or None
 
-    def inverse_leaning_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
-        """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing leans."""
+    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+        """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""
         return self.inverse_all(upright_position(pivot, gauge))
 
     # --- velocities --------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 The axes x, y, z have the directions of the ``upright`` frame: right-handed, z away from the table. They say where P
 stands, seen from a configured zero: ``(x, y, z) = F (P - zero)`` with ``F = diag(1, -1, -1)``. Base frame: z points
-down; mm, rad. The lean alpha is 0 everywhere.
+down; mm, rad. The tilt alpha is 0 everywhere.
 """
 
 from collections.abc import Sequence
@@ -52,15 +52,15 @@ class SerialModule:
         rho = (np.asarray(position, dtype=float) - self.zero) * _UPRIGHT
         return _judged(rho)
 
-    def inverse_leaning(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Axis positions for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing leans."""
+    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+        """Axis positions for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
         return self.inverse(upright_position(pivot, gauge))
 
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """P (..., 3) in the base frame, alpha and ok for axis positions (..., 3): ``zero + F (x, y, z)``, mm."""
         return _judged(np.asarray(rho, dtype=float) * _UPRIGHT + self.zero)
 
-    def why_not(self, pivot: Array, gauge: Array) -> list[str]:
+    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Finding codes of poses (m, 3) without a solution: only those that are no numbers."""
         return ["VP110"] * len(gauge)
 
@@ -76,8 +76,8 @@ class SerialModule:
         position, _alpha, ok = self.forward(rho)
         return [ForwardSolution(triple(position), 0.0, None)] if ok else []
 
-    def inverse_leaning_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
-        """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing leans."""
+    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+        """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""
         return self.inverse_all(upright_position(pivot, gauge))
 
     # --- velocities ----------------------------------------------------------------------------
@@ -111,6 +111,6 @@ class SerialModule:
 
 
 def _judged(point: Array) -> tuple[Array, Array, Mask]:
-    """A mapped point with lean 0 and ok; NaN throughout where a coordinate is not finite."""
+    """A mapped point with tilt 0 and ok; NaN throughout where a coordinate is not finite."""
     ok = np.asarray(np.isfinite(point).all(axis=-1))
     return np.where(ok[..., None], point, np.nan), np.where(ok, 0.0, np.nan), ok

@@ -1,4 +1,4 @@
-"""What every module answers when asked for all its solutions, and what modules that never lean have in common."""
+"""What every module answers when asked for all its solutions, and what modules that never tilt have in common."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class InverseSolution:
-    """One inverse solution: lean (rad), configuration indices s1, s2, ..., actuators (mm).
+    """One inverse solution: tilt (rad), configuration indices s1, s2, ..., actuators (mm).
 
     ``refused`` is None for the one that the machine uses, else the reason by geometry.
     """
@@ -23,7 +23,7 @@ class InverseSolution:
 
 @dataclass(frozen=True)
 class ForwardSolution:
-    """One assembly mode: position of P (mm), lean (rad), and why it is refused (None for the one in use)."""
+    """One assembly mode: position of P (mm), tilt (rad), and why it is refused (None for the one in use)."""
 
     position: tuple[float, float, float]
     alpha: float
@@ -31,7 +31,7 @@ class ForwardSolution:
 
 
 def upright_position(pivot: Array, gauge: Array) -> Array:
-    """Platform point (..., 3) of a module that never leans: ``pivot + F gauge``, ``F = diag(1, -1, -1)``; base frame."""
+    """Platform point (..., 3) of a module that never tilts: ``pivot + F gauge``, ``F = diag(1, -1, -1)``; base frame."""
     return np.asarray(gauge, dtype=float) * [1.0, -1.0, -1.0] + np.asarray(pivot, dtype=float)
 
 

@@ -1,6 +1,6 @@
 """The tilting rotary table: a tilt A about x that carries a rotary C about z, which carries the part.
 
-Everything here is the *nominal trunnion machine*: the same table under a spindle that never leans.
+Everything here is the *nominal trunnion machine*: the same table under a spindle that never tilts.
 Its gauge-line point is the bridge to the parallel module, and its coordinates are what G53, G28,
 G30 and G10 L2 speak of (docs/conventions.md). mm and rad, workpiece sense, unless a name says deg.
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z, wrapped
+from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z, wrap_angle
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
@@ -119,7 +119,7 @@ class TiltingTable:
         elif math.sin(angles[0]) < -POLE_SINE:
             tilt, turn = -tilt, turn + math.pi
         tilt += 2 * math.pi * round((float(angles[0]) - tilt) / (2 * math.pi))
-        turn = float(angles[1] + wrapped(turn - angles[1]))
+        turn = float(angles[1] + wrap_angle(turn - angles[1]))
         found = self.from_table(tip, np.array([tilt, turn]), frame)
         return [*program[:3], float(found[3]), program[4], float(found[5]), *program[6:]]
 

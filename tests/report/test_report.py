@@ -1,0 +1,503 @@
+"""The report page in a real browser: no errors, no network, pictures that show something, one cursor through all of them."""
+
+import base64
+import json
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.config import machine_files
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
+from verne_post.report.study import study
+from verne_post.toolpath.margins import margin_functions
+
+FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
+POCKET = (FOLDER / "pocket_3axis.nc", "--tool-length", 80, "--wcs", "G54=-10,15,60")
+TRAVEL = (FOLDER / "violates_slider_travel.nc", "--tool-length", 50, "--wcs", "G54=0,0,420")
+MACHINE = verne_post.load_machine()
+
+
+def embedded(page: str) -> dict[str, Any]:
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
+    assert found
+    return json.loads(found[1])
+
+
+def numbers(array: Any) -> np.ndarray:
+    """An array of a figure, as plotly writes it: a list, or the bytes of numbers."""
+    if isinstance(array, list):
+        return np.array(array, dtype=float)
+    return np.frombuffer(base64.b64decode(array["bdata"]), dtype=array["dtype"]).astype(float)
+
+
+# --- what is shown ---------------------------------------------------------------------------------
+
+#: A joint's name, and what of it is drawn: "position", or the order of the difference in per cent of its limit.
+Curves = dict[tuple[str, int], tuple[np.ndarray, np.ndarray]]
+LIMITS = (MACHINE.limits.velocity, MACHINE.limits.acceleration, MACHINE.limits.jerk)
+
+
+def curves_of_page(data: dict[str, Any]) -> Curves:
+    panels = {**dict.fromkeys(("y", "y2"), 0), "y3": 1, "y4": 2, "y5": 3}
+    return {
+        (trace["name"], panels[trace["yaxis"]]): (numbers(trace["x"]), numbers(trace["y"]))
+        for trace in data["figures"]["axes"]["data"] if trace["name"] != "alpha"
+    }  # fmt: skip
+
+
+def curves_of_picture(figure: Any) -> Curves:
+    found: Curves = {}
+    names = [column.joint for column in MACHINE.columns]
+    drawn = [panel for panel in figure.axes if panel.lines and panel.get_xlabel() != "x mm on the table"]
+    for panel, (order, joints) in zip(
+        drawn, ((0, names[:3]), (0, names[3:]), (1, names), (2, names), (3, names)), strict=True
+    ):
+        for line, name in zip(panel.lines, joints, strict=True):
+            found[name, order] = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+    return found
+
+
+def assert_true_to_the_rows(curves: Curves, frames: np.ndarray, values: np.ndarray, cycle: float) -> None:
+    """Every point of a curve is a row's, and from frame to frame none of the rows goes beyond what the curve shows."""
+    assert len(curves) == 20
+    before = np.pad(values, ((3, 0), (0, 0)), mode="edge")
+    for (name, order), (x, y) in curves.items():
+        joint = [column.joint for column in MACHINE.columns].index(name)
+        exact = np.diff(before[:, joint], order)[3 - order :] / cycle**order
+        if order:
+            exact = 100 * exact / (LIMITS[order - 1][joint] * abs(MACHINE.columns[joint].factor))
+        row = np.round(x / cycle).astype(int)
+        assert np.abs(x - row * cycle).max() < 1e-9
+        assert (np.diff(row) > 0).all()
+        # per cents are drawn with the 24 bits of a float32; places are those of the file
+        slack = 1e-7 * np.abs(exact).max() if order else 1e-12
+        assert np.abs(y - exact[row]).max() <= slack, (name, order)
+        begins = np.searchsorted(row, frames)
+        assert np.array_equal(row[begins], frames)
+        for extreme in (np.minimum, np.maximum):
+            off = extreme.reduceat(y, begins) - extreme.reduceat(exact, frames)
+            assert np.abs(off).max() <= slack, (name, order)
+
+
+def test_a_long_program_is_shown_as_it_moves(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten minutes, slow but for some tenths of a second here and there: page and picture against the setpoint file."""
+    pytest.importorskip("plotly")
+    from verne_post.report import picture
+
+    program, page, rows = tmp_path / "long.nc", tmp_path / "r.html", tmp_path / "rows.csv"
+    slow = [f"G1 X{10 * k} C{3 * k} F6.1\nG1 Z52 A1 F3000\nG1 Z50 A0 F3000\n" for k in range(1, 7)]
+    program.write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\n" + "".join(slow) + "M2\n")
+    kept: list[Any] = []
+    monkeypatch.setattr(picture, "picture", lambda figure, suffix: kept.append(figure) or b"")
+    assert run("report", program, "--tool-length", 60, "-o", page, "--static", tmp_path / "r.png").code == 0
+    assert run("convert", program, "--tool-length", 60, "-o", rows).code == 0
+    table = np.loadtxt(rows, delimiter=",", skiprows=1)
+    t, values, line = table[:, 0], table[:, 1:6], table[:, 6]
+    assert t[-1] > 590
+    assert page.stat().st_size < 10e6
+    data = embedded(page.read_text("utf-8"))
+    x = np.array(data["x"])
+    step = np.diff(x)
+    assert (x[0], x[-1]) == (0.0, t[-1])
+    assert step.max() <= t[-1] / 1000
+    assert np.ptp(step[:-1]) < 1e-8  # evenly spaced; the end of the program is the last frame
+    assert step[-1] <= step[0] + 1e-8
+    frames = np.round(x / 0.001).astype(int)
+    assert np.abs(np.array(data["q"]) - values[frames]).max() <= 0.51e-4  # four decimals
+    assert np.array_equal(data["line"], line[frames])
+    assert_true_to_the_rows(curves_of_page(data), frames, values, 0.001)
+    assert_true_to_the_rows(curves_of_picture(kept[0]), frames, values, 0.001)
+
+
+@pytest.mark.parametrize("frames", [2000, 50])
+def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyPatch, frames: int) -> None:
+    monkeypatch.setattr("verne_post.report.study.FRAMES", frames)
+    source = (FOLDER / "pocket_3axis.nc").read_bytes()
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
+    seen = study(source, MACHINE, options)
+    rows = verne_post.convert(source, MACHINE, options).setpoints
+    assert rows is not None
+    assert frames / 2 < len(seen.x) <= frames + 1
+    at = np.round(seen.x / 0.001).astype(int)
+    assert np.allclose(seen.q, rows.values[at], rtol=1e-14, atol=1e-14)
+    assert np.array_equal(seen.line, rows.line[at])
+    assert (at[0], at[-1]) == (0, len(rows.values) - 1)
+    # tip, alpha and margin of every row by the public kinematics
+    q = rows.values / [column.factor for column in MACHINE.columns]
+    tip, _axis, _ok = MACHINE.forward(q, 80.0)
+    alpha = MACHINE.module.forward(q[:, :3])[1]
+    assert np.abs(seen.tip - tip[at]).max() < 1e-9
+    speed = np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1) / 0.001
+    assert np.abs(seen.speed - speed[at]).max() < 1e-6
+    angles = np.stack([q[:, 3] - alpha, q[:, 4]], axis=1)
+    margin = margin_functions(MACHINE)[0](tip, angles, np.full(len(q), 80.0)).min(axis=1)
+    assert np.abs(seen.margin - margin[at]).max() < 1e-9
+    begins = np.searchsorted(seen.trail.frame, np.arange(len(at)))
+    alpha = seen.curves["alpha"][0]
+    shown = [(begins, seen.trail.margin, margin), *((begins, seen.trail.tip[:, k], tip[:, k]) for k in range(3)),
+             (np.searchsorted(np.round(alpha.x / 0.001).astype(int), at), alpha.values, np.degrees(alpha))]  # fmt: skip
+    for first, drawn, exact in shown:
+        for extreme in (np.minimum, np.maximum):
+            assert np.abs(extreme.reduceat(drawn, first) - extreme.reduceat(exact, at)).max() < 1e-9
+    lengths = np.linalg.norm(seen.rods[:, :, 1] - seen.rods[:, :, 0], axis=-1)
+    assert np.abs(lengths - [850, 850, 950, 950]).max() < 1e-5  # rounded rows
+    # the tool ends where the forward kinematics say, carried to the machine by hand
+    nose_to_tip = np.linalg.norm(seen.nose - seen.platform, axis=1)
+    assert np.abs(nose_to_tip).max() < 1e-9  # nose offset 0
+
+
+def test_lines_that_run_with_several_tools_are_shown_with_each() -> None:
+    source = b"G21 G90\no100 sub\nG1 X10 F600\nG1 X0\no100 endsub\nG43.1 Z60\nG0 X0 Y0 Z50 A0 C0\no100 call\nG43.1 Z80\no100 call\nM2\n"
+    seen = study(source, MACHINE, Options())
+    half = len(seen.x) // 2
+    # the second tool is 20 mm longer, and the machine does not move for that
+    assert np.abs(seen.tip[: half - 1, 2] - 50).max() < 1e-5
+    assert np.abs(seen.tip[half + 1 :, 2] - 30).max() < 1e-5
+    assert seen.trail.speed.max() < 10.1  # F600; a longer tool is no motion
+
+
+#: 3000 short lines, one of which turns A too far.
+ONE_IN_3000 = "".join(
+    ["G21 G90\nG0 X0 Y0 Z50 A0 C0\nF1000\n", *(f"G1 X{k % 2} A{97 if k == 1501 else 0}\n" for k in range(3000)), "M2\n"]
+)
+
+
+def test_a_long_program_that_is_refused_is_shown_along_its_path(tmp_path: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("plotly")
+    program, page = tmp_path / "p.nc", tmp_path / "r.html"
+    program.write_text(ONE_IN_3000)
+    assert run("report", program, "--tool-length", 60, "-o", page).code == 1
+    seen = study(ONE_IN_3000.encode(), MACHINE, Options(tool_length=60.0))
+    assert not seen.timed
+    assert np.ptp(np.diff(seen.x)) < 1e-9 * seen.x[-1]
+    [index] = [k for k, item in enumerate(seen.findings) if item.code == "VP102"]
+    assert seen.findings[index].worst_line == 1505
+    assert abs(int(seen.line[seen.place[index]]) - 1505) <= 1
+    # the highest A of all is drawn, whichever line has it
+    a = seen.curves["position"][3].values
+    assert np.nanmax(a) == pytest.approx(97, abs=3)  # and the alpha
+    assert np.isfinite(seen.place_tip[index]).all()
+    data = embedded(page.read_text("utf-8"))
+    assert f'data-frame="{seen.place[index]}"' in page.read_text("utf-8")
+    assert len(numbers(data["figures"]["path"]["data"][1]["x"])) > 0
+
+
+@pytest.mark.parametrize("machine", ["serial", "linear_delta"])
+def test_other_machines_have_a_page_too(tmp_path: Path, run: Callable[..., Any], machine: str) -> None:
+    pytest.importorskip("plotly")
+    answer = run("report", *POCKET, "--machine", machine, "-o", tmp_path / "r.html")
+    assert answer.code == 0, answer.err
+    data = embedded((tmp_path / "r.html").read_text("utf-8"))
+    assert len(data["rods"][0]) == (3 if machine == "linear_delta" else 0)
+
+
+#: What a page could take for its own: markup, comments, places of the template, ends of lines of JavaScript, quotes.
+NASTY = (
+    "</script><script>alert(1)</script>", "<!--plotly-->", "<!--data-->", "<!--<script>", "<!--", "-->", "]]>", "<img src=x>",
+    "&lt;&amp;&#60;", "\"'`onmouseover=alert(1) x='", "a\u2028b\u2029c", "\\u003c\\", "${data}", "\\1\\g<0>", "\x01\x7f",
+)  # fmt: skip
+NASTY_PROGRAM = (
+    "G21 G90\nG0 X0 Y0 Z50 A0 C0\n" + "".join(f"G1 X{k + 1} F900 ;{text}\n" for k, text in enumerate(NASTY)) + "M2\n"
+)
+#: A folder and a file in it.
+NASTY_NAME = "<!--data-->&lt;\"'`$x_{$\u2028\udcff<!--<script></script><script>alert(1)<!--.nc"
+
+
+class Outline(HTMLParser):
+    """The tags and comments of a page, and its texts outside of scripts."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, tuple[str, ...]]] = []
+        self.texts: list[str] = []
+        self.comments: list[str] = []
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, tuple(name for name, _value in attrs)))
+
+    def handle_comment(self, data: str) -> None:
+        self.comments.append(data)
+
+    def handle_data(self, data: str) -> None:
+        if self.cdata_elem is None:
+            self.texts.append(data)
+
+
+def outside_of_the_library(page: str) -> str:
+    """All that is ours."""
+    from plotly.offline import get_plotlyjs
+
+    before, library, after = page.partition(get_plotlyjs())
+    assert library
+    return before + after
+
+
+def test_data_stay_data(tmp_path: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("plotly")
+    plain, page = tmp_path / "p.nc", tmp_path / "r.html"
+    plain.write_text(re.sub(";.*", "", NASTY_PROGRAM))
+    assert run("report", plain, "--tool-length", 60, "-o", page).code == 0
+    expected = Outline(outside_of_the_library(page.read_text("utf-8")))
+    assert [tag for tag, _names in expected.tags].count("script") == 4
+    machine, program = tmp_path / "m.toml", tmp_path / NASTY_NAME
+    text = machine_files()["verne"].read_text("utf-8")
+    machine.write_text(text.replace('name = "VERNE"', 'name = "<!--plotly--></script>"'), "utf-8")
+    program.parent.mkdir(exist_ok=True)
+    program.write_text(NASTY_PROGRAM, "utf-8")
+    assert run("report", program, "--tool-length", 60, "--machine", machine, "-o", page).code == 0
+    written = page.read_text("utf-8")
+    ours = outside_of_the_library(written)
+    found = Outline(ours)
+    assert (found.tags, found.comments) == (expected.tags, [])
+    shown = "".join(character if character.isprintable() else "\ufffd" for character in str(program))
+    assert f"{shown} on <!--plotly--></script>" in found.texts
+    raw = re.search(r'type="application/json">(.*?)</script>', ours, re.DOTALL)
+    assert raw
+    assert raw[1].isascii()
+    assert not set(raw[1]) & set("<>&")
+    lines = NASTY_PROGRAM.split("\n")
+    for number, text in embedded(written)["text"].items():
+        assert text == lines[int(number) - 1].strip()
+    assert len(embedded(written)["text"]) == len(NASTY)
+    # a message that quotes the program
+    program.write_text(NASTY_PROGRAM.replace("M2", "G1 X<!--data--></ul>"))
+    assert run("report", program, "--tool-length", 60, "-o", page).code == 2
+    refused = Outline(outside_of_the_library(page.read_text("utf-8")))
+    assert refused.comments == []
+    assert [tag for tag in refused.tags if tag[0] != "li"] == [tag for tag in expected.tags if tag[0] != "li"]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+def test_a_picture_takes_any_name(tmp_path: Path, run: Callable[..., Any], suffix: str) -> None:
+    from xml.etree import ElementTree
+
+    program, out = tmp_path / NASTY_NAME, tmp_path / f"r{suffix}"
+    program.parent.mkdir(exist_ok=True)
+    program.write_text(NASTY_PROGRAM, "utf-8")
+    assert run("report", program, "--tool-length", 60, "--static", out).code == 0
+    if suffix == ".svg":
+        ElementTree.fromstring(out.read_bytes())
+
+
+def test_the_page_has_no_address_outside_of_itself(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Of the library, which names many, the settings leave none in use; the browser test below looks at what happens."""
+    pytest.importorskip("plotly")
+    assert run("report", *POCKET, "-o", tmp_path / "r.html").code == 0
+    ours = outside_of_the_library((tmp_path / "r.html").read_text("utf-8"))
+    assert re.findall(r"(?i)//[\w-]+\.|\b(?:src|href|action)\s*=|@import|url\(", ours) == []
+    [policy] = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', ours)
+    allowed = dict(part.split(None, 1) for part in policy.split("; "))
+    assert allowed["default-src"] == "'none'"
+    assert {source for sources in allowed.values() for source in sources.split()} <= {
+        "'none'", "'unsafe-inline'", "'unsafe-eval'", "data:", "blob:",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+def test_a_static_picture(tmp_path: Path, run: Callable[..., Any], suffix: str) -> None:
+    import matplotlib.image
+
+    out = tmp_path / f"r{suffix}"
+    for sample, code in ((POCKET, 0), (TRAVEL, 1)):
+        assert run("report", *sample, "--static", out).code == code
+        raw = out.read_bytes()
+        assert run("report", *sample, "--static", out).code == code
+        assert out.read_bytes() == raw
+        if suffix == ".png":
+            pixels = matplotlib.image.imread(out)
+            assert pixels[..., :3].std() > 0.05
+        else:
+            assert raw.count(b"<path") > 20
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "say where to write"),
+        (("--static", "r.gif"), "ends in .png or .svg"),
+        (("-o", "no/r.html"), "the folder does not exist"),
+    ],
+)
+def test_bad_options(run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:
+    answer = run("report", *POCKET, *words)
+    assert answer.code == 2
+    assert said in answer.err
+
+
+# --- in a browser ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Debian's chromium without a screen; skipped where it is not installed (.ci/run installs it)."""
+    webdriver = pytest.importorskip("selenium.webdriver")
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        pytest.skip("needs chromium and chromedriver")
+    options = webdriver.ChromeOptions()
+    for argument in (
+        "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+        "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
+        "--window-size=1366,1600", f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+    ):  # fmt: skip
+        options.add_argument(argument)
+    options.binary_location = chromium
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    running.set_script_timeout(60)
+    yield running
+    running.quit()
+
+
+def opened(browser: Any, page: Path) -> None:
+    browser.get(page.as_uri())
+    begin = time.monotonic()
+    while browser.execute_script("return document.body.dataset.ready") != "yes":
+        assert time.monotonic() - begin < 90, "the page does not become ready"
+        time.sleep(0.1)
+
+
+def cursor(browser: Any) -> int:
+    return int(browser.execute_script("return document.body.dataset.cursor"))
+
+
+def pixels(browser: Any, name: str) -> np.ndarray:
+    """What one of the figures shows."""
+    import io
+
+    import matplotlib.image
+
+    element = browser.find_element("id", name)
+    browser.execute_script("arguments[0].scrollIntoView()", element)
+    time.sleep(0.3)
+    return np.asarray(matplotlib.image.imread(io.BytesIO(element.screenshot_as_png)))[..., :3]
+
+
+def errors(browser: Any) -> list[dict[str, Any]]:
+    return [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def requested(browser: Any) -> set[str]:
+    """Addresses that were asked for since the last look."""
+    asked = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    return {one["params"]["request"]["url"] for one in asked if one["method"] == "Network.requestWillBeSent"}
+
+
+def test_the_page_of_a_good_program(browser: Any, tmp_path: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("plotly")
+    page = tmp_path / "r.html"
+    assert run("report", *POCKET, "-o", page).code == 0
+    assert page.stat().st_size < 10e6
+    browser.get_log("performance")
+    opened(browser, page)
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in requested(browser))
+    assert browser.find_elements("class name", "no-webgl") == []
+    for name in ("path", "axes", "slice", "mechanism"):
+        assert pixels(browser, name).std() > 0.02, name
+    # the cursor moves everything
+    before = pixels(browser, "mechanism")
+    browser.execute_script(
+        "const t = document.getElementById('time'); t.value = 1500; t.dispatchEvent(new Event('input'))"
+    )
+    time.sleep(0.5)
+    assert cursor(browser) == 1500
+    data = embedded(page.read_text("utf-8"))
+    now = browser.find_element("id", "now").text
+    assert f"line {data['line'][1500]}: {data['text'][str(data['line'][1500])]}" in now
+    marker = browser.execute_script(
+        "const d = document.getElementById('path').data[2]; return [d.x[0], d.y[0], d.z[0]]"
+    )
+    assert marker == pytest.approx(data["tip"][1500])
+    shown = browser.execute_script("return document.getElementById('axes').layout.shapes.at(-1).x0")
+    assert shown == pytest.approx(data["x"][1500])
+    tool = browser.execute_script("const d = document.getElementById('mechanism').data[3]; return [d.x, d.y, d.z]")
+    ends = np.array(tool, dtype=float).T
+    assert np.linalg.norm(ends[2] - ends[1]) == pytest.approx(80.0, abs=1e-2)  # from nose to tip: the tool's length
+    assert np.abs(pixels(browser, "mechanism") - before).max() > 0.1
+    assert errors(browser) == []
+
+
+def test_nothing_is_offered_to_a_service(browser: Any, tmp_path: Path, run: Callable[..., Any]) -> None:
+    """No control of a figure leads out of the page: not one that is there, and not one that somebody would call."""
+    pytest.importorskip("plotly")
+    page = tmp_path / "r.html"
+    assert run("report", *POCKET, "-o", page).code == 0
+    opened(browser, page)
+    browser.get_log("performance")
+    titles = browser.execute_script(
+        "return [...document.querySelectorAll('.modebar-btn')].map(e => e.dataset.title || '')"
+    )
+    assert "Download plot as a PNG" in [title.replace("png", "PNG") for title in titles]
+    assert [title for title in titles if re.search("(?i)share|cloud|studio|edit|plotly", title)] == []
+    links = browser.execute_script(
+        "return [...document.querySelectorAll('a')].map(e => e.getAttribute('href') || '').filter(h => /^[a-z]*:?[/][/]/i.test(h))"
+    )
+    assert links == []
+    # what the button would do
+    browser.execute_script("try { Plotly.Plots.sendDataToCloud(document.getElementById('axes')); } catch (error) { }")
+    image = browser.execute_async_script(
+        "const done = arguments[0]; Plotly.toImage('axes', { format: 'png' }).then(done, error => done(String(error)))"
+    )
+    assert image.startswith("data:image/png")
+    time.sleep(0.5)
+    assert len(browser.window_handles) == 1
+    assert browser.find_elements("css selector", "form, iframe, .plotlyjs-cloud-dialog, .plotly-cloud-dialog") == []
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in requested(browser))
+
+
+def test_a_page_with_nasty_texts(browser: Any, tmp_path: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("plotly")
+    program, page = tmp_path / NASTY_NAME, tmp_path / "r.html"
+    program.parent.mkdir(exist_ok=True)
+    program.write_text(NASTY_PROGRAM, "utf-8")
+    assert run("report", program, "--tool-length", 60, "-o", page).code == 0
+    browser.get_log("browser")
+    opened(browser, page)
+    data, lines = embedded(page.read_text("utf-8")), NASTY_PROGRAM.split("\n")
+    assert browser.execute_script("return data.text") == data["text"]
+    for frame in np.unique(data["line"], return_index=True)[1].tolist():
+        browser.execute_script("setCursor(arguments[0])", frame)
+        now = browser.execute_script("return document.getElementById('now').textContent")
+        assert f"line {data['line'][frame]}: {lines[data['line'][frame] - 1].strip()}\n" in now
+    assert browser.execute_script("return document.scripts.length") == 4
+    assert browser.execute_script("return document.querySelectorAll('img, b, [onmouseover]').length") == 0
+    assert errors(browser) == []
+
+
+def test_a_finding_leads_to_its_place(browser: Any, tmp_path: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("plotly")
+    page = tmp_path / "r.html"
+    assert run("report", *TRAVEL, "-o", page).code == 1
+    opened(browser, page)
+    entries = browser.find_elements("css selector", "#findings li")
+    assert [re.search(r"VP101 error: (rho\d)", entry.text)[1] for entry in entries] == ["rho2", "rho3"]  # type: ignore[index]
+    data = embedded(page.read_text("utf-8"))
+    for entry, worst in zip(entries, (10, 9), strict=True):
+        entry.click()
+        assert data["line"][cursor(browser)] == worst
+        assert data["margin"][cursor(browser)] < 0
+    assert browser.execute_script("return document.getElementById('path')._fullData[1].x.length") > 0
+    assert errors(browser) == []
+
+
+def test_a_program_that_cannot_be_read_has_a_page(browser: Any, tmp_path: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("plotly")
+    program, page = tmp_path / "p.nc", tmp_path / "r.html"
+    program.write_text("G21 G90\nG1 X\nM2\n")
+    assert run("report", program, "-o", page).code == 2
+    opened(browser, page)
+    assert "VP001" in browser.find_element("id", "findings").text
+    assert errors(browser) == []

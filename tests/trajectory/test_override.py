@@ -1,0 +1,162 @@
+"""Override and slow start: the planned path, slower; every limit kept, every run a whole number of cycles."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+import verne_post
+from verne_post.app.assemble import Program
+from verne_post.model.findings import InputError
+from verne_post.trajectory.override import SLOWEST, FeedOverride, feed_override
+
+MACHINE = verne_post.load_machine()
+FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
+NAMES = [
+    "blade_5axis.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc", "wing.cls",
+]  # fmt: skip
+
+
+@given(st.floats(0.05, 1.0), st.sampled_from([0.0, 4.5, 20.0, 300.0]))
+def test_planned_time_passes_at_the_override(override: float, ramp: float) -> None:
+    played = FeedOverride(override, ramp)
+    t = np.linspace(0.0, 2.0 * ramp + 5.0, 4001)
+    rate = np.diff(played.planned(t)) / np.diff(t)
+    assert played.planned(np.zeros(1))[0] == 0.0
+    assert (rate <= override * (1 + 1e-9)).all()
+    assert (np.diff(rate) >= -1e-9).all()
+    assert rate[-1] == pytest.approx(override, rel=1e-9 if ramp == 0 else 1e-3)
+    assert played.planned(np.array([played.steady + 9.0]))[0] - played.planned(np.array([played.steady]))[
+        0
+    ] == pytest.approx(9.0 * override, rel=1e-12)
+    if ramp:
+        assert rate[0] == pytest.approx(SLOWEST * override, rel=0.05)
+
+
+@given(st.floats(0.05, 1.0), st.sampled_from([0.0, 4.5, 30.0]), st.floats(0.0, 40.0), st.floats(1e-4, 20.0))
+def test_the_fewest_whole_cycles(override: float, ramp: float, begin: float, planned: float) -> None:
+    played, cycle = FeedOverride(override, ramp), 0.001
+    n = played.cycles(planned, begin, cycle)
+
+    def passed(cycles: int) -> float:
+        start, end = played.planned(np.array([begin, begin + cycles * cycle]))
+        return float(end - start)
+
+    assert passed(n) >= planned * (1 - 1e-9)
+    assert n == 1 or passed(n - 1) < planned * (1 + 1e-9)
+    shares = played.shares(np.arange(n + 1.0), np.full(n + 1, float(n)), np.full(n + 1, begin), cycle)
+    assert shares[0] == 0.0
+    assert shares[-1] == 1.0
+    assert (np.diff(shares) > 0).all()
+
+
+def test_the_ramp_leaves_room_for_what_it_adds() -> None:
+    """The two inequalities of the module, sampled: r'V + r^2 A <= A and r^3 J + 3 r r' A + r'' V <= J for every joint."""
+    limits = MACHINE.limits
+    with pytest.raises(InputError, match=r"at least 4\.32 s"):
+        feed_override(1.0, 4.31, limits)
+    played = feed_override(1.0, 4.33, limits)
+    t = np.linspace(0.0, 8.0, 200_001)
+    r = np.gradient(played.planned(t), t)
+    r1 = np.gradient(r, t)
+    r2 = np.gradient(r1, t)
+    some = slice(5, -5)  # one-sided differences at the ends; second ones of t have noise of 1e-4 of the jerk
+    for v, a, j in zip(limits.velocity, limits.acceleration, limits.jerk, strict=True):
+        assert (r1 * v + r**2 * a)[some].max() <= a * (1 + 1e-6)
+        assert (r**3 * j + 3 * r * r1 * a + np.abs(r2) * v)[some].max() <= j * (1 + 1e-3)
+
+
+def off_the_path(plain: Program, table: np.ndarray) -> float:
+    """How far the joint values of a file's rows, mm and rad, are at most from the joint path of a program."""
+    joints, n = plain.joints(), len(plain.contour)
+    q, line = table[:, 1:6] / [column.factor for column in MACHINE.columns], table[:, -1]
+    every, share = np.arange(n), np.linspace(0.0, 1.0, 41)
+    travel = (
+        np.abs(np.diff(joints.q(np.repeat(every, 41), np.tile(share, n)).reshape(n, 41, -1), axis=1))
+        .sum(axis=1)
+        .max(axis=1)
+    )
+    samples = np.ceil(travel / 0.05).astype(int) + 3
+    of = np.repeat(every, samples)
+    at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
+    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line()[of]])  # by line: passes may run along each other
+    found = cKDTree(on).query(np.column_stack([q, 1e3 * line]), k=40)[1]
+    gap = np.full(len(q), np.inf)
+    for near in found.T:
+        rest = np.flatnonzero(gap >= 1e-9)
+        element, w = of[near[rest]], at[near[rest]]
+        for _ in range(8):  # Gauss-Newton for the nearest place of the element
+            here, step = joints.q(element, w), np.where(w < 0.5, 1e-6, -1e-6)
+            slope = (joints.q(element, w + step) - here) / step[:, None]
+            off = ((q[rest] - here) * slope).sum(1)
+            w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
+        gap[rest] = np.minimum(gap[rest], np.abs(q[rest] - joints.q(element, w)).max(axis=1))
+    return float(gap.max())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_sample_at_three_tenths_of_its_speed(
+    tmp_path: Path,
+    run: Callable[..., Any],
+    sample_words: Callable[[str], list[str]],
+    laid_out: Callable[..., Program],
+    name: str,
+) -> None:
+    program, place = FOLDER / name, sample_words(name)
+    tips, times = [], []
+    for override in (1.0, 0.3):
+        out = tmp_path / f"{override}.csv"
+        answer = run("convert", program, *place, "--override", override, "-o", out, "--decimals", 12)
+        assert answer.code == 0, answer.err
+        rows = np.loadtxt(out, delimiter=",", skiprows=1)
+        q = rows[:, 1:6]
+        dt = rows[1, 0] - rows[0, 0]
+        factor = np.abs([column.factor for column in MACHINE.columns])
+        padded = np.concatenate([q[:1].repeat(3, axis=0), q, q[-1:].repeat(3, axis=0)])
+        for order, limit in enumerate((MACHINE.limits.velocity, MACHINE.limits.acceleration), start=1):
+            worst = np.abs(np.diff(padded, order, axis=0)).max(axis=0) / dt**order / (limit * factor)
+            assert worst.max() <= (1.005 if override == 1.0 else 1.01 * override**order)
+        times.append(len(q) - 1)
+        tips.append(q)
+    # of the whole program: mended rows at full speed, and rest at the ends of runs, make the only difference
+    plain = laid_out(name)
+    still = round(plain.path.dwell_seconds.sum() / dt)
+    assert (times[1] - still) * 0.3 == pytest.approx(times[0] - still, rel=0.006)
+    assert np.abs(tips[1][[0, -1]] - tips[0][[0, -1]]).max() < 1e-9
+    verdict = run("verify", tmp_path / "0.3.csv", "--against", program, *place)
+    assert verdict.code == 0, verdict.err
+    assert off_the_path(plain, rows) < 1e-9  # of the slower file, which was read last
+
+
+@pytest.mark.parametrize(
+    "more",
+    [("--slow-start", 4.5), ("--slow-start", 8, "--override", 0.6), ("--slow-start", 5, "--smoothing", "off"),
+     ("--override", 0.98), ("--override", 0.71, "--smoothing", "off", "--cycle", 0.004)],
+)  # fmt: skip
+def test_slow_starts_hold_all_limits_and_keep_dwells(
+    tmp_path: Path, run: Callable[..., Any], more: tuple[object, ...]
+) -> None:
+    program = tmp_path / "p.nc"
+    program.write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X40 F6000\nG4 P0.5\nG1 Y40 A10\nG3 X0 Y0 R40\nG0 Z90 C40\nM2\n")
+    cycle = 0.004 if "--cycle" in more else 0.001
+    out = tmp_path / "o.csv"
+    place = ("--tool-length", 60, "--wcs", "G54=0,0,30")
+    answer = run("convert", program, *place, *more, "-o", out)
+    assert answer.code == 0, answer.err
+    rows = np.loadtxt(out, delimiter=",", skiprows=1)
+    assert math.isclose(float((rows[:, -1] == 4).sum()) * cycle, 0.5, abs_tol=1.5 * cycle)
+    cycles = ("--cycle", cycle) if "--cycle" in more else ()
+    smoothing = ("--smoothing", "off") if "off" in more else ()
+    assert run("verify", out, "--against", program, *place, *cycles, *smoothing).code == 0
+    if "--slow-start" in more:
+        speed = np.abs(np.diff(rows[:, 1:6], axis=0)).max(axis=1)
+        plain = tmp_path / "plain.csv"
+        assert run("convert", program, *place, *smoothing, "-o", plain).code == 0
+        full = np.abs(np.diff(np.loadtxt(plain, delimiter=",", skiprows=1)[:, 1:6], axis=0)).max(axis=1)
+        assert speed[:300].max() < 0.25 * full[:300].max()

@@ -1,0 +1,95 @@
+"""The second-order scan: closed form, legality and optimality on the grid, and windows that join exactly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from verne_post.trajectory import reachability
+from verne_post.trajectory.section_path import Grid, grid_along
+
+from .curves import Curve, limits, straight, wavy
+
+
+def ratios(grid, limits, x):  # type: ignore[no-untyped-def]
+    """Acceleration over its limit at both ends of every step: the larger, (n - 1, joints)."""
+    u = np.diff(x)[:, None] / (2 * np.diff(grid.s)[:, None])
+    ends = [np.abs(grid.d1[k] * u + grid.d2[k] * x[k, None]) for k in (slice(None, -1), slice(1, None))]
+    return np.maximum(*ends) / limits.acceleration
+
+
+def test_straight_line_takes_the_time_of_the_trapezoid() -> None:
+    section, top = straight(40.0, feed=50.0), limits(3)
+    grid = grid_along(replace(section, elements=2000))
+    # v / a + s / v; a grid of 5 um shortens the ramps by less than a step each
+    assert reachability.duration(grid.s, reachability.solve(grid, top)) == pytest.approx(50 / 5000 + 40 / 50, rel=2e-4)
+
+
+@pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
+@pytest.mark.parametrize("feed", [np.inf, 30.0])
+def test_profile_is_legal_and_somewhere_at_a_limit_at_every_step(waves: float, feed: float) -> None:
+    grid, top = grid_along(wavy(50.0, waves, feed)), limits(3)
+    x = reachability.solve(grid, top)
+    ratio = ratios(grid, top, x).max(axis=1)
+    assert x[0] == x[-1] == 0.0
+    assert (x <= reachability.speed_caps(grid, top) * (1 + 1e-12)).all()
+    assert ratio.max() <= 1 + 1e-9
+    # nothing is left over: the acceleration is at its limit, or the speed at its cap at one end of the step,
+    # but for the single steps on which it turns from speeding up to slowing down
+    at_cap = x >= reachability.speed_caps(grid, top) * (1 - 1e-9)
+    loose = ~((ratio > 1 - 1e-6) | at_cap[:-1] | at_cap[1:])
+    assert not (loose[1:] & loose[:-1]).any()
+
+
+@pytest.mark.parametrize("window", [3, 17, 64])
+def test_windows_join_to_the_full_solution(window: int) -> None:
+    grid = grid_along(wavy(80.0, 12.0, 60.0))
+    top = limits(3)
+    full = reachability.solve(grid, top, window=len(grid.s))
+    assert np.array_equal(reachability.solve(grid, top, window=window), full)
+
+
+def test_a_section_of_resting_joints_is_only_bound_by_its_feed() -> None:
+    grid = grid_along(Curve(10.0, lambda s: [np.ones_like(s), np.zeros_like(s)], feed=20.0))
+    assert (reachability.solve(grid, limits(2))[1:-1] == 400.0).all()
+
+
+def test_tiny_elements_do_not_look_curved() -> None:
+    # breaks 1e-7 mm apart: rounding of the joints over their square would be an acceleration of the path
+    section = straight(40.0, feed=50.0)
+    near = np.sort(np.concatenate([section.breaks, section.breaks[1:-1] + 1e-7]))
+
+    class Broken:
+        length, breaks, q, speed = section.length, near, staticmethod(section.q), staticmethod(section.speed)
+
+    grid = grid_along(Broken())
+    assert np.abs(grid.d2).max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        (Curve(5.0, lambda s: [np.where(s > 2, np.nan, s)]), "not finite at s = 2"),
+        (Curve(100.0, lambda s: [np.where(s > 25, np.nan, s)]), "not finite at s = 25.9"),  # the first of several spans
+        (Curve(5.0, lambda s: [s], feed=0.0), "allows no speed"),
+        (Curve(np.nan, lambda s: [s]), "finite length"),
+        (Curve(0.0, lambda s: [s]), "finite length"),
+    ],
+)
+def test_impossible_sections_are_refused(section: Curve, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        grid_along(section)
+
+
+def test_a_joint_that_turns_at_a_grid_point_only_bounds_the_speed_there() -> None:
+    """Its q' is exactly 0 and its q'' is not: |q'' x| <= a, and nothing stops."""
+    s = np.linspace(0.0, 20.0, 41)
+    d1 = np.stack([np.ones_like(s), np.zeros_like(s)], axis=1)
+    d2 = np.zeros_like(d1)
+    d2[20, 1] = 4.0
+    top = limits(2)
+    grid = Grid(s, d1, d2, np.zeros_like(d1), np.full(len(s), np.inf))
+    x = reachability.solve(grid, top)
+    assert x[20] == pytest.approx(top.acceleration[1] / 4.0)
+    assert (x[1:-1] > 0).all()
+    assert ratios(grid, top, x).max() <= 1 + 1e-9

@@ -1,0 +1,217 @@
+"""Setpoint files that move one actuator at a time, a little and slowly, and what a person must see then.
+
+For the first motion of a machine whose senses, zeros and scales nobody has proven yet. Rows go from the position that was
+read from the drives to a small distance on either side and back; all other actuators keep their numbers.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import rotate_x, rotate_z
+from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.drives import Drive
+from verne_post.model.findings import Finding, InputError, SolverError, finding
+from verne_post.model.machine import Machine
+from verne_post.model.protocols import Pose
+from verne_post.model.setpoints import SetpointBlock, SetpointFormat
+from verne_post.output.rounding import heading, positions_of, round_setpoints, rounding_noise
+from verne_post.trajectory.ruckig_backend import rest_to_rest
+from verne_post.trajectory.stop_to_stop import StopToStopProfiles
+
+Array = NDArray[np.float64]
+
+#: Distances that are tried, mm or degrees: the larger one only when all of the smaller one were right.
+DISTANCES: Final = (1.0, 10.0)
+#: Share of the full speed; accelerations and jerks are this squared and cubed, as an override would have them.
+SPEED: Final = 0.02
+#: How long it stands at every end, s: time to look.
+STANDING_S: Final = 1.0
+#: Components of a motion below this are not worth telling, mm.
+SEEN_MM: Final = 5e-5
+#: And turns below this, degrees: both round to nothing in the four decimals that are told.
+SEEN_DEG: Final = 5e-5
+#: Points of the table that one can look at: this far from the rotary centre, mm.
+MARK_MM: Final = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class AxisMove:
+    """One file: its name, its rows, and what must be seen."""
+
+    name: str
+    block: SetpointBlock
+    sees: str
+
+
+def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat) -> Iterator[AxisMove]:
+    """The files in the order in which they are to be run.
+
+    Parameters
+    ----------
+    machine : Machine
+    numbers : tuple of float
+        Where the machine stands: what the drives read, in the units of the file.
+    fmt : SetpointFormat
+
+    Raises
+    ------
+    InputError
+        VP018 for a wrong number of values; VP1xx, VP2xx where the position, or one 10 mm or degrees beside it, is no place of
+        the machine without a tool.
+    """
+    columns = machine.columns
+    if len(numbers) != len(columns):
+        names = ",".join(column.joint for column in columns)
+        raise InputError(finding("VP018", f"--at takes {len(columns)} values {names}, got {len(numbers)}"))
+    factor = np.array([column.factor for column in columns])
+    here = positions_of(np.array([numbers]), fmt)[0] / factor
+    _require_place(machine, here, "the position of --at")
+    for distance in DISTANCES:
+        for joint, column in enumerate(columns):
+            step = np.zeros(len(columns))
+            step[joint] = distance / factor[joint]
+            for sign in (1.0, -1.0):
+                _require_place(
+                    machine, here + sign * step, f"{column.joint} {sign * distance:+g} {column.unit} from --at"
+                )
+    number = 0
+    for distance in DISTANCES:
+        for joint, column in enumerate(columns):
+            number += 1
+            step = np.zeros(len(columns))
+            step[joint] = distance / factor[joint]
+            values, written = round_setpoints(here + _there_and_back(machine, joint, abs(step[joint]), fmt.cycle)[:, None] * step,
+                                      machine, fmt)  # fmt: skip
+            block = SetpointBlock(0, values, np.zeros(len(values), dtype=np.int32), fmt, written)
+            _require_gentle(machine, block, joint)
+            peak = float(np.abs(np.diff(values[:, joint])).max() / fmt.cycle)
+            yield AxisMove(
+                f"{number:02d}_{column.joint}_{distance:g}{column.unit}",
+                block,
+                _seen(machine, fmt.drives, here, step, joint, distance, peak),
+            )
+
+
+def _there_and_back(machine: Machine, joint: int, distance: float, cycle: float) -> Array:
+    """Shares of a distance (mm or rad) row by row: 0, +1, 0, -1, 0, standing at each."""
+    limits = machine.limits
+    durations, jerks = rest_to_rest(
+        np.array([distance]), SPEED * limits.velocity[[joint]], SPEED**2 * limits.acceleration[[joint]],
+        SPEED**3 * limits.jerk[[joint]],
+    )  # fmt: skip
+    if not np.isfinite(durations).all():
+        raise SolverError(finding("VP420", f"no time profile found for a motion of {machine.columns[joint].joint}"))
+    profile = StopToStopProfiles(durations, jerks, np.array([distance]))
+    total = float(profile.total[0])
+    cycles = int(np.ceil(total / cycle))
+    share = profile.position(np.zeros(cycles + 1, dtype=np.intp), total / cycles * np.arange(cycles + 1.0)) / distance
+    stand = np.zeros(int(np.ceil(STANDING_S / cycle)))
+    out, back = share[1:], share[::-1][1:]
+    return np.concatenate([[0.0], stand, out, 1.0 + stand, back, stand, -out, stand - 1.0, -back, stand])
+
+
+def _require_place(machine: Machine, q: Array, what: str) -> None:
+    """Refuse joint values (n_joints,) at which the machine cannot stand without a tool."""
+    found: list[Finding] = []
+    for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
+        if not low <= value <= high:
+            limit = low if value < low else high
+            text = f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit {limit * column.factor:g}"
+            found.append(finding(column.code, text, axis=column.joint, value=float(value * column.factor),
+                                 limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
+    position, alpha, closed = machine.module.forward(q[:-2])
+    if not closed:
+        found.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
+        raise InputError(*found)
+    for margin, value in zip(machine.margins, machine.module.geometry_margins(position, alpha), strict=True):
+        if value < margin.error_below:
+            text = f"{what}: {margin.name} is {value:.3f}, below {margin.error_below:g}"
+            found.append(finding(margin.code, text, severity="error", axis=margin.axis))
+    tip, angles, _ok = machine.five_axis.nominal(q, 0.0)
+    if tip[2] < 0 and np.hypot(tip[0], tip[1]) < machine.table_radius:
+        found.append(finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face"))
+    if machine.clearance is not None:
+        pose = Pose(position[None], np.array([alpha]), q[None, :-2], tip[None], angles[None], np.zeros(1))
+        for margin, value in zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0], strict=True):
+            if value < margin.error_below:
+                found.append(
+                    finding(
+                        margin.code, f"{what}: {margin.name} is {value:.3f} {margin.unit}, below {margin.error_below:g}"
+                    )
+                )
+    if found:
+        raise InputError(*found)
+
+
+def _require_gentle(machine: Machine, block: SetpointBlock, joint: int) -> None:
+    """Our own verification of the rows: nothing else moves, and nothing is faster than two hundredths."""
+    dt, column = block.format.cycle, machine.columns[joint]
+    moved = np.ptp(block.values, axis=0) > 0
+    moved[joint] = False
+    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(machine, block.format)))
+    limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
+    ratios = (VELOCITY_RATIO, ACCELERATION_RATIO, JERK_RATIO)
+    difference = block.values[:, joint]
+    gentle = not moved.any()
+    for order, (limit, ratio, allowed) in enumerate(zip(limits, ratios, noise, strict=True), start=1):
+        difference = np.diff(difference) / dt
+        bound = SPEED**order * limit[joint] * abs(column.factor) * ratio + allowed
+        gentle = gentle and bool(np.abs(difference).max() <= bound)
+    if not gentle:
+        raise AssertionError(f"rows of {column.joint} are not what was planned")
+
+
+# --- what must be seen -------------------------------------------------------------------------
+
+
+def _seen(
+    machine: Machine, drives: tuple[Drive, ...], here: Array, step: Array, joint: int, distance: float, peak: float
+) -> str:
+    """What happens on the way to the positive side, in words."""
+    column = machine.columns[joint]
+    counted = ""
+    if drives:
+        before, after = (
+            drives[joint].numbers(np.array([place]) * column.factor)[0]
+            for place in (here[joint], here[joint] + step[joint])
+        )
+        counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({heading(column, drives, joint)})."
+    first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
+    if joint < len(machine.columns) - 2:
+        return f"{first} On the first way {_of_platform(machine, here, step)}"
+    return f"{first} On the first way {_of_table(machine, here, step)}"
+
+
+def _of_platform(machine: Machine, here: Array, step: Array) -> str:
+    q = np.stack([here, here + step])
+    position, alpha, _ok = machine.module.forward(q[:, :-2])
+    down = rotate_x(np.broadcast_to([0.0, 0.0, 1.0], position.shape), alpha)
+    nose = (position + machine.five_axis.nose_offset * down) * [1.0, -1.0, -1.0]
+    said = f"the spindle nose moves {_way(nose[1] - nose[0])}."
+    turned = DEG_PER_RAD * float(alpha[1] - alpha[0])
+    return said + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
+
+
+def _of_table(machine: Machine, here: Array, step: Array) -> str:
+    """Marks on the table face, seen from where they are now, in directions of the machine with z up."""
+    marks = MARK_MM * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    a, c = here[-2:]
+    before, after = (rotate_x(rotate_z(marks, turn), tilt) for tilt, turn in ((a, c), (a + step[-2], c + step[-1])))
+    moved = after - before
+    far = int(np.argmax(np.linalg.norm(moved, axis=1)))
+    mark = f"a mark {MARK_MM:g} mm from the rotary centre, where the table's {'xy'[far]} axis points,"
+    return f"{mark} moves {_way(moved[far])}."
+
+
+def _way(moved: Array) -> str:
+    """A displacement (3,), z up, without what is too little to be seen."""
+    x, y, z = moved
+    said = [f"{value:+.4f} mm in {letter}" for value, letter in ((x, "x"), (y, "y")) if abs(value) >= SEEN_MM]
+    if abs(z) >= SEEN_MM:
+        said.append(f"{abs(z):.4f} mm {'up' if z > 0 else 'down'}")
+    return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)

@@ -1,0 +1,244 @@
+"""How near bodies of the machine come to each other: rods, spindle, tool, table, and the cones of the ball joints.
+
+Rods and spindle are capsules (a segment and a radius), the tool is a cylinder with a flat end, the table everything
+below its face inside its radius. Every margin is a distance or an angle, and says how much it can change when the
+points that carry it move: that is what makes verdicts between samples certain (``check_clearance``).
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import axis_of_angles, rotate_x
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.machine import Bodies
+from verne_post.model.protocols import Margin, Pose, RodModule
+
+Array = NDArray[np.float64]
+
+#: Ternary steps on a convex distance along a segment: the bracket ends at (2/3)^60 of it.
+CONVEX_STEPS: Final = 60
+#: Squared length (mm2) below which a segment counts as a point: its direction would be noise.
+POINT: Final = 1e-18
+
+
+class Clearance:
+    """The clearances of one machine; implements ``ClearanceModel``.
+
+    Parameters
+    ----------
+    bodies : Bodies
+    module : RodModule or None
+        None for a module without rods.
+    nose_offset : float
+        From P to the gauge line along the tool axis, mm.
+    table_radius : float
+        mm.
+    """
+
+    def __init__(self, bodies: Bodies, module: RodModule | None, nose_offset: float, table_radius: float) -> None:
+        self.bodies, self.module, self.slack = bodies, module, LIMIT_SLACK_MM
+        self.nose_offset, self.table_radius = nose_offset, table_radius
+        listed = self._listed()
+        self.names: tuple[Margin, ...] = tuple(margin for margin, _share, _group in listed)
+        #: How much each margin changes at most while the points of its group move by 1 mm.
+        self.reach: Array = np.array([share for _margin, share, _group in listed])
+        #: None of them is taken for convex.
+        self.convex_below: Array = np.full(len(listed), -np.inf)
+        #: Group of points that carries each margin.
+        self.group: tuple[str, ...] = tuple(group for _margin, _share, group in listed)
+
+    def _listed(self) -> list[tuple[Margin, float, str]]:
+        bodies, module = self.bodies, self.module
+        low = bodies.minimum
+        found: list[tuple[Margin, float, str]] = []
+        if module is not None and bodies.rod_radius is not None:
+            for a, b in _leg_pairs(module):
+                what = f"distance of the rods of legs {a} and {b}" if a != b else f"distance of the two rods of leg {a}"
+                found.append((Margin(what, "VP211", None, "mm", low, low), 2.0, "module"))
+            if bodies.spindle_radius is not None:
+                found += [
+                    (Margin(f"distance of leg {leg} from the spindle", "VP212", None, "mm", low, low), 2.0, "module")
+                    for leg in dict.fromkeys(module.rod_legs)
+                ]
+        if bodies.spindle_radius is not None:
+            found.append(
+                (Margin("distance of the spindle from the table", "VP213", None, "mm", low, low), 1.0, "table")
+            )
+        if bodies.tool_radius is not None:
+            found.append((Margin("distance of the tool from the table", "VP213", None, "mm", low, low), 2.0, "table"))
+        if module is not None and bodies.cone_centre is not None:
+            # a chord of d turns a rod by at most pi/2 d / rod; both its ends move; the platform's own turn adds one
+            share = DEG_PER_RAD / module.shortest_rod
+            for what, cone, factor in (
+                ("slider", bodies.slider_cone, np.pi),
+                ("platform", bodies.platform_cone, np.pi + 1),
+            ):
+                if cone is not None:
+                    found += [
+                        (Margin(f"rest of the cone of a {what} ball joint of leg {leg}", "VP214", None, "deg", 0.0, 0.0),
+                         factor * share, "module")
+                        for leg in dict.fromkeys(module.rod_legs)
+                    ]  # fmt: skip
+        return found
+
+    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+        """Margins, and the points whose motion bounds their change.
+
+        Parameters
+        ----------
+        pose : Pose
+
+        Returns
+        -------
+        margins : ndarray, shape (n, len(names))
+            mm and degrees.
+        points : dict of ndarray, shape (n, p, 3)
+            By group: "module" in the base frame, "table" in the table frame, mm.
+        """
+        bodies, module = self.bodies, self.module
+        axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
+        down = rotate_x(np.broadcast_to([0.0, 0.0, 1.0], pose.position.shape), pose.alpha)
+        nose = pose.position + self.nose_offset * down
+        top = pose.position - bodies.spindle_top * down
+        nose_on_table = pose.tip + pose.tool_length[:, None] * axis
+        top_on_table = nose_on_table + (self.nose_offset + bodies.spindle_top) * axis
+        points, on_table = [nose, top], [pose.tip, nose_on_table, top_on_table]
+        columns: list[Array] = []
+        if module is not None and (bodies.rod_radius is not None or bodies.cone_centre is not None):
+            start, end = module.rods(pose.position, pose.alpha, pose.rho)
+            points += [*np.moveaxis(start, 1, 0), *np.moveaxis(end, 1, 0)]
+            if bodies.rod_radius is not None:
+                columns += self._between_rods(module, start, end, bodies.rod_radius)
+                if bodies.spindle_radius is not None:
+                    columns += self._rods_to_spindle(module, start, end, nose, top, bodies.rod_radius)
+        if bodies.spindle_radius is not None:
+            columns.append(_to_table(nose_on_table, top_on_table, self.table_radius) - bodies.spindle_radius)
+        if bodies.tool_radius is not None:
+            columns.append(_flat_end_to_table(pose.tip, axis, bodies.tool_radius, self.table_radius))
+            on_table.append(bodies.tool_radius * axis)
+        if module is not None and bodies.cone_centre is not None:
+            columns += self._cones(module, start, end, pose.alpha)
+            turn = np.zeros_like(pose.position)
+            turn[:, 0] = module.shortest_rod * pose.alpha
+            points.append(turn)
+        return np.stack(columns, axis=1), {"module": np.stack(points, axis=1), "table": np.stack(on_table, axis=1)}
+
+    def _between_rods(self, module: RodModule, start: Array, end: Array, radius: Array) -> list[Array]:
+        legs = np.array(module.rod_legs)
+        columns = []
+        for a, b in _leg_pairs(module):
+            pairs = [(i, j) for i in np.flatnonzero(legs == a) for j in np.flatnonzero(legs == b) if i < j]
+            gaps = [
+                segment_distance(start[:, i], end[:, i], start[:, j], end[:, j]) - radius[i] - radius[j]
+                for i, j in pairs
+            ]
+            columns.append(np.min(gaps, axis=0))
+        return columns
+
+    def _rods_to_spindle(
+        self, module: RodModule, start: Array, end: Array, nose: Array, top: Array, radius: Array
+    ) -> list[Array]:
+        legs = np.array(module.rod_legs)
+        spindle = self.bodies.spindle_radius or 0.0
+        return [
+            np.min([segment_distance(start[:, i], end[:, i], nose, top) - radius[i] - spindle
+                    for i in np.flatnonzero(legs == leg)], axis=0)
+            for leg in dict.fromkeys(module.rod_legs)
+        ]  # fmt: skip
+
+    def _cones(self, module: RodModule, start: Array, end: Array, alpha: Array) -> list[Array]:
+        """What is left of the cones, degrees: for each leg its worst rod."""
+        rest = self._rest_directions(module)
+        direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
+        legs = np.array(module.rod_legs)
+        columns = []
+        for cone, seen in (
+            (self.bodies.slider_cone, direction),
+            (self.bodies.platform_cone, rotate_x(direction, -alpha[:, None])),
+        ):
+            if cone is not None:
+                # atan2 keeps its digits where the rod stands in the middle of the cone
+                sine = np.linalg.norm(np.cross(seen, rest), axis=-1)
+                angle = np.arctan2(sine, (seen * rest).sum(axis=-1))
+                left = DEG_PER_RAD * (cone - angle)
+                columns += [left[:, legs == leg].min(axis=1) for leg in dict.fromkeys(module.rod_legs)]
+        return columns
+
+    def _rest_directions(self, module: RodModule) -> Array:
+        """Directions of the rods (k, 3) in the middle of the joints' cones, platform upright."""
+        assert self.bodies.cone_centre is not None
+        rho, alpha, _ok = module.inverse(self.bodies.cone_centre[None])
+        start, end = module.rods(self.bodies.cone_centre[None], alpha, rho)
+        direction = (end - start)[0]
+        return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
+
+
+def _leg_pairs(module: RodModule) -> list[tuple[str, str]]:
+    """Legs whose rods can come near each other; the rods of a parallelogram keep their distance."""
+    legs = list(dict.fromkeys(module.rod_legs))
+    pairs = [(leg, leg) for leg in legs if leg not in module.parallelograms]
+    return pairs + [(a, b) for i, a in enumerate(legs) for b in legs[i + 1 :]]
+
+
+def segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
+    """Distance of two segments, each given by its ends (n, 3): (n,), mm.
+
+    The squared distance is convex in both parameters: the unconstrained optimum, if it is inside, and otherwise the
+    best of the four edges, each a point against a segment.
+    """
+    u, v, w = a1 - a0, b1 - b0, a0 - b0
+    uu, uv, vv = (u * u).sum(-1), (u * v).sum(-1), (v * v).sum(-1)
+    uw, vw = (u * w).sum(-1), (v * w).sum(-1)
+    best = np.minimum(
+        np.minimum(point_distance(a0, b0, b1), point_distance(a1, b0, b1)),
+        np.minimum(point_distance(b0, a0, a1), point_distance(b1, a0, a1)),
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = uu * vv - uv**2
+        s, t = (uv * vw - vv * uw) / determinant, (uu * vw - uv * uw) / determinant
+        inside = (determinant > 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1)
+        crossing = np.linalg.norm(w + s[:, None] * u - t[:, None] * v, axis=-1)
+    return np.where(inside, np.minimum(crossing, best), best)
+
+
+def point_distance(point: Array, start: Array, end: Array) -> Array:
+    """Distance of points from segments, all (n, 3): (n,), mm."""
+    along = end - start
+    square = (along * along).sum(-1)
+    share = ((point - start) * along).sum(-1) / np.where(square > POINT, square, 1.0)
+    share = np.where(square > POINT, np.clip(share, 0.0, 1.0), 0.0)
+    return np.linalg.norm(point - start - share[:, None] * along, axis=-1)
+
+
+def _to_table(start: Array, end: Array, radius: float) -> Array:
+    """Distance of segments (n, 3) from everything below z = 0 inside a radius, 0 where they reach into it."""
+
+    def distance(share: Array) -> Array:
+        point = start + share[:, None] * (end - start)
+        outside = np.maximum(np.hypot(point[:, 0], point[:, 1]) - radius, 0.0)
+        return np.hypot(outside, np.maximum(point[:, 2], 0.0))
+
+    low, high = np.zeros(len(start)), np.ones(len(start))
+    for _ in range(CONVEX_STEPS):
+        third = (high - low) / 3
+        left, right = low + third, high - third
+        nearer = distance(left) <= distance(right)
+        high, low = np.where(nearer, right, high), np.where(nearer, low, left)
+    return np.minimum(
+        distance(0.5 * (low + high)), np.minimum(distance(np.zeros_like(low)), distance(np.ones_like(low)))
+    )
+
+
+def _flat_end_to_table(tip: Array, axis: Array, tool_radius: float, radius: float) -> Array:
+    """Lower bound of the distance of a tool's flat end from the table; negative where it reaches into it.
+
+    Every point of the rim is at least as high as the lowest one and at least ``|tip| - tool_radius`` from the centre;
+    above the face and beside it the bound is exact.
+    """
+    height = tip[:, 2] - tool_radius * np.hypot(axis[:, 0], axis[:, 1])
+    beside = np.hypot(tip[:, 0], tip[:, 1]) - tool_radius - radius
+    outside = np.hypot(np.maximum(height, 0.0), np.maximum(beside, 0.0))
+    return np.where((height > 0) | (beside > 0), outside, np.maximum(height, beside))

@@ -1,0 +1,179 @@
+"""Clearances along whole elements: no touch between two samples goes unseen.
+
+A distance is no polynomial, but it cannot change faster than the points move that carry it. Their speed over a span
+is bounded by enclosures; a span whose smallest sampled distance is larger than what they can travel to the next
+sample is certain, every other one is halved.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base import spans
+from verne_post.kinematics.checks.limits import (
+    WORST_DEPTH,
+    Check,
+    JointBounds,
+    Worst,
+    check_limits,
+    chunks,
+    first_cover,
+    limit_findings,
+)
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.findings import Finding
+from verne_post.model.protocols import ClearanceModel
+from verne_post.model.toolpath import SegmentKind
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: A span is halved at most this often: then its points move by a nanometre or less, and what is seen is what is.
+MAX_DEPTH: Final = 24
+#: Spans that are judged together.
+CHUNK_SPANS: Final = 4096
+#: Half the largest distance between neighbouring samples, ends included, as a share of the span.
+HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
+
+
+def check_constraints(
+    joints: JointPath, progress: Callable[[int], None] | None = None
+) -> tuple[JointBounds, list[Finding]]:
+    """Every geometric check of a contour: :func:`check_limits`, the clearances that the machine file has, and what to keep out of."""
+    bounds, findings = check_limits(joints, progress)
+    for model in clearances(joints):
+        if model.names:
+            findings += check_clearance(joints, model)
+    return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
+
+
+def clearances(joints: JointPath) -> list[ClearanceModel]:
+    """The models of distances that a motion is checked by: between bodies of the machine, and from boxes on the table."""
+    models: tuple[ClearanceModel | None, ...] = (joints.machine.clearance, joints.keep_out)
+    return [model for model in models if model is not None]
+
+
+def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
+    """The bounds on the clearances, as quantities from ``first`` on."""
+    return [
+        Check(m.code, m.name, m.axis, first + k, 1.0, m.error_below, m.warn_below, clearance.slack, m.unit, 1.0)
+        for k, m in enumerate(clearance.names)
+    ]
+
+
+def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
+    """VP211 to VP216 of every element, one for each stretch of consecutive violating segments."""
+    contour = joints.contour
+    checks = clearance_checks(clearance, len(joints.machine.columns))
+    worst = [Worst() for _ in checks]
+    for chunk in chunks(len(contour)):
+        for segment, low, high, depth in first_cover(contour, chunk):
+            _judge_spans(joints, clearance, segment, low, high, depth, worst)
+    return [item for check, found in zip(checks, worst, strict=True) for item in limit_findings(contour, check, found)]
+
+
+def _judge_spans(
+    joints: JointPath,
+    clearance: ClearanceModel,
+    segment: Ints,
+    low: Array,
+    high: Array,
+    depth: Ints,
+    worst: list[Worst],
+) -> None:
+    """Judge spans, halving those that cannot be decided; the halves of some before others, so that few wait at a time."""
+    waiting = [(segment, low, high, depth)]
+    straight = _straight(joints)
+    while waiting:
+        segment, low, high, depth = waiting.pop()
+        if len(segment) > CHUNK_SPANS:
+            waiting.append((segment[CHUNK_SPANS:], low[CHUNK_SPANS:], high[CHUNK_SPANS:], depth[CHUNK_SPANS:]))
+            segment, low, high, depth = (
+                segment[:CHUNK_SPANS],
+                low[:CHUNK_SPANS],
+                high[:CHUNK_SPANS],
+                depth[:CHUNK_SPANS],
+            )
+        index = np.flatnonzero(_undecided(joints, clearance, segment, low, high, depth, worst, straight))
+        if len(index):
+            middle = 0.5 * (low[index] + high[index])
+            waiting.append((
+                np.concatenate([segment[index], segment[index]]), np.concatenate([low[index], middle]),
+                np.concatenate([middle, high[index]]), np.concatenate([depth[index], depth[index]]) + 1,
+            ))  # fmt: skip
+
+
+def _undecided(
+    joints: JointPath, clearance: ClearanceModel, segment: Ints, low: Array, high: Array, depth: Ints, worst: list[Worst],
+    straight: NDArray[np.bool_],
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Which spans (n,) have to be halved; notes what is broken."""
+    limits = np.array([margin.error_below for margin in clearance.names])
+    u = low + spans.WITH_ENDS[:, None] * (high - low)
+    owner = np.tile(segment, len(u))
+    solved = joints.solve(owner, u.ravel())
+    margins, points = clearance.evaluate(joints.bodies(owner, solved))
+    margins = margins.reshape(*u.shape, -1)
+    moved = {group: _travel(part.reshape(*u.shape, -1)) for group, part in points.items()}
+    seen = margins.min(axis=0) - limits
+    certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
+    rigid = np.flatnonzero(straight[segment])
+    if len(rigid) and np.isfinite(clearance.convex_below).any():
+        certain[rigid] = np.maximum(certain[rigid], _by_convexity(margins[:, rigid], clearance.convex_below) - limits)
+    solvable = np.isfinite(margins).all(axis=(0, 2))  # the others are findings of their own
+    halve = np.zeros(len(segment), dtype=bool)
+    for k, found in enumerate(worst):
+        open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
+        broken = open_[seen[open_, k] < -clearance.slack]
+        found.note(segment[broken], seen[broken, k], seen[broken, k] + limits[k])
+        allowed = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
+        more = (seen[open_, k] - certain[open_, k] > clearance.slack) & (depth[open_] < allowed)
+        halve[open_[more]] = True
+    return halve
+
+
+def _straight(joints: JointPath) -> NDArray[np.bool_]:
+    """Elements (n,) along which the tool keeps its direction on the table and moves straight: a body's distance is convex."""
+    contour, path = joints.contour, joints.contour.path
+    even = (
+        (path.kind == SegmentKind.LINE)
+        & (path.circle < 0)
+        & (np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1) == 0)
+    )
+    return np.asarray(even[contour.segment] & ~contour.blended & (contour.curve < 0))
+
+
+def _by_convexity(margins: Array, below: Array) -> Array:
+    """Lower bounds (n, k) of convex functions, from values (samples, n, k) at the samples of spans with their ends.
+
+    Between two samples a convex function lies above both lines through the samples before and behind. Minus infinity
+    where a value is not ``below`` (k,) and so no exact one.
+    """
+    order = np.argsort(spans.WITH_ENDS)
+    x, f = spans.WITH_ENDS[order], margins[order]
+    found = np.full(f.shape[1:], np.inf)
+    slope = np.diff(f, axis=0) / np.diff(x)[:, None, None]
+    last = len(x) - 2
+    for i in range(last + 1):
+        here, there, width = f[i], f[i + 1], x[i + 1] - x[i]
+        if i == 0:
+            lowest = there - slope[1] * width
+        elif i == last:
+            lowest = here + slope[i - 1] * width
+        else:
+            before, behind = slope[i - 1], slope[i + 1]
+            rises = behind > before  # else the stretch is straight, up to rounding
+            # where the line that goes on from the left meets the one that comes from the right
+            meet = (there - behind * width - here) / np.where(rises, before - behind, -1.0)
+            lowest = np.where(rises, here + before * np.clip(meet, 0.0, width), here)
+        found = np.minimum(found, np.minimum(lowest, np.minimum(here, there)))
+    return np.where((f < below).all(axis=0), found, -np.inf)
+
+
+def _travel(points: Array) -> Array:
+    """How far a point of spans (samples, n, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
+    low, high = spans.enclosure(points[: spans.NODES], 1)
+    speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(low), -1, 3)
+    return np.asarray(HALF_GAP * np.linalg.norm(speed, axis=-1).max(axis=1))

@@ -1,0 +1,309 @@
+"""How near tool, spindle and platform come to what stands on the table: fixtures and the stock, as boxes.
+
+Tool, holder and shank are cylinders with flat ends, spindle and platform capsules. Every distance is signed and
+certain (``separation``), and cannot change faster than the points that carry the bodies move over the table, so whole
+motions are judged as in ``check_clearance``.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
+from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Bodies, Machine
+from verne_post.model.moves import Frame, Moves
+from verne_post.model.options import Options
+from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, ToolShape
+from verne_post.model.protocols import FiveAxis, Margin, Pose
+from verne_post.model.toolpath import SegmentKind, ToolPath
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+#: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
+NEAR_MM: Final = 25.0
+#: Bodies may touch, and reach into a box by this, mm: a tool that slides along a fixture would else be judged in steps
+#: of a nanometre.
+TOUCH_MM: Final = 0.005
+#: Stands for the distance of a body that is not there, or may be there, mm.
+FAR_MM: Final = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A box in the table frame.
+
+    Attributes
+    ----------
+    name : str
+    middle, half : ndarray, shape (3,)
+        mm, table frame; half sizes along the box's own edges.
+    turn : float
+        The box is turned by this about the table's normal, rad.
+    distance : float
+        mm.
+    stock : bool
+        Feeding cutters may be in it.
+    with_part : bool
+        It is given in a work system: it moves with the work offset.
+    """
+
+    name: str
+    middle: Array
+    half: Array
+    turn: float
+    distance: float
+    stock: bool
+    with_part: bool = False
+
+    def inside(self, point: Array) -> Array:
+        """Points (n, 3) of the table frame in the frame of the box."""
+        return rotate_z(point - self.middle, -self.turn)
+
+
+def place_box(box: Box, middle: Array, turn: float, *, stock: bool) -> Placed:
+    """A box whose middle stands at ``middle`` of the table frame, turned by ``turn``."""
+    half = 0.5 * (np.array(box.high) - np.array(box.low))
+    return Placed(box.name, middle, half, turn, box.distance, stock, box.system is not None)
+
+
+class KeepOut:
+    """The distances between bodies and boxes of one program; implements ``ClearanceModel``.
+
+    Parameters
+    ----------
+    boxes : sequence of Placed
+    shapes : sequence of ToolShape
+        Of the program's tools; an empty one is a thin line from tip to gauge line.
+    lengths : ndarray, shape (len(shapes),)
+        Gauge line to tip of the tools themselves, mm, whatever length the program has in force; NaN where nobody knows it
+        better than the program.
+    tool, entering : ndarray, shape (n_segments,)
+        Index into ``shapes``; whether a cutter in the stock is a mistake on the segment.
+    bodies : Bodies or None
+        Spindle and platform of the machine.
+    five_axis : FiveAxis
+    """
+
+    def __init__(
+        self, boxes: Sequence[Placed], shapes: Sequence[ToolShape], lengths: Array, tool: Ints, entering: Mask, bodies: Bodies | None,
+        five_axis: FiveAxis,
+    ) -> None:  # fmt: skip
+        self.boxes, self.lengths, self.tool, self.entering = tuple(boxes), lengths, tool, entering
+        self.shapes = tuple(shapes)
+        self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
+        #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
+        self.parts = np.array([_of_shape(shape) for shape in shapes]).reshape(len(shapes), len(TOOL_PARTS), 3)
+        self.thickest = float(np.nanmax(self.parts[:, :, 2], initial=0.0))
+        known = [bool(np.isfinite(self.parts[:, k, 2]).any()) for k in range(len(TOOL_PARTS))]
+        self.bodies_known = [part for part, is_known in zip(TOOL_PARTS, known, strict=True) if is_known]
+        if bodies is not None and bodies.spindle_radius is not None:
+            self.bodies_known.append("spindle")
+        if bodies is not None and bodies.platform is not None:
+            self.bodies_known.append("platform")
+        listed = [(body, box) for box in self.boxes for body in self.bodies_known]
+        self.pairs = listed
+        self.names: tuple[Margin, ...] = tuple(
+            Margin(f"distance of the {body} from {box.name}", "VP216" if box.stock else "VP215", None, "mm",
+                   box.distance, box.distance)
+            for body, box in listed
+        )  # fmt: skip
+        #: A tool's rim moves with its axis: two points carry it.
+        self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _box in listed])
+        #: The platform tilts while the tool moves straight, so its distance is not convex.
+        self.convex_below: Array = np.array(
+            [-np.inf if body == "platform" else box.distance + NEAR_MM for body, box in listed]
+        )
+        self.group: tuple[str, ...] = tuple("tool" if body in TOOL_PARTS else body for body, _box in listed)
+
+    def moved(self, shift: Array) -> "KeepOut":
+        """The same where the part stands elsewhere on the table by ``shift`` (3,), mm: boxes of work systems go with it."""
+        boxes = [replace(box, middle=box.middle + shift) if box.with_part else box for box in self.boxes]
+        return KeepOut(boxes, self.shapes, self.lengths, self.tool, self.entering, self.bodies, self.five_axis)
+
+    def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
+        """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
+        axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
+        nose = pose.tip + pose.tool_length[:, None] * axis
+        own = self.lengths[self.tool[pose.segment]]
+        length = np.where(np.isnan(own), pose.tool_length, own)
+        tip = nose - length[:, None] * axis
+        points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
+        cylinders = {
+            part: self._part(index, pose, tip, length, axis)
+            for index, part in enumerate(TOOL_PARTS)
+            if part in self.bodies_known
+        }
+        if self.bodies is not None and self.bodies.spindle_radius is not None:
+            top = nose + (self.five_axis.nose_offset + self.bodies.spindle_top) * axis
+            points["spindle"] = np.stack([nose, top], axis=1)
+            cylinders["spindle"] = nose, top, np.zeros(len(nose))
+        if self.bodies is not None and self.bodies.platform is not None:
+            ends = [
+                self.five_axis.on_table(
+                    pose.position + rotate_x(np.broadcast_to(end, axis.shape), pose.alpha), pose.alpha, pose.angles
+                )
+                for end in self.bodies.platform
+            ]
+            points["platform"] = np.stack(ends, axis=1)
+            cylinders["platform"] = ends[0], ends[1], np.zeros(len(axis))
+        columns = [self._distance(body, box, cylinders[body], pose) for body, box in self.pairs]
+        return np.stack(columns, axis=1), points
+
+    def _part(self, index: int, pose: Pose, tip: Array, length: Array, axis: Array) -> tuple[Array, Array, Array]:
+        """Both ends and radius of a part of the tool; NaN where the tool in use has no such part."""
+        low, high, radius = self.parts[self.tool[pose.segment], index].T
+        high = np.where(np.isnan(high), length, high)
+        return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
+
+    def _distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
+        """Signed distances (n,); exact where they are near what the box asks for."""
+        start, end, radius = cylinder
+        found = np.full(len(start), FAR_MM)
+        there = np.isfinite(radius) & np.isfinite(start).all(axis=1)
+        if box.stock:
+            if body == "cutter":
+                there &= self.entering[pose.segment]
+            elif body == "shank":  # one that is no thicker than its cutter follows in the way that this has cut
+                parts = self.parts[self.tool[pose.segment]]
+                there &= ~(parts[:, 1, 2] <= parts[:, 0, 2])
+        skin = 0.0
+        if self.bodies is not None:
+            skin = {"spindle": self.bodies.spindle_radius, "platform": self.bodies.platform_radius}.get(body) or 0.0
+        row = np.flatnonzero(there)
+        start, end, radius = box.inside(start[row]), box.inside(end[row]), radius[row]
+        value = farther_than(start, end, radius, box.half) - skin
+        near = np.flatnonzero(value < box.distance + NEAR_MM)
+        value[near] = cylinder_to_box(start[near], end[near], radius[near], box.half) - skin
+        found[row] = value
+        return found
+
+
+def _of_shape(shape: ToolShape) -> Array:
+    """Distances of both ends from the tip, and the radius, of every part; NaN as in :class:`KeepOut`."""
+    found = np.full((len(TOOL_PARTS), 3), np.nan)
+    if not shape:
+        found[0] = 0.0, np.nan, 0.0
+    at = 0.0
+    for one in shape:
+        # the last part goes up to the gauge line, whatever its length: something is there
+        end = np.nan if one.length is None or one is shape[-1] else at + one.length
+        found[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
+        at = end
+    return found
+
+
+def build_keep_out(
+    machine: Machine, path: ToolPath, moves: Moves, options: Options, frames: Mapping[int, Frame]
+) -> KeepOut | None:
+    """What a program has to keep out of; None where nothing is named.
+
+    Parameters
+    ----------
+    machine : Machine
+    path : ToolPath
+    moves : Moves
+        Says which tool is in the spindle.
+    options : Options
+        ``keep_out``, ``stock``, ``tool_shapes``, and the diameters of the tool table.
+    frames : mapping
+        Work systems by number, as they are given before the program.
+
+    Raises
+    ------
+    InputError
+        VP018 where a tool is shorter than its parts.
+    """
+    boxes = [(box, False) for box in options.keep_out]
+    if options.stock is not None:
+        boxes.append((options.stock, True))
+    if not boxes:
+        return None
+    standing = []
+    for box, stock in boxes:
+        middle, turn = 0.5 * (np.array(box.low) + np.array(box.high)), 0.0
+        if box.system is not None:
+            _require_given(box, moves, options, frames)
+            frame = frames[box.system]
+            middle, direction = (
+                machine.coordinates.to_table(np.concatenate([middle, np.zeros(6)]), frame)[0],
+                machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), frame),
+            )
+            turn = float(np.arctan2(direction[1], direction[0]))
+        standing.append(place_box(box, middle, turn, stock=stock))
+    number = tool_of_moves(path.move_reached, path.first_move, moves)
+    numbers, index = np.unique(number, return_inverse=True)
+    shapes = [_shape_of(int(one), options) for one in numbers]
+    lengths = np.array([_length_of(int(one), options) for one in numbers])
+    for one, shape, own in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
+        in_force = float(path.tool_length[number == one].max()) - options.lift
+        _fits(int(one), shape, in_force if np.isnan(own) else own)
+    return KeepOut(standing, shapes, lengths, index, _entering(path), machine.bodies, machine.five_axis)
+
+
+def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> None:
+    """Refuse a box in a work system whose place nobody has given, or that the program moves."""
+    assert box.system is not None
+    name = SYSTEM_NAMES[box.system]
+    if box.system not in options.wcs:
+        text = f"{box.name} is given in {name}, and {name} is not: give it with --wcs or --measured-offset, or the box on the table"
+        raise InputError(finding("VP018", text))
+    given = frames[box.system]
+    for frame in moves.frames:
+        if frame.system == box.system and (frame.origin, frame.turn, frame.part_turn) != (
+            given.origin,
+            given.turn,
+            given.part_turn,
+        ):
+            text = f"{box.name} is given in {name}, which the program moves (G10); give the box on the table"
+            raise InputError(finding("VP018", text))
+
+
+def tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
+    """Number of the tool in the spindle at moves (n,), 0 where none is named; the way to the ``first`` motion has its tool."""
+    changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
+    before = np.array([event.before for event in changes], dtype=np.int64)
+    numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)
+    return np.asarray(numbers[np.searchsorted(before, np.maximum(move, first), side="right")])
+
+
+def _shape_of(number: int, options: Options) -> ToolShape:
+    """The shape of a tool: its own, a cylinder of the tool table's diameter, or nothing known."""
+    if number in options.tool_shapes:
+        return options.tool_shapes[number]
+    tool = (options.tools or {}).get(number)
+    return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
+
+
+def _length_of(number: int, options: Options) -> float:
+    """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program knows."""
+    if options.tool_length is not None:
+        return options.tool_length
+    tool = (options.tools or {}).get(number)
+    return np.nan if tool is None else tool.offset[2]
+
+
+def _fits(number: int, shape: ToolShape, length: float) -> None:
+    """Refuse a tool whose parts are longer than it is."""
+    parts = sum(one.length or 0.0 for one in shape)
+    if parts > length + LIMIT_SLACK_MM:
+        text = f"tool {number}: its parts in --tool-shapes are {parts:g} mm long, and its length is {length:g}"
+        raise InputError(finding("VP018", text))
+
+
+def _entering(path: ToolPath) -> Mask:
+    """Rapids in which a cutter must keep out of the stock: all but a straight retract along the tool axis."""
+    delta = path.end - path.start
+    axis = axis_of_angles(path.start[:, 3], path.start[:, 4])
+    up = (delta[:, :3] * axis).sum(1)
+    aside = np.linalg.norm(delta[:, :3] - up[:, None] * axis, axis=1)
+    turned = (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
+    retract = (path.kind == SegmentKind.LINE) & (up > 0) & (aside < ZERO_LENGTH_MM) & ~turned
+    return np.asarray((path.feed_time == 0) & ~retract)

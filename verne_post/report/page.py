@@ -1,0 +1,329 @@
+"""The report page: findings, tool path, axes against time, workspace and the moving mechanism, in one file without a network.
+
+The figures are plotly's (extra ``report``); the script below only links them: one cursor moves through all of them.
+"""
+
+import html
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.long_text import Text
+from verne_post.kinematics.workspace import classify
+from verne_post.model.findings import Finding
+from verne_post.model.machine import Machine
+from verne_post.model.summary import Summary
+from verne_post.output.findings import text_line
+from verne_post.output.summary import paragraph
+from verne_post.report.table import Study
+
+Array = NDArray[np.float64]
+
+#: Digits after the point that a screen can show, by what is drawn.
+_DIGITS: Final = 4
+#: Times are those of the rows, at any cycle; further digits would be noise.
+_TIME_DIGITS: Final = 9
+#: Points along each side of the workspace slice, and room around the path, mm.
+_SLICE: Final = 61
+_ROOM_MM: Final = 120.0
+#: Points of the tool path that turn with the table in the mechanism.
+_TURNING: Final = 600
+_COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#d62728")
+_GRAVITY: Final = {"error": "#c0392b", "warning": "#d68910", "note": "#566573"}
+
+
+def page(program: str, source: Text, machine: Machine, study: Study) -> str:
+    """The page as text.
+
+    Parameters
+    ----------
+    program : str
+        Its name.
+    source : Text
+        Its text, shown at the cursor.
+    machine : Machine
+    study : Study
+    """
+    from plotly.offline import get_plotlyjs
+
+    figures = {name: json.loads(figure.to_json()) for name, figure in _figures(machine, study).items()}
+    lines = source[:].split(b"\n")
+    used = sorted({int(line) for line in study.line if 0 < line <= len(lines)})
+    data = {
+        "figures": figures,
+        "x": np.round(study.x, _TIME_DIGITS).tolist(),
+        "unit": "s" if study.timed else "mm",
+        "line": study.line.tolist(),
+        "text": {str(line): lines[line - 1].decode("utf-8", errors="replace").strip()[:160] for line in used},
+        "q": _rounded(study.q),
+        "joints": [{"name": column.joint, "unit": column.unit} for column in machine.columns],
+        "tip": _rounded(study.tip),
+        "speed": _rounded(study.speed),
+        "margin": _rounded(study.margin),
+        "alpha": _rounded(study.lean_deg),
+        "nose": _rounded(study.nose),
+        "platform": _rounded(study.platform),
+        "axis": _rounded(study.axis),
+        "rods": _rounded(study.rods),
+        "tilt": _rounded(study.tilt),
+        "turn": _rounded(study.turn),
+        "table": _table_geometry(machine, study),
+    }
+    parts = {
+        "title": _text(f"{program} on {machine.name}"),
+        "summary": _text(_summary(program, study.summary, study.findings)),
+        "findings": _findings(program, study),
+        "data": _json_in_html(data),
+        "plotly": get_plotlyjs(),
+    }
+    text = Path(__file__).with_name("report_page.html").read_text("utf-8")
+    # in one pass: what is put in is never searched for places again
+    return re.sub(r"<!--(\w+)-->", lambda place: parts[place[1]], text)
+
+
+def shown(text: str) -> str:
+    """A text as it can be drawn: what is no character, as in some names of files, or none that shows, is replaced."""
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
+
+
+def _text(text: str) -> str:
+    """Text that means nothing to a reader of HTML."""
+    return html.escape(shown(text))
+
+
+def _json_in_html(data: Any) -> str:
+    """JSON that means nothing to a reader of HTML: in ASCII, and without the characters that begin tags, comments and entities."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return re.sub("[<>&]", lambda character: f"\\u{ord(character[0]):04x}", text)
+
+
+def _rounded(values: Array) -> Any:
+    """Lists with null for what is not known."""
+    shown = np.round(values, _DIGITS)
+    known = shown.astype(object)
+    known[~np.isfinite(shown)] = None
+    return known.tolist()
+
+
+def _summary(program: str, summary: Summary | None, findings: tuple[Finding, ...]) -> str:
+    if summary is not None:
+        return " ".join(paragraph(summary).split())
+    errors = sum(item.severity == "error" for item in findings)
+    return f"{program} is refused: {errors} errors. The path is drawn as programmed, by its length."
+
+
+def _findings(program: str, study: Study) -> str:
+    """The list: each entry knows the frame that it leads to."""
+    if not study.findings:
+        return "<li>no findings</li>"
+    entries = []
+    for item, frame in zip(study.findings, study.place, strict=True):
+        colour = _GRAVITY[item.severity]
+        entries.append(
+            f'<li data-frame="{frame}" class="{item.severity}" style="border-color:{colour}" tabindex="0">'
+            f"{_text(text_line(program, item))}</li>"
+        )
+    return "\n".join(entries)
+
+
+def _table_geometry(machine: Machine, study: Study) -> dict[str, Any]:
+    """What turns with the table: pivot and rotary offset with z up, the rim, and the tool path on it."""
+    coordinates: Any = machine.coordinates
+    step = max(len(study.tip) // _TURNING, 1)
+    return {
+        "pivot": (np.asarray(coordinates.pivot) * [1.0, -1.0, -1.0]).tolist(),
+        "offset": np.asarray(coordinates.rotary_offset).tolist(),
+        "radius": machine.table_radius,
+        "path": _rounded(study.tip[::step]),
+    }
+
+
+# --- figures -------------------------------------------------------------------------------------
+
+
+def _figures(machine: Machine, study: Study) -> dict[str, Any]:
+    if not len(study.x):
+        return {}
+    return {
+        "path": _path_figure(study),
+        "axes": _axes_figure(machine, study),
+        "slice": _slice_figure(machine, study),
+        "mechanism": _mechanism_figure(),
+    }
+
+
+def _path_figure(study: Study) -> Any:
+    """The tool path on the table, coloured by margin or speed; places with errors marked; the cursor last."""
+    import plotly.graph_objects as go
+
+    trail = study.trail
+    x, y, z = trail.tip.astype(np.float32).T
+    margin = {"color": trail.margin.astype(np.float32), "colorscale": "RdYlGn", "cmin": 0.0, "cmax": 1.0, "width": 5,
+              "colorbar": {"title": "margin", "len": 0.7}}  # fmt: skip
+    # the frame is where a click leads
+    told = np.stack([trail.line, trail.frame], axis=1).astype(np.int32)
+    figure = go.Figure(
+        go.Scatter3d(x=x, y=y, z=z, mode="lines", line=margin, customdata=told, name="path",
+                     hovertemplate="line %{customdata[0]}<extra></extra>")
+    )  # fmt: skip
+    bad = np.round(violations(study), _DIGITS).T
+    figure.add_scatter3d(x=bad[0], y=bad[1], z=bad[2], mode="markers", marker={"color": "#c0392b", "size": 3},
+                         name="violations", hoverinfo="skip")  # fmt: skip
+    at = study.tip[0].round(_DIGITS)
+    figure.add_scatter3d(
+        x=at[:1], y=at[1:2], z=at[2:], mode="markers", marker={"color": "#000", "size": 6}, name="cursor"
+    )
+    figure.update_layout(
+        scene={"aspectmode": "data", "xaxis": {"title": "x mm"}, "yaxis": {"title": "y mm"}, "zaxis": {"title": "z mm"}},
+        showlegend=False, margin=_TIGHT,
+    )  # fmt: skip
+    if study.timed:
+        top = float(np.nanmax(trail.speed)) or 1.0
+        speed = {"line.color": [np.round(trail.speed, 2)], "line.colorscale": ["Viridis"], "line.cmin": [0.0],
+                 "line.cmax": [top], "line.colorbar.title.text": ["mm/s"]}  # fmt: skip
+        back = {"line.color": [np.round(trail.margin, 3)], "line.colorscale": ["RdYlGn"], "line.cmin": [0.0], "line.cmax": [1.0],
+                "line.colorbar.title.text": ["margin"]}  # fmt: skip
+        buttons = [{"label": label, "method": "restyle", "args": [change, [0]]}
+                   for label, change in (("margin", back), ("speed", speed))]  # fmt: skip
+        figure.update_layout(updatemenus=[{"type": "buttons", "direction": "left", "buttons": buttons, "x": 0, "y": 1.08,
+                                           "xanchor": "left", "yanchor": "top"}])  # fmt: skip
+    return figure
+
+
+def violations(study: Study) -> Array:
+    """Tips (n, 3) of frames on lines with errors, and of the worst place of every error."""
+    bad, worst = np.zeros(len(study.x), dtype=bool), np.zeros(len(study.findings), dtype=bool)
+    for index, item in enumerate(study.findings):
+        if item.severity == "error" and item.line is not None:
+            bad |= (study.line >= item.line) & (study.line <= (item.last_line or item.line))
+            worst[index] = study.place[index] >= 0
+    return np.concatenate([study.tip[bad], study.place_tip[worst]])
+
+
+def shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
+    """For each joint x and per cent of its limit on velocity, acceleration or jerk."""
+    limit: Array = getattr(machine.limits, name)
+    for column, most, curve in zip(machine.columns, limit, study.curves[name], strict=True):
+        yield curve.x, 100.0 * curve.values / (most * abs(column.factor))
+
+
+_TIGHT: Final = {"l": 50, "r": 10, "t": 25, "b": 35}
+
+
+def _axes_figure(machine: Machine, study: Study) -> Any:
+    """Positions with their travel, then shares of the limits on velocity, acceleration and jerk, then alpha."""
+    from plotly.subplots import make_subplots
+
+    rows = ["sliders, mm", "table, deg", "velocity, %", "acceleration, %", "jerk, %", "alpha, deg"] if study.timed else [
+        "sliders, mm", "table, deg", "alpha, deg"]  # fmt: skip
+    figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.02)
+    limits, n = machine.limits, len(machine.columns)
+    styles = [
+        {"mode": "lines", "line": {"width": 1, "color": _COLOURS[joint % len(_COLOURS)]}, "name": column.joint,
+         "legendgroup": column.joint} for joint, column in enumerate(machine.columns)
+    ]  # fmt: skip
+    for joint, column in enumerate(machine.columns):
+        row = 1 if joint < n - 2 else 2
+        position = study.curves["position"][joint]
+        figure.add_scattergl(x=position.x, y=position.values, row=row, col=1, **styles[joint])
+        ends = sorted((limits.lower[joint] * column.factor, limits.upper[joint] * column.factor))
+        low, high = np.nanmin(position.values, initial=0.0), np.nanmax(position.values, initial=0.0)
+        for end in ends:
+            # a limit that is far from what is used would only flatten the curves
+            if np.isfinite(end) and low - (high - low) - 50 < end < high + (high - low) + 50:
+                figure.add_hline(y=float(end), row=row, col=1, line={"color": "#c0392b", "dash": "dot", "width": 1})
+    for row, name in enumerate(("velocity", "acceleration", "jerk") if study.timed else (), start=3):
+        for joint, (x, share) in enumerate(shares(machine, study, name)):
+            y = share.astype(np.float32)
+            figure.add_scattergl(x=x, y=y, row=row, col=1, showlegend=False, **styles[joint])
+    alpha = study.curves["alpha"][0]
+    figure.add_scattergl(x=alpha.x, y=alpha.values.astype(np.float32), row=len(rows), col=1, mode="lines", name="alpha",
+                         line={"width": 1, "color": "#34495e"})  # fmt: skip
+    for row, title in enumerate(rows, start=1):
+        figure.update_yaxes(title_text=title, row=row, col=1)
+        if title.endswith("%"):
+            figure.add_hrect(y0=-100, y1=100, row=row, col=1, fillcolor="#27ae60", opacity=0.08, line_width=0)
+            for end in (-100, 100):
+                figure.add_hline(y=end, row=row, col=1, line={"color": "#c0392b", "dash": "dot", "width": 1})
+    figure.update_xaxes(title_text="time, s" if study.timed else "path, mm", row=len(rows), col=1)
+    figure.update_layout(
+        height=130 * len(rows) + 60, margin=_TIGHT, hovermode="x", legend={"orientation": "h", "y": 1.04}
+    )
+    return figure
+
+
+def _slice_figure(machine: Machine, study: Study) -> Any:
+    """Where the tip may be at the height and tool direction of the middle of the path, with the path in it."""
+    import plotly.graph_objects as go
+
+    reached = np.flatnonzero(np.isfinite(study.margin))
+    at = int(reached[len(reached) // 2]) if len(reached) else len(study.x) // 2
+    alpha = 0.0 if np.isnan(study.lean_deg[at]) else np.radians(study.lean_deg[at])
+    angles = np.array([study.tilt[at] - alpha, study.turn[at]])
+    angles = np.where(np.isfinite(angles), angles, 0.0)
+    height = float(study.tip[at, 2])
+    # the nose stands where the tool ends: its distance from the tip is the tool's length
+    seen = study.trail.tip[:, :2]
+    low, high = seen.min(axis=0) - _ROOM_MM, seen.max(axis=0) + _ROOM_MM
+    x, y = np.linspace(low[0], high[0], _SLICE), np.linspace(low[1], high[1], _SLICE)
+    across, up = np.meshgrid(x, y)
+    tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
+    reach = classify(machine, tips, angles, _length(machine, study, at))
+    margin = np.where(reach.reached, reach.margin, np.nan).reshape(across.shape)
+    a, c = np.degrees(angles)
+    figure = go.Figure(
+        go.Heatmap(x=np.round(x, 2), y=np.round(y, 2), z=np.round(margin, 2), colorscale="Greens", zmin=0.0,
+                   colorbar={"title": "mm to a limit", "len": 0.8}, hoverinfo="x+y+z")
+    )  # fmt: skip
+    figure.add_scattergl(x=seen[:, 0].astype(np.float32), y=seen[:, 1].astype(np.float32), mode="lines",
+                         line={"width": 1, "color": "#2c3e50"}, hoverinfo="skip")  # fmt: skip
+    figure.add_scatter(x=[float(study.tip[0, 0])], y=[float(study.tip[0, 1])], mode="markers",
+                       marker={"color": "#000", "size": 9})  # fmt: skip
+    figure.update_layout(
+        title={"text": f"reach at z {height:.1f} mm, A {a:.1f}, C {c:.1f} deg (workpiece sense)", "font": {"size": 12}},
+        xaxis={"title": "x mm"}, yaxis={"title": "y mm", "scaleanchor": "x"}, showlegend=False, margin={**_TIGHT, "t": 40},
+    )  # fmt: skip
+    return figure
+
+
+def _length(machine: Machine, study: Study, at: int) -> float:
+    """Tool length at a frame: from the tip to the nose, both on the table."""
+    coordinates: Any = machine.coordinates
+    angles = np.array([study.tilt[at] - np.radians(np.nan_to_num(study.lean_deg[at])), study.turn[at]])
+    gauge = coordinates.gauge_point(study.tip[at], np.nan_to_num(angles), 0.0)
+    alpha = np.radians(np.nan_to_num(study.lean_deg[at]))
+    pivot = np.asarray(coordinates.pivot) * [1.0, -1.0, -1.0]
+    turned = study.nose[at] - pivot
+    # the upright frame alphas back by the alpha about x
+    upright = np.array([turned[0], np.cos(alpha) * turned[1] + np.sin(alpha) * turned[2],
+                        -np.sin(alpha) * turned[1] + np.cos(alpha) * turned[2]])  # fmt: skip
+    found = float(upright[2] - gauge[2])
+    return found if np.isfinite(found) and found >= 0 else 0.0
+
+
+def _mechanism_figure() -> Any:
+    """Empty traces in the order that the script fills: rods, platform, tool, table rim, path on it."""
+    import plotly.graph_objects as go
+
+    styles = [
+        ("rods", "#7f8c8d", 5), ("sliders", "#2c3e50", 0), ("platform", "#34495e", 6), ("tool", "#c0392b", 7),
+        ("table", "#2980b9", 4), ("path", "#27ae60", 2),
+    ]  # fmt: skip
+    figure = go.Figure()
+    for name, colour, width in styles:
+        if name == "sliders":
+            figure.add_scatter3d(
+                x=[], y=[], z=[], mode="markers", marker={"color": colour, "size": 5, "symbol": "square"}, name=name
+            )
+        else:
+            figure.add_scatter3d(x=[], y=[], z=[], mode="lines", line={"color": colour, "width": width}, name=name)
+    figure.update_layout(
+        scene={"aspectmode": "data", "xaxis": {"title": "x"}, "yaxis": {"title": "y"}, "zaxis": {"title": "z up"}},
+        showlegend=False, margin=_TIGHT, uirevision="kept",
+    )  # fmt: skip
+    return figure

@@ -1,0 +1,54 @@
+"""The report as a picture: path, positions and shares of the limits. Needs matplotlib (extra ``plot``)."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.model.machine import Machine
+from verne_post.output.plots import SUFFIXES, picture
+from verne_post.report.page import shares, shown, violations
+from verne_post.report.table import Study
+
+__all__ = ["SUFFIXES", "picture_of"]
+
+_SIZE: Final = (11.0, 8.0)
+
+
+def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> bytes:
+    """The bytes of the picture; the same study gives the same bytes."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    verdict = "converts" if study.timed else f"refused: {sum(one.severity == 'error' for one in study.findings)} errors"
+    # a name is no formula, whatever dollars are in it
+    figure.suptitle(f"{shown(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
+    names = ["velocity", "acceleration", "jerk"] if study.timed else []
+    grid = figure.add_gridspec(2 + len(names), 2, width_ratios=[1.1, 1.0])
+    plan = figure.add_subplot(grid[:, 0])
+    if len(study.x):
+        x, y, _z = study.trail.tip.T
+        margin = np.nan_to_num(study.trail.margin, nan=-1.0)
+        dots = plan.scatter(x, y, c=margin, s=2, cmap="RdYlGn", vmin=0.0, vmax=1.0)
+        figure.colorbar(dots, ax=plan, label="margin: 0 at a limit, 1 plenty", shrink=0.6)
+        plan.plot(*violations(study)[:, :2].T, "x", color="#c0392b", ms=3)
+    plan.set_aspect("equal")
+    plan.set_xlabel("x mm on the table")
+    plan.set_ylabel("y mm")
+    n = len(machine.columns)
+    for row, joints in enumerate((range(n - 2), range(n - 2, n))):
+        axes = figure.add_subplot(grid[row, 1])
+        for joint in joints:
+            curve = study.curves["position"][joint]
+            axes.plot(curve.x, curve.values, lw=0.8, label=machine.columns[joint].joint)
+        axes.set_ylabel(machine.columns[joints[0]].unit)
+        axes.legend(fontsize=7, loc="upper right")
+        axes.tick_params(labelsize=7)
+    for row, name in enumerate(names, start=2):
+        axes = figure.add_subplot(grid[row, 1])
+        for x, share in shares(machine, study, name):
+            axes.plot(x, share, lw=0.5)
+        axes.axhspan(-100, 100, color="#27ae60", alpha=0.08)
+        axes.set_ylabel(f"{name} %", fontsize=7)
+        axes.tick_params(labelsize=7)
+    figure.axes[-1].set_xlabel("time, s" if study.timed else "path, mm")
+    return picture(figure, suffix)

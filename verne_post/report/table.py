@@ -1,0 +1,105 @@
+"""A program looked at from all sides: what a report page draws, frame by frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.findings import Finding
+from verne_post.model.summary import Summary
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One quantity over the program: between two frames the first, the lowest and the highest value, each at its own place.
+
+    Attributes
+    ----------
+    x : ndarray, shape (m,)
+        Rising; time in s, or the path in mm.
+    values : ndarray, shape (m,)
+        NaN out of reach.
+    """
+
+    x: Array
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Trail:
+    """The way of the tip: between two frames where x, y, z and the margin are first, lowest and highest.
+
+    Attributes
+    ----------
+    frame : ndarray of int, shape (m,)
+        The last frame at or before each place.
+    line : ndarray of int, shape (m,)
+    tip : ndarray, shape (m, 3)
+    speed, margin : ndarray, shape (m,)
+        As in :class:`Study`.
+    """
+
+    frame: NDArray[np.integer]
+    line: NDArray[np.integer]
+    tip: Array
+    speed: Array
+    margin: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Frames of one program, n of them, evenly spaced along ``x`` up to the last, which is the end of the program.
+
+    Attributes
+    ----------
+    timed : bool
+        ``x`` is time in s, and every frame is a row; else the program is refused, and ``x`` is the path in mm.
+    x : ndarray, shape (n,)
+    line : ndarray of int, shape (n,)
+    q : ndarray, shape (n, n_joints)
+        Joints in mm and degrees, in the sense of the machine file; NaN out of reach.
+    curves : dict
+        "position" and, of rows, "velocity", "acceleration" and "jerk" of each joint in mm or degrees and s; "alpha" in degrees.
+        Velocities and so on are differences of a row to those before it.
+    trail : Trail
+    tip, axis : ndarray, shape (n, 3)
+        Table frame.
+    speed : ndarray, shape (n,)
+        Tip, mm/s; NaN where the program is refused.
+    margin : ndarray, shape (n,)
+        Smallest room to a limit (toolpath.room), NaN out of reach.
+    lean_deg : ndarray, shape (n,)
+    nose, platform : ndarray, shape (n, 3)
+        Spindle nose and P with z up, mm.
+    rods : ndarray, shape (n, k, 2, 3)
+        From slider to platform, z up; none where the module cannot be drawn.
+    tilt, turn : ndarray, shape (n,)
+        Where the table stands, rad, workpiece sense.
+    place : ndarray of int, shape (n_findings,)
+        The frame that shows each finding: the nearest to its worst place, of its own line if that has any; -1 for none.
+    place_tip : ndarray, shape (n_findings, 3)
+        The tip at the worst place itself; NaN where there is none.
+    """
+
+    findings: tuple[Finding, ...]
+    summary: Summary | None
+    timed: bool
+    x: Array
+    line: NDArray[np.int64]
+    q: Array
+    curves: dict[str, tuple[Curve, ...]]
+    trail: Trail
+    tip: Array
+    axis: Array
+    speed: Array
+    margin: Array
+    lean_deg: Array
+    nose: Array
+    platform: Array
+    rods: Array
+    tilt: Array
+    turn: Array
+    place: NDArray[np.intp]
+    place_tip: Array

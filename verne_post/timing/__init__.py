@@ -1,1 +1,0 @@
-"""JointPath -> time laws -> setpoints."""

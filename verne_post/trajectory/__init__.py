@@ -1,0 +1,1 @@
+"""JointPath -> time profiles -> setpoints."""

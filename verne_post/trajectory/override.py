@@ -1,0 +1,103 @@
+"""How fast planned motion is played: an override of all speeds, and a slow start.
+
+With an override o the planned time tau passes at the rate o, so velocities are multiplied by o, accelerations by o^2
+and jerks by o^3: what was inside the limits stays inside. A slow start lets the rate rise along a logistic curve r(t)
+from ``SLOWEST`` to 1. Its change adds acceleration, qd r', and jerk, 3 qdd r r' + qd r''; with r' <= (1 - r)/T and
+|r''| <= (1 - r)/T^2 these fit into the room that r < 1 leaves, 1 - r^2 and 1 - r^3, when for each joint
+T >= 2 max(V/A, A/J, (V/J)^(1/2)). So the limits hold by construction, and verification sees it on the rows.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Limits
+
+Array = NDArray[np.float64]
+
+#: Where a slow start begins, as a share of the override.
+SLOWEST: Final = 0.1
+#: The ramp is so many of its time constants long: at its ends the rate is within 0.25 % of SLOWEST and of 1.
+CONSTANTS: Final = 12.0
+#: A duration this close above a whole number of cycles is that number (relative).
+WHOLE_CYCLE: Final = 1e-12
+#: So many time constants behind its middle the ramp is over to double precision.
+OVER: Final = 37.0
+
+
+@dataclass(frozen=True)
+class FeedOverride:
+    """The rate at which planned time passes.
+
+    Attributes
+    ----------
+    override : float
+        0 to 1.
+    ramp : float
+        Seconds from the beginning of the file in which the rate rises to the override; 0 for no slow start.
+    """
+
+    override: float = 1.0
+    ramp: float = 0.0
+
+    @property
+    def steady(self) -> float:
+        """Time from which on the rate is the override, s."""
+        return self.ramp / 2 + OVER * self.ramp / CONSTANTS
+
+    def planned(self, t: Array) -> Array:
+        """Planned seconds (n,) that have passed at times t (n,) of the file, were there no standstills."""
+        if self.ramp == 0.0:
+            return self.override * t
+        constant = self.ramp / CONSTANTS
+        risen = np.logaddexp(0.0, (t - self.ramp / 2) / constant) - np.logaddexp(0.0, -CONSTANTS / 2)
+        return self.override * (SLOWEST * t + (1.0 - SLOWEST) * constant * risen)
+
+    def cycles(self, planned: float, begin: float, cycle: float) -> int:
+        """Smallest whole number of cycles, 1 or more, in which so many planned seconds pass from time ``begin`` on."""
+        if self.ramp == 0.0 or begin >= self.steady:
+            return max(int(np.ceil(planned / (self.override * cycle) * (1 - WHOLE_CYCLE))), 1)
+        low, high = 0, int(np.ceil(planned / (self.override * SLOWEST * cycle))) + 1
+        start = float(self.planned(np.array([begin]))[0])
+        while high - low > 1:
+            middle = (low + high) // 2
+            if float(self.planned(np.array([begin + middle * cycle]))[0]) - start >= planned:
+                high = middle
+            else:
+                low = middle
+        return high
+
+    def shares(self, row: Array, cycles: Array, begin: Array, cycle: float) -> Array:
+        """Shares (n,) of motions that are done at their rows (n,): 0 at row 0, 1 at row ``cycles`` (n,).
+
+        The motions begin at times ``begin`` (n,), s.
+        """
+        if self.ramp == 0.0:
+            return row / cycles
+        start, now, end = (self.planned(begin + cycle * k) for k in (0.0 * row, row, cycles))
+        return np.asarray((now - start) / (end - start))
+
+
+def feed_override(override: float, slow_start: float, limits: Limits) -> FeedOverride:
+    """The playback that a user asks for.
+
+    Raises
+    ------
+    InputError
+        VP018 where the slow start is too short for the limits to hold.
+    """
+    roots = np.stack(
+        [
+            limits.velocity / limits.acceleration,
+            limits.acceleration / limits.jerk,
+            (limits.velocity / limits.jerk) ** 0.5,
+        ]
+    )
+    shortest = CONSTANTS * 2.0 * float(roots.max())
+    if 0.0 < slow_start < shortest:
+        text = f"--slow-start {slow_start:g}: on this machine a slow start takes at least {shortest:.3g} s, or it would break limits itself"
+        raise InputError(finding("VP018", text))
+    return FeedOverride(override, slow_start)

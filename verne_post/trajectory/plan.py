@@ -1,0 +1,265 @@
+"""The time profiles of a whole contour: a scalar profile from stop to stop, a continuous profile where corners are rounded."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.columns import Growing, blocks, running_sums
+from verne_post.model.contour import Contour
+from verne_post.model.findings import SolverError, finding
+from verne_post.model.machine import Limits
+from verne_post.model.protocols import JointFunctions
+from verne_post.trajectory.override import FeedOverride
+from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
+from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Rows of rest added where a continuous run follows or precedes another; the row at the stop itself is the third.
+REST_ROWS: Final = 2
+#: Rows whose feed is looked at together.
+CHUNK_ROWS: Final = 1 << 15
+#: A feed counts as reached at this share of it, which profiles come to from below; the same share makes a row slow (verify).
+REACHED: Final = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class MotionProfiles:
+    """The profile of every run.
+
+    Attributes
+    ----------
+    profiles : StopToStopProfiles
+        From stop to stop; what it says of continuous runs is not used.
+    continuous_first : ndarray of int64, shape (n_sections,)
+        Where a continuous run's rows begin in ``continuous_s``, -1 for the others.
+    cycles : ndarray of int64, shape (n_sections,)
+        Control cycles that each run lasts, at the speed at which it is played.
+    continuous_s : ndarray, shape (n,)
+        Path parameter of each row of the continuous runs, mm.
+    reached : ndarray of bool, shape (n_segments,)
+        The segment's feed is reached somewhere on it.
+    second_order_bound_s : float
+        Sum of the second-order bounds of the continuous runs, s.
+    toppra_bound_s : float or None
+        The same by the other solver, where both were asked.
+    """
+
+    profiles: StopToStopProfiles
+    continuous_first: NDArray[np.int64]
+    cycles: NDArray[np.int64]
+    continuous_s: Array
+    reached: NDArray[np.bool_]
+    second_order_bound_s: float
+    toppra_bound_s: float | None
+
+
+@dataclass(frozen=True)
+class PlanningOptions:
+    """How to plan.
+
+    Attributes
+    ----------
+    cycle : float
+        Control cycle, s.
+    solver : {"scan", "toppra", "both"}
+        Of the second-order problem; "both" plans with the scan and lets toppra give the bound as well.
+    quality : bool
+        Plan finely and without margin: practically the third-order optimum, at many times the cost.
+    playback : FeedOverride
+        How fast what is planned is played.
+    """
+
+    cycle: float
+    solver: str = "scan"
+    quality: bool = False
+    playback: FeedOverride = field(default_factory=FeedOverride)
+
+
+#: A duration this close above a whole number of cycles is that number (in cycles).
+WHOLE_CYCLE: Final = 1e-9
+
+
+class ContourSection:
+    """One run of a contour as a function of its path parameter; implements ``section_path.Section``.
+
+    Parameters
+    ----------
+    joints : JointFunctions
+    first, last : int
+        Elements of the run, ``last`` excluded.
+    cycle : float
+        Control cycle, s.
+    """
+
+    def __init__(self, joints: JointFunctions, first: int, last: int, cycle: float) -> None:
+        self.joints, self.first, self.cycle = joints, first, cycle
+        contour = joints.contour
+        self.breaks = running_sums(contour.length[first:last])
+        turned = Growing(float)  # by arcs, over each element, rad
+        for begin, end in blocks(last, first) if len(contour.path.arcs.sweep) else ():
+            turned.extend(turn_rate(contour, np.arange(begin, end)) * contour.length[begin:end])
+        self.turned = running_sums(turned.column())
+
+    @property
+    def length(self) -> float:
+        """Length by s, mm."""
+        return float(self.breaks[-1])
+
+    def locate(self, s: Array) -> tuple[Ints, Array]:
+        """Element and w of path parameters s (n,)."""
+        local = np.clip(np.searchsorted(self.breaks, s, side="right") - 1, 0, len(self.breaks) - 2)
+        w = (s - self.breaks[local]) / (self.breaks[local + 1] - self.breaks[local])
+        return self.first + local, np.clip(w, 0.0, 1.0)
+
+    def q(self, s: Array) -> Array:
+        """Joints (n, n_joints) at s (n,)."""
+        return self.joints.q(*self.locate(s))
+
+    def speed(self, s: Array) -> Array:
+        """Largest ds/dt (n,) at s (n,), mm/s: by the feed, and so that the rows show how arcs turn."""
+        element, w = self.locate(s)
+        cap = self.joints.speed_cap(element, w)
+        if len(self.turned) == 1:
+            return cap
+        return np.minimum(cap, visible_speed(self.joints.contour, element, self.cycle))
+
+    def hidden(self, s: Array) -> Array:
+        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, and arcs turn too far.
+
+        The step before the first is taken to have been as long as need be.
+        """
+        element, w = self.locate(s)
+        turned = None
+        if len(self.turned) > 1:
+            local = element - self.first
+            turned = self.turned[local] + w * (self.turned[local + 1] - self.turned[local])
+        return hidden(self.pose, self.joints.contour, s, element, turned)
+
+    def pose(self, s: Array) -> tuple[Array, Array]:
+        """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
+        return self.joints.pose(self.joints.contour, *self.locate(s))
+
+
+def plan_contour(
+    joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, planning: PlanningOptions,
+    progress: Callable[[int], None] | None = None,
+) -> MotionProfiles:  # fmt: skip
+    """Plan every run of a contour.
+
+    Parameters
+    ----------
+    joints : JointFunctions
+    first, second, third : ndarray, shape (n, n_joints)
+        Largest derivatives of the joints by w over the elements of runs from stop to stop, one after the other.
+    limits : Limits
+    planning : PlanningOptions
+    progress : callable, optional
+        Told how many elements have been planned.
+
+    Raises
+    ------
+    SolverError
+        Naming the source line of the first run without a profile.
+    """
+    contour = joints.contour
+    begins = contour.section_begins
+    continuous = contour.continuous
+    profiles = plan_sections(contour, first, second, third, limits, ~continuous, planning.cycle)
+    reached = np.zeros(len(contour.path), dtype=bool)
+    peak = np.where(continuous, 0.0, profiles.peak_speed())
+    for begin, end in blocks(len(contour)):
+        some = slice(begin, end)
+        by_peak = peak[contour.section[some]] * contour.pace(some) >= REACHED
+        reached[contour.segment[some][by_peak]] = True
+    continuous_first = np.full(len(continuous), -1, dtype=np.int64)
+    continuous_s = Growing(float)
+    second_order_bound_s, toppra_bound_s = 0.0, 0.0
+    cycle, played = planning.cycle, planning.playback
+    cycles = np.maximum(np.ceil(profiles.total / (played.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
+    clock = _Clock(contour, cycles, cycle)
+    for section in range(len(continuous)) if played.ramp else np.flatnonzero(continuous).tolist():
+        begin_s = clock.at(section) if played.ramp else 0.0
+        if not continuous[section]:
+            if begin_s < played.steady:
+                cycles[section] = played.cycles(float(profiles.total[section]), begin_s, cycle)
+            continue
+        # scipy, and toppra even more so, are only imported where they are needed
+        from verne_post.trajectory import continuous as flow
+        from verne_post.trajectory.initial_profile import second_order_bound
+
+        section_path = ContourSection(joints, int(begins[section]), int(begins[section + 1]), cycle)
+        try:
+            effort = flow.QUALITY if planning.quality else flow.NORMAL
+            profile = flow.plan_continuous(
+                section_path, limits, cycle, effort, _solver(planning.solver), played, begin_s
+            )
+            second_order_bound_s += profile.bound
+            if planning.solver == "both":
+                toppra_bound_s += second_order_bound(section_path, limits, _solver("toppra"))
+        except (ValueError, RuntimeError) as error:
+            line = int(contour.line(begins[section : section + 1])[0])
+            text = f"no time profile found for the motion that begins in line {line}: {error}"
+            raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
+        # differences over four rows must not see the end of one motion and the beginning of the next
+        s = profile.s
+        before, after = section > 0, section + 1 < len(continuous) and not continuous[section + 1]
+        continuous_first[section] = continuous_s.count
+        continuous_s.copy(s, REST_ROWS * before, REST_ROWS * after)
+        cycles[section] = continuous_s.count - continuous_first[section] - 1
+        for begin, end in blocks(len(s) - 1):
+            for row in range(begin, end, CHUNK_ROWS):
+                part = s[row : min(row + CHUNK_ROWS, end) + 1]
+                element, w = section_path.locate(0.5 * (part[1:] + part[:-1]))
+                fast = np.diff(part) / cycle >= REACHED * joints.speed_cap(element, w)
+                reached[contour.segment[element[fast]]] = True
+        if progress is not None:
+            progress(int(begins[section + 1]))
+    both = planning.solver == "both"
+    return MotionProfiles(
+        profiles,
+        continuous_first,
+        cycles,
+        continuous_s.column(),
+        reached,
+        second_order_bound_s,
+        toppra_bound_s if both else None,
+    )
+
+
+class _Clock:
+    """When runs begin in the file, while the durations of those before become known."""
+
+    def __init__(self, contour: Contour, cycles: NDArray[np.int64], cycle: float) -> None:
+        self.cycles, self.cycle = cycles, cycle
+        dwells = np.bincount(
+            contour.dwell_section, weights=dwell_cycles(contour, cycle), minlength=contour.n_sections + 1
+        )
+        self.dwelt = np.cumsum(dwells)
+        self.section, self.row = 0, 0
+
+    def at(self, section: int) -> float:
+        """Time at which a run begins, s; asked in order."""
+        self.row += int(self.cycles[self.section : section].sum())
+        self.section = section
+        return (self.row + float(self.dwelt[section])) * self.cycle
+
+
+def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:
+    """Cycles (d,) of every dwell: no shorter than programmed."""
+    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
+
+
+def _solver(name: str) -> Callable[..., Array]:
+    """The second-order solver that plans."""
+    if name == "toppra":
+        from verne_post.trajectory import toppra_backend
+
+        return toppra_backend.solve
+    from verne_post.trajectory import reachability
+
+    return reachability.solve

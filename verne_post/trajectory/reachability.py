@@ -1,0 +1,229 @@
+"""The time-optimal profile under velocity and acceleration limits, by an exact reachability scan.
+
+Between grid points i and i + 1 the path acceleration u is constant, so the squared speeds x and K at both are tied by
+K = x + 2 D u. Every joint demands |q' u + q'' x| <= a at both ends of the step, which is |A K + B x| <= a with
+
+    A = q' / (2 D),  B = q'' - A  at the beginning,      A = q' / (2 D) + q'',  B = -q' / (2 D)  at the end.
+
+With symmetric limits rest is always feasible. The largest x from which some K up to a given one can be reached is
+
+    x = min(cap, V, min over A B <= 0 of (a + |A| K) / |B|),
+
+V being the largest x of any K, a corner of two lines. Scanned backwards this gives what is controllable; forwards,
+K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window scanned from its
+largest and its smallest start value encloses the truth, and where the two meet the value no longer depends on
+what came before: windows are scanned side by side and joined exactly.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rows import row_max, row_min
+from verne_post.model.machine import Limits
+from verne_post.trajectory.section_path import Grid
+
+Array = NDArray[np.float64]
+
+#: Grid points per window: enough steps to forget the start, few enough Python steps.
+WINDOW: Final = 96
+#: Windows whose start is not known when those before them have been scanned are scanned from the narrower bracket that these
+#: leave, up to so many brackets in all; what then is left goes one window after the other.
+BRACKETINGS: Final = 3
+#: Steps of a window that are scanned again before it is looked which windows have forgotten their start.
+STRETCHES: Final = ((0, 8), (8, 16), (16, 32), (32, 64), (64, 1 << 62))
+#: A line of (x, K) whose slope is beyond this bounds K or x alone.
+STEEP: Final = 1e9
+#: Stands for the squared speed where nothing bounds it.
+X_UNBOUNDED: Final = 1e14
+#: Grid points whose corners V are sought at a time.
+CHUNK: Final = 1 << 10
+
+
+def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int = WINDOW) -> Array:
+    """Squared speed x = sd^2 of the time-optimal profile, at rest at the end of the grid.
+
+    Parameters
+    ----------
+    grid : Grid
+    limits : Limits
+    start : float
+        x at the first point, mm2/s2; less where the grid does not let the profile stop from it.
+    window : int
+        Grid points that are scanned one after the other; does not change the result.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        mm2/s2.
+    """
+    x_cap = speed_caps(grid, limits)
+    x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
+    lines = _lines(grid, limits)
+    x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))
+    # backward: from K at i + 1 to x at i
+    reach = _scan_windows(x_cap[:-1][::-1], _reversed(_rising_in_k(lines)), window)
+    controllable = np.append(reach[::-1], 0.0)
+    # forward: from x at i to K at i + 1
+    begin = float(controllable[0])
+    return np.append(begin, _scan_windows(controllable[1:], _rising_in_x(lines), window, begin))
+
+
+def duration(s: Array, x: Array) -> float:
+    """Time of a profile with constant acceleration between grid points, s."""
+    speed = np.sqrt(x)
+    return float((2 * np.diff(s) / (speed[:-1] + speed[1:])).sum())
+
+
+def speed_caps(grid: Grid, limits: Limits) -> Array:
+    """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
+        return np.minimum(x, X_UNBOUNDED)
+
+
+def jerk_caps(grid: Grid, limits: Limits) -> Array:
+    """The x (n,) at which even motion alone takes the whole jerk, (J / |third derivative|)^(2/3)."""
+    with np.errstate(divide="ignore"):
+        return np.cbrt(row_min(limits.jerk / np.abs(grid.d3)) ** 2)
+
+
+def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
+    """A and B over a of every step, shape (n - 1, 2 n_joints): |A K + B x| <= 1."""
+    half = (0.5 / np.diff(grid.s))[:, None]
+    begin, end = half * grid.d1[:-1], half * grid.d1[1:]
+    a = np.concatenate([begin, end + grid.d2[1:]], axis=1)
+    b = np.concatenate([grid.d2[:-1] - begin, -end], axis=1)
+    over = np.tile(1.0 / limits.acceleration, 2)
+    return a * over, b * over
+
+
+def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Offset and gain of the bounds x <= offset + gain K that rise with K; the others are infinite."""
+    a, b = lines
+    steep, size = np.abs(a), np.abs(b)
+    # as a factor: which lines rise is as good as random, and choosing by a mask waits for every guess that is wrong
+    rising = ((a * b <= 0) & (steep < STEEP * size)).astype(float)
+    steep *= rising
+    steep /= np.maximum(size, np.finfo(float).tiny)
+    size *= rising
+    with np.errstate(divide="ignore"):
+        return np.divide(1.0, size, out=size), steep
+
+
+def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Offset and gain of the bounds K <= offset + gain x; the gain is negative where a larger x leaves less K."""
+    a, b = lines
+    bounding = np.abs(a) * STEEP > np.abs(b)
+    size = np.where(bounding, a, 1.0)
+    return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
+
+
+def _reversed(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+    return lines[0][::-1], lines[1][::-1]
+
+
+def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
+    """V (n,): the largest x for which any K at all is left; infinite where ``cap`` (n,) is below it anyway.
+
+    Bounds of x that rise with K meet the falling ones, and those from below, in corners; the lowest corner is V.
+    Bounds on K alone count as falling.
+    """
+    a, b = lines
+    found = np.full(len(a), np.inf)
+    # where even motion at the cap keeps all limits, x = K = cap is possible
+    tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
+    for first in range(0, len(tight), CHUNK):
+        rows = tight[first : first + CHUNK]
+        found[rows] = _corners_of(a[rows], b[rows])
+    return found
+
+
+def _corners_of(a: Array, b: Array) -> Array:
+    sign = np.where(b < 0, -1.0, 1.0)
+    up_a, up_b = (a * sign)[:, :, None], (b * sign)[:, :, None]  # up_a K + up_b x <= 1 bounds x from above
+    p, q = np.concatenate([a, -a], axis=1)[:, None, :], np.concatenate([b, -b], axis=1)[:, None, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = up_a * q - p * up_b
+        k, x = (q - up_b) / determinant, (up_a - p) / determinant
+        # along a rising line a larger K breaks the other line, which is not one that rises itself
+        corner = (up_a <= 0) & (determinant < 0) & ((q <= 0) | (p > 0)) & (k > 0) & (x > 0)
+        # at K = 0 already; a line without x bounds K alone
+        falling = np.where((up_a > 0) & (up_b > 0), 1.0 / up_b, np.inf).min(axis=(1, 2))
+    return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
+
+
+def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
+    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with ``start`` before the first, never below 0."""
+    n, count = lines[0].shape
+    windows = -(-n // window)
+    pad = windows * window - n
+
+    def steps_first(line: Array) -> Array:
+        """By step, line and window: what one step needs lies together."""
+        full = np.concatenate([line, np.zeros((pad, count))]).reshape(windows, window, count)
+        return np.ascontiguousarray(full.transpose(1, 2, 0))
+
+    caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
+    offset, gain = (steps_first(line) for line in lines)
+    values = np.empty((window, windows))
+    uncertain = np.empty(windows, dtype=np.intp)  # steps until the start of a window is forgotten
+    low, high = np.zeros(windows + 1), np.append(start, caps[-1])  # brackets of starts
+    low[0] = start
+    rows = np.arange(windows)
+    for _ in range(BRACKETINGS):
+        at = slice(None) if len(rows) == windows else rows
+        bracket = _section(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
+        values[:, rows], uncertain[rows] = bracket[:, 1], np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)
+        low[rows + 1], high[rows + 1] = bracket[-1]
+        rows = np.flatnonzero(low[:-1] != high[:-1])
+        if not len(rows):
+            break
+    rows = np.flatnonzero(low[:-1] == high[:-1])
+    begin = high[:-1]
+    while len(rows):  # windows whose start is known
+        for first, last in STRETCHES:
+            some = rows[uncertain[rows] > first]
+            if not len(some) or first >= window:
+                break
+            steps = slice(first, min(last, window))
+            at = slice(None) if len(some) == windows else some
+            before = values[first - 1, some] if first else begin[some]
+            values[steps, some] = _section(caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None])[
+                :, 0
+            ]
+        # a window that forgets nothing goes on in the next one
+        rows = rows[uncertain[rows] == window] + 1
+        rows = rows[rows < windows]
+        begin[rows] = values[-1, rows - 1]
+    return np.asarray(values.T.ravel()[:n])
+
+
+def _section(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
+    """Scan windows side by side, from one start value or from both ends of a bracket.
+
+    Parameters
+    ----------
+    cap : ndarray, shape (m, w)
+    offset, gain : ndarray, shape (m, lines, w)
+    start : ndarray, shape (1 or 2, w)
+
+    Returns
+    -------
+    ndarray, shape (m, 1 or 2, w)
+    """
+    y = start
+    found = np.empty((len(cap), *start.shape))
+    # a bound that falls turns a bracket over
+    turning = (gain.min(axis=(1, 2), initial=0.0) < 0).tolist() if len(start) == 2 else [False] * len(cap)
+    bound = np.empty((len(start), *gain.shape[1:]))
+    for turns, limit, one_offset, one_gain, out in zip(turning, cap, offset, gain, found, strict=True):
+        np.multiply(one_gain, y[:, None], out=bound)
+        if turns:
+            bound[0], bound[1] = np.minimum(bound[0], bound[1]), np.maximum(bound[0], bound[1])
+        np.add(bound, one_offset, out=bound)
+        y = np.minimum.reduce(bound, axis=1, out=out)
+        np.minimum(limit, y, out=y)
+        np.maximum(y, 0.0, out=y)
+    return found

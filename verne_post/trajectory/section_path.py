@@ -1,0 +1,188 @@
+"""A run between two standstills as a function of its path parameter s, and a grid with derivatives along it."""
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base import spans
+from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_max
+
+Array = NDArray[np.float64]
+
+#: A span of the grid is at most this much path.
+SPAN_MM: Final = 20.0
+#: A span is halved while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
+TAIL_SHARE: Final = 1e-4
+#: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
+TAIL_NOISE: Final = 1e-9
+#: The Chebyshev points of a span that become points of the grid where there are many spans: evenly spread.
+KEPT: Final = [1, 3, 4, 6]
+MANY_SPANS: Final = 200
+#: Spans derived at a time: what it takes then stays in the processor's cache.
+CHUNK_SPANS: Final = 1 << 10
+#: Joints are known to this share of their largest value.
+ROUNDING: Final = 3e-14
+#: Spans are halved at most so often.
+HALVINGS: Final = 6
+
+
+class Section(Protocol):
+    """Motion between two standstills.
+
+    The joints are functions of s with continuous q' and q''; q''' may jump at ``breaks``. Bad input is
+    found by what is computed from it: joints that are not finite, or lengths and breaks out of order.
+    """
+
+    @property
+    def length(self) -> float:
+        """Length by s, mm."""
+
+    @property
+    def breaks(self) -> Array:
+        """Ends of the elements, from 0 to length, in order; both included."""
+
+    def q(self, s: Array) -> Array:
+        """Joints (n, n_joints) at s (n,)."""
+
+    def speed(self, s: Array) -> Array:
+        """Largest ds/dt (n,) by the feed at s (n,), mm/s; infinite for rapids."""
+
+    def hidden(self, s: Array) -> Array:
+        """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Points along a run, in order, with derivatives of the joints by s.
+
+    Attributes
+    ----------
+    s : ndarray, shape (n,)
+        mm; both ends included.
+    d1, d2, d3 : ndarray, shape (n, n_joints)
+    speed : ndarray, shape (n,)
+        Largest ds/dt by the feed, mm/s.
+    """
+
+    s: Array
+    d1: Array
+    d2: Array
+    d3: Array
+    speed: Array
+
+
+def grid_along(section: Section, first: int = 0, last: int | None = None) -> Grid:
+    """Some Chebyshev points of spans over elements of a run, with spectral derivatives.
+
+    Parameters
+    ----------
+    section : Run
+    first, last : int
+        Elements, ``last`` excluded; to the end of the run if None.
+
+    Raises
+    ------
+    ValueError
+        The run has no length, its breaks are out of order, or a joint or speed is not a number.
+    """
+    whole = np.asarray(section.breaks, dtype=float)
+    if not (np.isfinite(section.length) and section.length > 0):
+        raise ValueError(f"a run needs a finite length above 0, got {section.length}")
+    breaks = whole[first:] if last is None else whole[first : last + 1]
+    if len(breaks) < 2 or whole[0] != 0.0 or whole[-1] != section.length or not (np.diff(breaks) >= 0).all():
+        raise ValueError(f"the breaks of a run rise from 0 to its length {section.length:g}")
+    width = np.diff(breaks)
+    parts = np.ceil(width / SPAN_MM).astype(int)  # none of a element without length
+    owner, index = ragged(parts)
+    width = width[owner] / parts[owner]
+    low = breaks[owner] + index * width
+    q = _samples(section, low, width)
+    done: list[tuple[Array, Array, Array]] = []
+    for halving in range(HALVINGS + 1):
+        motion = q.max(axis=0) - q.min(axis=0)
+        rough = row_max(spans.tail(q) - TAIL_SHARE * motion) > TAIL_NOISE
+        if halving == HALVINGS:
+            rough[:] = False
+        if not rough.any():
+            done.append((low, width, q))
+            break
+        done.append((low[~rough], width[~rough], q[:, ~rough]))
+        half = 0.5 * width[rough]
+        low, width = np.concatenate([low[rough], low[rough] + half]), np.concatenate([half, half])
+        q = _samples(section, low, width)
+    lows, widths, samples = zip(*done, strict=True)
+    order = np.argsort(np.concatenate(lows), kind="stable")
+    low, width = (np.concatenate(column)[order] for column in (lows, widths))
+    kept = KEPT if len(low) > MANY_SPANS else list(range(spans.NODES))
+    noise = ROUNDING * max(float(np.abs(some).max(initial=0.0)) for some in samples)
+    derived = [_derivatives(some, wide, kept, noise) for some, wide in zip(samples, widths, strict=True)]
+    d1, d2, d3 = (
+        np.concatenate(part).take(order, axis=0).reshape(len(order) * len(kept), -1)
+        for part in zip(*derived, strict=True)
+    )
+    s = (low[:, None] + spans.SAMPLES[kept] * width[:, None]).ravel()
+    speed = np.asarray(section.speed(s), dtype=float)
+    if not (speed > 0).all():
+        raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the run")
+
+    def framed(a: Array) -> Array:
+        return np.concatenate([a[:1], a, a[-1:]])
+
+    return Grid(np.concatenate([breaks[:1], s, breaks[-1:]]), framed(d1), framed(d2), framed(d3), framed(speed))
+
+
+def joints_at(section: Section, s: Array) -> Array:
+    """``section.q(s)``, which must be finite.
+
+    Raises
+    ------
+    ValueError
+        Naming the first s without joints.
+    """
+    q = np.asarray(section.q(s), dtype=float)
+    if not np.isfinite(q).all():
+        bad = s[~np.isfinite(q).all(axis=1)].min()
+        raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the run")
+    return q
+
+
+def _samples(section: Section, low: Array, width: Array) -> Array:
+    """Joints (nodes, m, n_joints) at the Chebyshev points of spans."""
+    s = low + spans.SAMPLES[:, None] * width
+    return joints_at(section, s.ravel()).reshape(*s.shape, -1)
+
+
+def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[Array]:
+    """First three derivatives by s, each (m, len(kept), n_joints), of joints (nodes, m, n_joints) at samples of spans (m,).
+
+    Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.
+    """
+    found = [np.empty((q.shape[1], len(kept), q.shape[2])) for _ in _DERIVE]
+    for first in range(0, len(width), CHUNK_SPANS):
+        part = slice(first, first + CHUNK_SPANS)
+        per_mm = (1.0 / width[part])[:, None]
+        some = np.ascontiguousarray(q[:, part])
+        for order, (matrix, out) in enumerate(zip(_DERIVE, found, strict=True), start=1):
+            values = spans.across(matrix[kept], some)
+            bound = noise * _NOISE_GAIN[order - 1]
+            values -= np.clip(values, -bound, bound)
+            values *= per_mm**order
+            out[part] = values.transpose(1, 0, 2)
+    return found
+
+
+def _derivative_matrices() -> list[Array]:
+    """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
+    monomials = np.linalg.inv(np.vander(spans.SAMPLES, spans.NODES, increasing=True))
+    found = []
+    for order in (1, 2, 3):
+        derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T])
+        found.append(np.vander(spans.SAMPLES, spans.NODES - order, increasing=True) @ derived.T)
+    return found
+
+
+_DERIVE: Final = _derivative_matrices()
+_NOISE_GAIN: Final = [float(np.abs(matrix).sum(axis=1).max()) for matrix in _DERIVE]
