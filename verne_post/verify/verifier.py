@@ -230,8 +230,9 @@ class Verifier:
     # --- path -----------------------------------------------------------------------------
 
     def _path(self, block: SetpointBlock) -> None:
-        group = self._groups(block)
-        if group is None:
+        group, stray = self._groups(block)
+        if stray is not None:
+            self._lost_at(block, len(group), "VP413", stray)
             return
         item: Ints = self.items.group_first[group]
         several = self.items.group_first[group + 1] - item > 1
@@ -243,10 +244,7 @@ class Verifier:
         at = np.where(dwell, np.minimum(self.items.rest_segment[item], len(self.path) - 1), segment)
         tip, angles, ok = self.forward(q, self.path.tool_length[at])
         if not ok.all():
-            row = int(np.argmin(ok))
-            self._note("VP411", f"row {block.first + row}: the joint values close no position of the platform",
-                       int(block.line[row]))  # fmt: skip
-            self.lost = True
+            self._lost_at(block, int(np.argmin(ok)), "VP411", ": the joint values close no position of the platform")
             return
         measured = Measured(q, tip, angles)
         fresh = np.append(item[0] != self.item, item[1:] != item[:-1])
@@ -259,8 +257,15 @@ class Verifier:
         self.item, self.u, self.group, self.line = int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[-1])
         self.dwelt = dwelt
 
-    def _groups(self, block: SetpointBlock) -> Ints | None:
-        """Group of each row by its source line; None when the lines are not those of the program in order."""
+    def _lost_at(self, block: SetpointBlock, row: int, code: str, text: str) -> None:
+        """Judge the rows of a block before one from which on the path cannot be followed."""
+        if row:
+            self._path(SetpointBlock(block.first, block.values[:row], block.line[:row], block.format))
+        self._note(code, f"row {block.first + row}{text}", int(block.line[row]))
+        self.lost = True
+
+    def _groups(self, block: SetpointBlock) -> tuple[Ints, str | None]:
+        """Group of each row by its source line, up to one whose line is not the program's next, and what is wrong with that."""
         line = block.line.astype(np.int64)
         previous = np.append(self.line if self.line is not None else -2, line[:-1])
         group = self.group + np.cumsum(line != previous)
@@ -269,7 +274,7 @@ class Verifier:
             expected = self.items.group_line[np.minimum(group, len(self.items.group_line) - 1)]
             wrong = np.flatnonzero(beyond | (expected != line))
             if not len(wrong):
-                return group
+                return group, None
             row = int(wrong[0])
             hop = self._skipped(int(group[row]), int(line[row]))
             if hop is None:
@@ -279,10 +284,7 @@ class Verifier:
                     if not line[row]
                     else ""
                 )
-                self._note("VP413", f"row {block.first + row} belongs to line {line[row]}, where the program has {where}{hint}",
-                           int(line[row]))  # fmt: skip
-                self.lost = True
-                return None
+                return group[:row], f" belongs to line {line[row]}, where the program has {where}{hint}"
             group[row:] += hop
 
     def _skipped(self, group: int, line: int) -> int | None:
@@ -305,7 +307,8 @@ class Verifier:
             first = int(self.items.group_first[group[begin]])
             last = int(self.items.group_first[group[begin] + 1]) - 1
             continued = begin == 0 and group[0] == self.group
-            now, u, dwelt = (self.item, self.u, self.dwelt) if continued else (first, 0.0, 0)
+            now, dwelt = (self.item, self.dwelt) if continued else (first, 0)
+            u = self.u if continued else None
             row = begin
             while row < end:
                 if now == last:
@@ -314,24 +317,24 @@ class Verifier:
                 if self.items.segment[now] < 0:
                     take = min(int(self.items.dwell_cycles[now]) - dwelt, end - row)
                 else:
-                    take = self._rows_of_item(q[row:end], now, u, fresh=not (continued and row == begin))
+                    take = self._rows_of_item(q[row:end], now, u)
                 item[row : row + take] = now
                 row += take
                 if row < end:
-                    now, u, dwelt = now + 1, 0.0, 0
+                    now, u, dwelt = now + 1, None, 0
         return item
 
-    def _rows_of_item(self, q: Array, item: int, u_before: float, *, fresh: bool) -> int:
-        """How many of the following rows lie before the end of a segment."""
+    def _rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
+        """How many of the following rows lie before the end of a segment, whose u the row before has; None if it is not on it."""
         segment = int(self.items.segment[item])
         close = 1.0 - self.tip_noise / self.measures.told_by[segment]
         for begin in range(0, len(q), _LOOK_AHEAD):
             some = q[begin : begin + _LOOK_AHEAD]
             at = np.full(len(some), segment)
             tip, angles, _ok = self.forward(some, self.path.tool_length[at])
-            marks = np.zeros(len(some), dtype=bool)
-            marks[0] = fresh and begin == 0
-            u = unwrapped_u(self.path, at, Measured(some, tip, angles), marks, u_before)
+            fresh = np.zeros(len(some), dtype=bool)
+            fresh[0] = u_before is None
+            u = unwrapped_u(self.path, at, Measured(some, tip, angles), fresh, u_before or 0.0)
             past = np.flatnonzero(u >= close)
             if len(past):
                 return begin + int(past[0])
@@ -472,7 +475,7 @@ class Verifier:
     def _count_slow(self, budget: Array) -> None:
         """Rows of feed moves that fall short of the feed, by the limit that was nearest."""
         slow = (budget > 0) & (budget < SLOW * self.fmt.cycle)
-        count = np.bincount(self.binding[slow], minlength=3 * len(self.columns))
+        count = np.bincount(self.binding[: len(slow)][slow], minlength=3 * len(self.columns))
         for index in np.flatnonzero(count).tolist():
             kind, joint = divmod(index, len(self.columns))
             key = (("velocity", "acceleration", "jerk")[kind], self.columns[joint].joint)

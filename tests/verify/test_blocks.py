@@ -1,0 +1,176 @@
+"""Rows come in blocks, and a verdict does not depend on where the blocks end: not of good files, and not of spoilt ones."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.output.rounding import setpoint_format
+from verne_post.pipeline import Program, read_program, verify_setpoints
+from verne_post.trajectory.sample import BLOCK_ROWS
+
+from .test_verifier import MACHINE, OPTIONS, Table, made, program
+
+# lines: 2 start, 4 four circles and 7 three dwells and moves of one line each, 9 back, 10 an arc of several turns
+LOOPS = program("""G0 X0 Y0 Z24 A0 C0
+o1 repeat [4]
+G2 I.5 F1500
+o1 endrepeat
+o2 repeat [3]
+G4 P.02 G91 G1 X1
+o2 endrepeat
+G90 X0 A2
+G3 I-.4 P3 C2
+G0 Z25""")
+# the same where corners are rounded and collinear moves go on
+ROUNDED = program(
+    "G0 X0 Y0 Z24 A0 C0\nG1 X2 F1500\nX4\nX5 Y2\nG2 I.5 J.3\nG2 I.5 J.3\nG1 X6\nG61.1 X7\nG64 P.02 X8 Y4\nG4 P.01\nX6", "G21 G90 G94 G17 G64 P0.02"
+)  # fmt: skip
+
+
+def verdict(asked: Program, values: np.ndarray, line: np.ndarray, ends: Iterable[int]) -> set[tuple[str, str | None]]:
+    """Codes and axes of what is found in rows in blocks with these ends; of each, only the first place of a block is kept."""
+    fmt = setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
+    places = [0, *ends, len(values)]
+    blocks = (SetpointBlock(a, values[a:b], line[a:b], fmt) for a, b in pairwise(places) if a < b)
+    return {(item.code, item.axis) for item in verify_setpoints(asked, blocks).findings}
+
+
+def deleted(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
+    return np.delete(values, slice(first, last), axis=0), np.delete(line, slice(first, last))
+
+
+def repeated(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
+    rows = np.concatenate([np.arange(last), np.arange(first, len(line))])
+    return values[rows], line[rows]
+
+
+def exchanged(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
+    rows = np.arange(len(line))
+    rows[first:last] = rows[first:last][::-1]
+    return values[rows], line[rows]
+
+
+def stood_still(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
+    values = values.copy()
+    values[first:last] = values[first]
+    return values, line
+
+
+def early(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
+    line = line.copy()
+    line[first:last] = line[last]
+    return values, line
+
+
+def late(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
+    line = line.copy()
+    line[first:last] = line[first - 1]
+    return values, line
+
+
+HOW: dict[str, Callable[..., Table]] = {
+    "deleted": deleted, "repeated": repeated, "reversed": exchanged, "stood still": stood_still,
+    "under the later line": early, "under the earlier line": late,
+}  # fmt: skip
+SOURCES = {
+    "stops": (LOOPS, OPTIONS),
+    "rounded": (ROUNDED, OPTIONS),
+    "0.05 s a row": (ROUNDED, replace(OPTIONS, cycle=0.05)),
+}
+
+
+def rest_places(values: np.ndarray) -> np.ndarray:
+    """Rows at which the machine stands: where a file can be cut without a jolt."""
+    return np.flatnonzero(np.abs(np.diff(values, axis=0)).max(axis=1) < 1e-6) + 1
+
+
+@pytest.mark.parametrize("what", SOURCES)
+def test_a_good_file_passes_wherever_a_block_ends(what: str) -> None:
+    source, options = SOURCES[what]
+    values, line = made(source, options)
+    asked = read_program(source, MACHINE, options)
+    changes = np.flatnonzero(np.diff(line)) + 1
+    near = np.unique(
+        np.concatenate([changes + k for k in (-2, -1, 0, 1, 2)] + [rest_places(values), [1, 2, len(line) - 1]])
+    )
+    for end in near[(near > 0) & (near < len(line))].tolist():
+        assert verdict(asked, values, line, [end]) == set()
+    assert verdict(asked, values, line, range(1, len(line), 3)) == set()
+
+
+@pytest.mark.parametrize("how", HOW)
+@pytest.mark.parametrize("what", SOURCES)
+def test_a_spoilt_file_fails_alike_wherever_a_block_ends(what: str, how: str) -> None:
+    """Spoilt from a line's first row on, to its last, and by a single row; blocks end at each edge and beside it."""
+    source, options = SOURCES[what]
+    values, line = made(source, options)
+    asked = read_program(source, MACHINE, options)
+    edges = [0, *(np.flatnonzero(np.diff(line)) + 1).tolist(), len(line) - 1]
+    for first, last in pairwise(edges):
+        for a, b in {(first, last), (first, first + 1), (last - 1, last), (first, (first + last) // 2)}:
+            if a == b or a == 0:
+                continue
+            spoilt = HOW[how](values, line, a, b)
+            whole = verdict(asked, *spoilt, [])
+            changed = spoilt[1].shape != line.shape or (spoilt[1] != line).any() or (spoilt[0] != values).any()
+            if what == "stops" and b - a > 30 and changed:
+                assert whole, (a, b)
+            ends = sorted({a - 1, a, a + 1, b - 1, b, b + 1} & set(range(1, len(spoilt[1]))))
+            for end in ends:
+                assert verdict(asked, *spoilt, [end]) == whole, (a, b, end)
+            assert verdict(asked, *spoilt, ends) == whole, (a, b)
+
+
+# --- several motions of one line ------------------------------------------------------------------------------
+
+
+def of_line(values: np.ndarray, line: np.ndarray, number: int, count: int) -> list[tuple[int, int]]:
+    """First and last row of each of the motions of a line, which begin at rest and take equally long."""
+    rows = np.flatnonzero(line == number)
+    edges = np.linspace(rows[0], rows[-1] + 1, count + 1).round().astype(int)
+    return list(pairwise(edges.tolist()))
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 3])
+def test_one_of_several_motions_of_a_line_left_out(number: int) -> None:
+    """A circle ends where it begins: without its rows nothing jumps, no line is missing, and only one of four is gone."""
+    values, line = made(LOOPS)
+    asked = read_program(LOOPS, MACHINE, OPTIONS)
+    first, last = of_line(values, line, 4, 4)[number]
+    spoilt = deleted(values, line, first, last)
+    for ends in ([], [first], [first - 1], [first + 1], range(1, len(line), 3)):
+        assert {("VP412", None), ("VP413", None)} & verdict(asked, *spoilt, ends)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 3])
+def test_one_of_several_motions_of_a_line_twice(number: int) -> None:
+    values, line = made(LOOPS)
+    asked = read_program(LOOPS, MACHINE, OPTIONS)
+    first, last = of_line(values, line, 4, 4)[number]
+    spoilt = repeated(values, line, first, last)
+    for ends in ([], [first], [last], [last - 1], [last + 1], range(1, len(line), 3)):
+        assert verdict(asked, *spoilt, ends)
+
+
+# --- blocks as they are written and read --------------------------------------------------------------------------
+
+LONG = "\n".join(f"G1 X{10 * (k % 2)} Y{0.5 * k:.1f} F900" for k in range(1, 25)) + "\nG2 I-5 P2\nG4 P.05\nG0 Z30"
+
+
+@pytest.mark.parametrize("shift", [-2, -1, 0, 1])
+@pytest.mark.parametrize("how", HOW)
+def test_a_file_spoilt_where_a_block_of_the_real_size_ends(how: str, shift: int) -> None:
+    source = program(f"G0 X0 Y0 Z24 A0 C0\n{LONG}")
+    values, line = made(source)
+    assert len(line) > BLOCK_ROWS + 1000
+    asked = read_program(source, MACHINE, OPTIONS)
+    at = BLOCK_ROWS + shift
+    spoilt = HOW[how](values, line, at, at + 40)
+    whole = verdict(asked, *spoilt, [])
+    assert verdict(asked, *spoilt, range(BLOCK_ROWS, len(spoilt[1]), BLOCK_ROWS)) == whole
+    if how in ("deleted", "repeated", "reversed", "stood still"):
+        assert whole
