@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from verne_post.pipeline import Program, read_program, verify_setpoints
 
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import setpoint_format
-from verne_post.pipeline import Program, read_program, verify_setpoints
 from verne_post.trajectory.sample import BLOCK_ROWS
 
 from .test_verifier import MACHINE, OPTIONS, Table, made, program
