@@ -84,6 +84,54 @@ def test_imports_run_downwards(path):
     assert not wrong, "arrows that run the wrong way:\n" + "\n".join(wrong)
 
 
+def files_imported(path: Path) -> set[Path]:
+    """The files of the package that a file imports, wherever in the file it does so."""
+    found = set()
+    for _line, name in imports(path):
+        parts = name.split(".")
+        while len(parts) > 1 and parts[0] == "verne_post":
+            place = PACKAGE.joinpath(*parts[1:])
+            target = place.with_suffix(".py") if place.with_suffix(".py").is_file() else place / "__init__.py"
+            if target.is_file():
+                found.add(target)
+                break
+            parts.pop()
+    return found - {path, PACKAGE / "__init__.py"}
+
+
+def test_no_files_import_each_other_in_a_circle():
+    graph = {path: files_imported(path) for path in FILES}
+    state: dict[Path, str] = {}
+    trail: list[Path] = []
+
+    def visit(path: Path) -> list[Path]:
+        state[path] = "open"
+        trail.append(path)
+        for target in sorted(graph[path]):
+            if state.get(target) == "open":
+                return [*trail[trail.index(target) :], target]
+            if target not in state and (found := visit(target)):
+                return found
+        state[path] = "done"
+        trail.pop()
+        return []
+
+    for path in FILES:
+        circle = [] if path in state else visit(path)
+        assert not circle, " -> ".join(str(one.relative_to(PACKAGE)) for one in circle)
+
+
+def test_the_page_on_the_architecture_names_what_is_there():
+    """Each row of "where to change what": the file exists and holds the name."""
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text("utf-8")
+    table = page.split("## Where to change what")[1].split("##")[0]
+    rows = [line.split("|")[2:4] for line in table.splitlines() if line.startswith("| ") and "`" in line]
+    assert len(rows) > 30
+    for file, name in rows:
+        text = (PACKAGE.parent / file.strip().strip("`")).read_text("utf-8")
+        assert name.strip().strip("`") in text, f"{file.strip()} has no {name.strip()}"
+
+
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_only_its_backend_imports_a_solver(solver):
     users = {

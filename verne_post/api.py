@@ -83,7 +83,7 @@ def check(
     Examples
     --------
     >>> import verne_post as vp
-    >>> result = vp.check("G21 G90\\nG0 X0 Y0 Z900 A0 C0\\nM2\\n", "verne", vp.Options(tool_length=80))
+    >>> result = vp.check("G21 G90\\nG0 X0 Y0 Z20 A0 C0\\nZ700\\nM2\\n", "verne", vp.Options(tool_length=80))
     >>> result.ok, result.findings[0].code
     (False, 'VP101')
     """

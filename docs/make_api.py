@@ -1,0 +1,131 @@
+"""Write docs/api.md from the docstrings of the public names: python docs/make_api.py [--check]."""
+
+import inspect
+import re
+import sys
+from pathlib import Path
+
+import verne_post
+from verne_post import api
+
+PAGE = Path(__file__).with_name("api.md")
+HEAD = """# Python API
+
+```python
+import verne_post as vp
+
+machine = vp.load_machine("verne")
+options = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)})
+result = vp.convert(Path("gcode_samples/pocket_3axis.nc"), machine, options)
+if result.ok:
+    frame = result.setpoints.to_pandas()       # or to_polars(), to_dict(), to_csv()
+else:
+    print(result)                              # findings as a table; in a notebook as HTML
+```
+
+Programs are given as bytes, as text, or as a `pathlib.Path`; a path brings the subprograms beside it. A bad *program* never
+raises: it makes a result whose findings say why. A bad *call* raises `UsageError`, which names the argument and what would be
+right. A machine file that cannot be used raises `InputError`, which carries findings.
+
+A strict type checker knows every name below. `dir(verne_post)` lists the same names. `verne_post.gcode.read_moves` is the
+interpreter alone. This page is made from the docstrings by `docs/make_api.py`.
+"""
+FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "fit", "work_offsets")
+CLASSES = (
+    "Options", "WorkOffset", "Tool", "Cylinder", "Box", "Result", "Setpoints", "Finding", "Explanation", "Verification",
+    "Summary", "Verdict", "Machine", "UsageError", "InputError",
+)  # fmt: skip
+
+
+#: Aliases of types in signatures.
+ALIASES = {
+    "bytes | str | PathLike[str]": "Source", "Machine | str | PathLike[str]": "MachineLike",
+    "Callable[[SetpointBlock], None]": "Sink", "Callable[[str, int, int], None]": "Progress",
+}  # fmt: skip
+
+
+def signature_of(name: str, thing: object) -> str:
+    """The call of a function, one parameter a line, types by their names."""
+    signature = inspect.signature(thing)  # type: ignore[arg-type]
+    rows, keyword_only = [], False
+    for parameter in signature.parameters.values():
+        if parameter.kind is parameter.KEYWORD_ONLY and not keyword_only:
+            rows, keyword_only = [*rows, "*"], True
+        rows.append(str(parameter))
+    text = "\n".join(
+        [f"{name}(", *(f"    {row}," for row in rows), f") -> {inspect.formatannotation(signature.return_annotation)}"]
+    )
+    text = re.sub(r"(?:[a-z_]+\.)+([A-Z]\w*)", r"\1", text)
+    for types, alias in ALIASES.items():
+        text = text.replace(types, alias)
+    return text
+
+
+def markdown_of(docstring: str) -> str:
+    """A numpydoc docstring as markdown: sections become headings and lists, examples code."""
+    lines = inspect.cleandoc(docstring).splitlines()
+    out: list[str] = []
+    section = ""
+    for at, line in enumerate(lines):
+        if at + 1 < len(lines) and lines[at + 1] and set(lines[at + 1]) == {"-"}:
+            section = line
+            out += [f"**{line}**", ""]
+        elif line and set(line) == {"-"}:
+            continue
+        elif section == "Examples":
+            out += ["```python", *lines[at:], "```"]
+            break
+        elif section and line and not line.startswith(" "):
+            name, colon, kind = line.partition(" : ")
+            out.append(f"- `{name}`" + (f" ({kind})" if colon else ""))
+        elif section and line:
+            out.append(f"  {line.strip()}")
+        else:
+            out.append(line)
+    text = re.sub(r":\w+:`~?(?:[\w.]*\.)?(\w+)`", r"`\1`", "\n".join(out))
+    return re.sub(r"(?<!`)``(?!`)", "`", text).strip()
+
+
+def option_rows() -> list[str]:
+    """A table of the options, from their model."""
+    from verne_post.cli.options import flag_of
+    from verne_post.model.options import Options, about
+
+    rows = ["| option | command line | default | meaning |", "|---|---|---|---|"]
+    for name, field in Options.model_fields.items():
+        shown = about(name)
+        flag = f"`{flag_of(name)}`" if shown.flag != "" else "from a file"
+        default = "" if field.default_factory else f"`{field.default!r}`"
+        unit = f" ({shown.unit})" if shown.unit else ""
+        rows.append(f"| `{name}` | {flag} | {default} | {shown.help.replace('|', '/')}{unit} |")
+    return rows
+
+
+def page() -> str:
+    """The whole page."""
+    parts = [HEAD, "## Functions", ""]
+    for name in FUNCTIONS:
+        thing = getattr(api, name, None) or getattr(verne_post, name)
+        parts += [
+            f"### {name}",
+            "",
+            "```python",
+            signature_of(name, thing),
+            "```",
+            "",
+            markdown_of(thing.__doc__ or ""),
+            "",
+        ]
+    parts += ["## Classes", ""]
+    for name in CLASSES:
+        thing = getattr(verne_post, name)
+        parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), ""]
+        if name == "Options":
+            parts += [*option_rows(), ""]
+    return "\n".join(parts).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    if "--check" in sys.argv:
+        sys.exit(int(page() != PAGE.read_text("utf-8")))
+    PAGE.write_text(page(), "utf-8")

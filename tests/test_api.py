@@ -1,0 +1,176 @@
+"""The Python API: what it takes, what it says of misuse, and that its page and its types are true."""
+
+import doctest
+import importlib.util
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post as vp
+from verne_post import api
+from verne_post.model import options
+
+ROOT = Path(__file__).resolve().parents[1]
+POCKET = ROOT / "gcode_samples" / "pocket_3axis.nc"
+OPTIONS = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)}, cycle=0.004)
+SHORT = "G21 G90 F600\nG0 X0 Y0 Z20\nG1 X10\nM2\n"
+
+
+def test_names_are_visible_and_only_they() -> None:
+    assert sorted(vp.__all__) == dir(vp)
+    for name in vp.__all__:
+        assert getattr(vp, name) is not None
+    for name in vp.__all__:
+        thing = getattr(vp, name)
+        assert name in ("__version__", "gcode") or inspect.getdoc(thing), name
+
+
+def test_bytes_text_and_paths_are_the_same_program() -> None:
+    text = POCKET.read_text("utf-8")
+    rows = [vp.convert(source, "verne", OPTIONS).setpoints for source in (text, text.encode(), POCKET)]
+    for one in rows:
+        assert one is not None
+        assert one.to_csv() == rows[0].to_csv()  # type: ignore[union-attr]
+
+
+def test_the_csv_is_that_of_the_command(run: Any) -> None:
+    answer = run("convert", POCKET, "--tool-length", 80, "--wcs", "G54=-10,15,60", "--cycle", 0.004)
+    result = vp.convert(POCKET, "verne", OPTIONS)
+    assert result.setpoints is not None
+    assert result.setpoints.to_csv() == answer.out
+    assert vp.verify(result.setpoints, POCKET, "verne", OPTIONS).ok
+    assert vp.verify(answer.out, POCKET, "verne", OPTIONS).ok
+    spoilt = answer.out.replace(answer.out.splitlines()[500], answer.out.splitlines()[400])
+    assert not vp.verify(spoilt, POCKET, "verne", OPTIONS).ok
+
+
+def test_a_path_brings_its_subprograms(tmp_path: Path) -> None:
+    (tmp_path / "main.ngc").write_text("G21 G90 G0 X0 Y0 Z20\no<hop> call [7]\nM2\n")
+    (tmp_path / "hop.ngc").write_text("o<hop> sub\nG1 X#1 F600\no<hop> endsub\n")
+    assert vp.check(tmp_path / "main.ngc", "verne", vp.Options(tool_length=80)).ok
+    assert not vp.check((tmp_path / "main.ngc").read_bytes(), "verne", vp.Options(tool_length=80)).ok
+
+
+def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(POCKET.parent)
+    with pytest.raises(vp.UsageError, match=r"pathlib\.Path\('pocket_3axis\.nc'\)"):
+        vp.convert("pocket_3axis.nc", "verne", OPTIONS)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: vp.convert(5, "verne"), "source"),  # type: ignore[arg-type]
+        (lambda: vp.convert(SHORT, 5), "machine"),  # type: ignore[arg-type]
+        (lambda: vp.convert(SHORT, "verne", {"tolerance": 1}), "options"),  # type: ignore[arg-type]
+        (lambda: vp.convert(SHORT, "verne", None, "rows"), "sink"),  # type: ignore[arg-type]
+        (lambda: vp.check(SHORT, "verne", None, 3), "progress"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, "verne", "3"), "line"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, "verne", 1, vp.Options(tool_length=80)), "line"),
+        (lambda: vp.fit(SHORT, "verne", free="xq"), "free"),
+        (lambda: vp.convert(Path("no such file"), "verne"), "source"),
+        (lambda: vp.verify(3, SHORT, "verne"), "setpoints"),  # type: ignore[arg-type]
+        (lambda: vp.work_offsets(G60=(1, 2, 3)), "wcs"),
+        (lambda: setattr(OPTIONS, "air", 3.0), "air"),
+    ],
+)
+def test_misuse_raises_one_documented_error(call: Any, name: str) -> None:
+    with pytest.raises(vp.UsageError) as caught:
+        call()
+    assert caught.value.option == name
+    assert len(caught.value.reason) > 10
+
+
+def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
+    with pytest.raises(vp.InputError):
+        vp.convert(SHORT, "no such machine")
+
+
+def test_bad_programs_are_results() -> None:
+    for source, verdict in (("G1 X", "unusable program"), ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "violates limits")):
+        result = vp.convert(source, "verne", vp.Options(tool_length=80))
+        assert (result.ok, result.setpoints) == (False, None)
+        assert result.verdict == verdict
+        assert result.findings[0].code in repr(result)
+        assert result.findings[0].code in result._repr_html_()
+
+
+def test_results_print_as_tables() -> None:
+    result = vp.convert(POCKET, "verne", OPTIONS)
+    assert "accepted" in repr(result)
+    assert result.setpoints is not None
+    lines = repr(result.setpoints).splitlines()
+    assert lines[0].split()[0] == "t_s"
+    assert lines[-1] == f"{len(result.setpoints)} rows"
+    assert result.setpoints._repr_html_().startswith("<table>")
+
+
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_data_frames(library: str) -> None:
+    pytest.importorskip(library)
+    rows = vp.convert(POCKET, "verne", OPTIONS).setpoints
+    assert rows is not None
+    frame = getattr(rows, f"to_{library}")()
+    assert list(frame.columns) == list(rows.columns)
+    np.testing.assert_array_equal(np.asarray(frame["rho1_mm"]), rows.values[:, 0])
+
+
+def test_options_are_written_once() -> None:
+    """Each option has help, and its record a key; the settings file takes what it may."""
+    record = vp.Options().record()
+    for name in options.Options.model_fields:
+        assert options.about(name).help.endswith("."), name
+        assert name == "source_name" or options.key_of(name) in record
+
+
+@pytest.mark.parametrize("module", [api, options])
+def test_examples_of_the_docstrings(module: Any) -> None:
+    assert doctest.testmod(module).failed == 0
+
+
+def test_the_page_is_made_from_the_docstrings() -> None:
+    spec = importlib.util.spec_from_file_location("make_api", ROOT / "docs" / "make_api.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.page() == (ROOT / "docs" / "api.md").read_text("utf-8"), "run python docs/make_api.py"
+
+
+CLIENT = """
+from pathlib import Path
+
+import verne_post as vp
+
+machine = vp.load_machine("verne")
+offsets = vp.work_offsets(G54=(-10.0, 15.0, 60.0))
+options = vp.Options(tool_length=80.0, wcs=offsets, tools={1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))})
+result: vp.Result = vp.convert(Path("part.nc"), machine, options)
+codes: list[str] = [finding.code for finding in result.findings]
+if result.ok and result.setpoints is not None:
+    csv: str = result.setpoints.to_csv()
+    good: bool = vp.verify(result.setpoints, Path("part.nc"), machine, options).ok
+text: str = vp.explain("G0 X1", machine, 1, options).text
+"""
+
+
+def test_a_strict_type_checker_accepts_a_client(tmp_path: Path) -> None:
+    pytest.importorskip("mypy")
+    client = tmp_path / "client.py"
+    client.write_text(CLIENT, "utf-8")
+    answer = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(client)],
+        capture_output=True, text=True, cwd=tmp_path, check=False,
+    )  # fmt: skip
+    assert answer.returncode == 0, answer.stdout
+    client.write_text("import verne_post as vp\nvp.Options(tool_lenght=80.0)\n", "utf-8")
+    wrong = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(client)],
+        capture_output=True, text=True, cwd=tmp_path, check=False,
+    )  # fmt: skip
+    assert wrong.returncode == 1
