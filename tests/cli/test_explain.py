@@ -95,7 +95,7 @@ def test_a_line_from_words_to_sliders(explain: Callable[..., str]) -> None:
     assert vector(text, "cos A) = ") == pytest.approx([0, np.sqrt(0.75), 0.5], **near)
     gauge = vector(text, "+ (0, 0, l) = ")
     assert gauge == pytest.approx([0, -160 * np.sqrt(0.75), 80 + 120], **near)
-    position, alpha = vector(text, "Rx(alpha) g = "), np.radians(scalar(text, "leaning by alpha "))
+    position, alpha = vector(text, "Rx(alpha) g = "), np.radians(scalar(text, "platform tilt alpha "))
     c, s = np.cos(alpha), np.sin(alpha)
     by_hand = [gauge[0], -(c * gauge[1] - s * gauge[2]), 1600 - (s * gauge[1] + c * gauge[2])]
     # six decimals of alpha in degrees turn the gauge point by 4e-6 mm
@@ -310,7 +310,7 @@ def test_the_other_branch(
 def test_out_of_reach_finds_the_way_back(explain: Callable[..., str], codes: Callable[..., set[str]]) -> None:
     program = lines("G0 X0 Y0 Z50 A0 C0", "G1 Y600 F1000", "M2")
     text = explain(program, 2, "--tool-length", "50")
-    assert "no tilt alpha closes the legs in the working mode: VP110 out of reach" in text
+    assert "no platform tilt alpha closes the legs in the working mode: VP110 out of reach" in text
     share = scalar(text, "VP110 error: .*\n    first at ")
     # the first place that cannot be reached, by the machine itself
     machine = load_machine()

@@ -137,11 +137,11 @@ def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[Setpoi
     joints, machine, contour = program.joints(), program.machine, program.contour
     move_of_segment = contour.path.move_reached
     dwells = np.append(program.dwells, -1)
-    for some in rows(contour, plan.profiles, plan.timeline):
-        values, numbers = round_setpoints(joints.q(some.element, some.w), machine, fmt)
-        move = np.where(some.dwell >= 0, dwells[some.dwell], move_of_segment[contour.segment[some.element]])
-        tools = contour.tool_length(some.element)
-        yield SetpointBlock(some.first, values, some.line.astype(np.int32), fmt, numbers, tools), move
+    for sampled in rows(contour, plan.profiles, plan.timeline):
+        values, numbers = round_setpoints(joints.q(sampled.element, sampled.w), machine, fmt)
+        move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[contour.segment[sampled.element]])
+        tools = contour.tool_length(sampled.element)
+        yield SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, tools), move
 
 
 def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:

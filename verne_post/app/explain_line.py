@@ -47,7 +47,7 @@ class Line:
     moves : Moves
         Of the whole program.
     state : State or None
-        Modal state behind the line; None for the approach.
+        Modal state after the line; None for the approach.
     options : Options
     findings : tuple of Finding
         Those of the line, by the check that ``check`` and ``convert`` make.
@@ -82,10 +82,10 @@ class Line:
 
 
 def lines_near(joints: JointPath, line: int) -> list[int]:
-    """The nearest source lines before and behind ``line`` that have motion."""
+    """The nearest source lines before and after ``line`` that have motion."""
     lines = np.unique(joints.contour.line())
     lines = lines[lines > 0]
-    return [int(some[at]) for some, at in ((lines[lines < line], -1), (lines[lines > line], 0)) if len(some)]
+    return [int(near[at]) for near, at in ((lines[lines < line], -1), (lines[lines > line], 0)) if len(near)]
 
 
 def explain_line(line: Line) -> Iterator[str]:
@@ -204,10 +204,10 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
-        yield f"  platform             no tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
+        yield f"  platform             no platform tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
     yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(position)}, "
-           f"leaning by alpha {degrees_text(alpha)} deg")  # fmt: skip
+           f"platform tilt alpha {degrees_text(alpha)} deg")  # fmt: skip
     names = ", ".join(machine.module.actuators)
     yield f"  joints               {names} from P; a = A + alpha, c = C:"
     shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
@@ -222,15 +222,15 @@ def _findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         yield "findings: none, the whole line is legal"
         return
     yield "findings, worst over the whole line"
-    told = set()
+    remedied = set()
     for item in findings:
         yield f"  {item.code} {item.severity}: {item.message}"
         place = remedies.place_of(line.joints, item)
         if place is not None:
             yield f"    {_place(line.joints, place, first=item.value is None)}"
-        if item.code not in told:
+        if item.code not in remedied:
             yield f"    remedy: {CODES[item.code].remedy}"
-        told.add(item.code)
+        remedied.add(item.code)
     yield from _remedies(line, findings)
 
 
@@ -244,7 +244,7 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
 
 
 def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
-    """What would make the line legal, in numbers; every proposal has been judged along the whole line."""
+    """What would make the line legal, in numbers; every proposal has been checked along the whole line."""
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
     if not findings:
         return
@@ -258,7 +258,7 @@ def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not proposals:
         yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
         return
-    yield f"{what} (found by first-order steps; then the whole line was judged again, for a tilt the pose solved again)"
+    yield f"{what} (found by first-order steps; then the whole line was checked again, for a tilt the pose solved again)"
     yield from (f"  {text}" for text in proposals)
 
 
@@ -297,19 +297,22 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     joints, frame = line.joints, line.frame
     coordinates = joints.machine.coordinates
     warnings = worst(asked) == "warning"
-    ways = coordinates.displacement(np.eye(3), frame)
+    directions = coordinates.displacement(np.eye(3), frame)
 
     def alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
-        for letter, way in zip("XYZ", ways, strict=True):
-            found = remedies.smallest_shift(part, way[None], end_only=end_only, also_warnings=warnings)
+        for letter, direction in zip("XYZ", directions, strict=True):
+            found = remedies.smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
             if found is not None:
-                yield letter, way, found
+                yield letter, direction, found
 
     least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
         moved = ", ".join(f"{clean(value):+.3f}" for value in least.vector)
         yield f"the part moved by ({moved}) mm on the table: {_offset(line, least)}{_leaves(least)}"
-        single = [f"{letter} {np.array(one.vector) @ way:+.3f} mm{_leaves(one)}" for letter, way, one in alone(joints)]
+        single = [
+            f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_leaves(one)}"
+            for letter, direction, one in alone(joints)
+        ]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
     if remedies.straight(line.exact):

@@ -31,7 +31,7 @@ def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Arra
     reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
     reasons += _too_small(measures)
     yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
-    yield f"  platform             P {mm_text(position)}, leaning by alpha {degrees_text(alpha)} deg"
+    yield f"  platform             P {mm_text(position)}, platform tilt alpha {degrees_text(alpha)} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
         room = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
@@ -75,29 +75,29 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
     rows = []
     for solution in machine.five_axis.inverse_all(tip, axis, tool):
         reasons = [solution.refused] if solution.refused else []
-        own = _is(solution, q)
-        beyond = _beyond(machine, q if own else _turned_inside(machine, np.array(solution.q)))
+        in_use = _is(solution, q)
+        beyond = _beyond(machine, q if in_use else _turned_inside(machine, np.array(solution.q)))
         if beyond:
             reasons.append("travel of " + ", ".join(beyond))
         if not solution.refused:
             pair = np.array([solution.q[-2] - solution.alpha, solution.q[-1]])
             reasons += _too_small(_measures(machine, tip, pair, tool))
-        rows.append((solution, own, reasons))
+        rows.append((solution, in_use, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
     yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
            f"geometry, {len(rows) - usable - by_geometry} by other limits")  # fmt: skip
     for other in (_other_side(angles), not _other_side(angles)):
-        some = [row for row in rows if row[0].other_table == other]
-        if not some:
+        listed = [row for row in rows if row[0].other_table == other]
+        if not listed:
             continue
-        turn = joint_text(machine, len(machine.columns) - 1, some[0][0].q[-1], 4)
-        yield f" {'this' if other == _other_side(angles) else 'other'} table solution, {turn}: {len(some)}"
-        for solution, own, reasons in sorted(some, key=lambda row: bool(row[2])):
+        turn = joint_text(machine, len(machine.columns) - 1, listed[0][0].q[-1], 4)
+        yield f" {'this' if other == _other_side(angles) else 'other'} table solution, {turn}: {len(listed)}"
+        for solution, in_use, reasons in sorted(listed, key=lambda row: bool(row[2])):
             signs = ",".join(f"{sign:+d}" for sign in solution.signs)
             mode = f"  s ({signs})" if signs else ""
             joints = ", ".join(joint_text(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
-            verdict = ("in use" if own else "possible") if not reasons else "refused: " + "; ".join(reasons)
+            verdict = ("in use" if in_use else "possible") if not reasons else "refused: " + "; ".join(reasons)
             yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}  {verdict}"
 
 

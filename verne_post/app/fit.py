@@ -1,4 +1,4 @@
-"""A work offset with which a program fits: sought on its points, proven by judging the whole program there."""
+"""A work offset with which a program fits: sought on its points, proven by checking the whole program there."""
 
 import numpy as np
 
@@ -28,20 +28,20 @@ def propose(
     source: Text, machine: Machine, options: Options, free: str = COORDINATES,
     ranges: dict[str, tuple[float, float]] | None = None, *, least_time: bool = False,
 ) -> Proposal:  # fmt: skip
-    """Find the work offset that leaves most room to every limit, or takes least time.
+    """Find the work offset that leaves the largest margin to every limit, or takes least time.
 
     Parameters
     ----------
     source : Text
     machine : Machine
     options : Options
-        Those of a conversion; ``wcs`` says where the part stands now.
+        Those of a conversion; ``wcs`` says where the part is now.
     free : str
         Letters of what may change: x, y, z (mm, table frame) and c (the part's turn).
     ranges : dict, optional
         (low, high) by letter, mm and degrees.
     least_time : bool
-        Minimise time, with a little room at every limit, in place of maximising room.
+        Minimise time, with a small margin to every limit, instead of maximising the margin.
 
     Raises
     ------
@@ -68,11 +68,13 @@ def propose(
     low, high = _ranges(points, machine, ranges or {}, here, free)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     after = search.best(here, least_time=least_time)
-    after = search.at(_rounded(after.place), after.counts)
-    before, judged = (check_source(source, machine, one) for one in (options, at_place(options, system, after.place)))
+    after = search.at(_round_place(after.place), after.counts)
+    before_check, after_check = (
+        check_source(source, machine, one) for one in (options, at_place(options, system, after.place))
+    )
     return Proposal(
-        system, search.at(here, after.counts), after, before.findings, judged.findings,
-        *(result.summary.cycle_time if result.summary else None for result in (before, judged)),
+        system, search.at(here, after.counts), after, before_check.findings, after_check.findings,
+        *(result.summary.cycle_time if result.summary else None for result in (before_check, after_check)),
     )  # fmt: skip
 
 
@@ -86,7 +88,7 @@ def _place_of(offset: WorkOffset) -> Place:
     return Place(*offset.origin_mm, RAD_PER_DEG * offset.turn_deg)
 
 
-def _rounded(place: Place) -> Place:
+def _round_place(place: Place) -> Place:
     x, y, z = (round(value, DECIMALS) for value in (place.x, place.y, place.z))
     return Place(x, y, z, RAD_PER_DEG * round(place.c / RAD_PER_DEG, DECIMALS))
 
@@ -105,7 +107,7 @@ def _path_of(moves: Moves, machine: Machine, options: Options) -> ToolPath:
 def _ranges(
     points: PartPoints, machine: Machine, given: dict[str, tuple[float, float]], here: Place, free: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as it is said."""
+    """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as given."""
     cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip
     part = float(np.hypot(cut[:, 0], cut[:, 1]).max())
     aside, lowest = max(machine.table_radius - part, _LEAST * machine.table_radius), -float(points.tip[:, 2].min())

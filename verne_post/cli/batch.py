@@ -88,7 +88,7 @@ def command(
     every = every[share]
     output.mkdir(parents=True, exist_ok=True)
     running = run_here(every, jobs or _cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
-    outcomes = sorted(_watched(running, len(every)), key=lambda outcome: outcome.program)
+    outcomes = sorted(_collect(running, len(every)), key=lambda outcome: outcome.program)
     click.echo(table(outcomes), nl=False)
     for one in outcomes:
         for name in one.left:
@@ -97,12 +97,14 @@ def command(
                 err=True,
             )
     if junit is not None or sarif is not None:  # only they read every program once more
-        reports = [Report(one.program, one.findings, one.cycle_time_s, _text(files, one.program)) for one in outcomes]
+        reports = [
+            Report(one.program, one.findings, one.cycle_time_s, _read_text(files, one.program)) for one in outcomes
+        ]
         if junit is not None:
             files.write(junit, "--junit", [as_junit(reports)])
         if sarif is not None:
             files.write(sarif, "--sarif", [as_sarif(reports)])
-    files.write(output / "batch.json", _LIST, [_listed(outcomes)])
+    files.write(output / "batch.json", _LIST, [_results_json(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
 
 
@@ -198,7 +200,7 @@ def _address(scheduler: str) -> str:
     return scheduler
 
 
-def _watched(outcomes: Any, total: int) -> "list[Outcome]":
+def _collect(outcomes: Any, total: int) -> "list[Outcome]":
     """All outcomes; on a terminal a bar with the time that is left."""
     if not sys.stderr.isatty():
         return list(outcomes)
@@ -206,7 +208,7 @@ def _watched(outcomes: Any, total: int) -> "list[Outcome]":
         return list(bar)
 
 
-def _text(files: RunFiles, program: str) -> bytes:
+def _read_text(files: RunFiles, program: str) -> bytes:
     try:
         return files.read(program, f"program {program}")
     except Unreadable:
@@ -230,15 +232,15 @@ def table(outcomes: "Sequence[Outcome]") -> str:
         rows = "-" if one.rows is None else str(one.rows)
         first = next((item for item in one.findings if item.severity == "error"), None)
         where = "" if first is None or first.line is None else f" line {first.line}"
-        said = "" if first is None else f"{first.code}{where}: {first.message}"
-        lines.append(f"{one.program:<{width}}  {word:<10} {time:>10} {rows:>10}  {said}".rstrip())
+        reason = "" if first is None else f"{first.code}{where}: {first.message}"
+        lines.append(f"{one.program:<{width}}  {word:<10} {time:>10} {rows:>10}  {reason}".rstrip())
     lines.append(
         f"{len(outcomes)} programs: " + ", ".join(f"{counts[word]} {word}" for word in _ORDER if word in counts)
     )
     return "\n".join(lines) + "\n"
 
 
-def _listed(outcomes: "Sequence[Outcome]") -> str:
+def _results_json(outcomes: "Sequence[Outcome]") -> str:
     """The results for programs; the same whoever made them, and whether they were made again."""
     programs = [
         {"program": one.program, "status": one.status, "cycle_time_s": one.cycle_time_s, "rows": one.rows,

@@ -1,4 +1,4 @@
-"""`verne-post check`: judge programs, in any of the report formats."""
+"""`verne-post check`: check programs, in any of the report formats."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     "--fail-level",
     type=click.Choice(["error", "warning"]),
     envvar="VERNE_POST_FAIL_LEVEL",
-    help="Gravity from which findings make exit status 1; default: error.",
+    help="Severity from which findings make exit status 1; default: error.",
 )
 @click.option(
     "--select", envvar="VERNE_POST_SELECT", metavar="VP1,VP202,...", help="Only these codes count, by their beginnings."
@@ -68,7 +68,7 @@ def command(
     write_baseline: Path | None,
     **given: Any,
 ) -> int:
-    """Judge programs against every limit, without writing setpoints.
+    """Check programs against every limit, without writing setpoints.
 
     What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option goes before an
     environment variable, and that before the file.
@@ -102,15 +102,17 @@ def command(
         source: Text = b""
         with progress_bar() as progress:
             try:
-                source, own = program_text(files, name, options.changed(source_name=shown), given["subroutine_path"])
-                result = check_source(source, machine, own, progress)
-            except InputError as error:  # the others are judged all the same
+                source, own_options = program_text(
+                    files, name, options.changed(source_name=shown), given["subroutine_path"]
+                )
+                result = check_source(source, machine, own_options, progress)
+            except InputError as error:  # the others are checked all the same
                 result = refused(error)
             except (click.UsageError, Unreadable) as error:
                 result = refused(InputError(finding("VP022", str(error))))
         time = result.summary.cycle_time if result.summary else None
-        said = tuple(remarks(result.summary)) if result.summary else ()
-        everything.append(Report(shown, result.findings, time, source, said))
+        remarked = tuple(remarks(result.summary)) if result.summary else ()
+        everything.append(Report(shown, result.findings, time, source, remarked))
         reports.append(apply_policy(everything[-1], policy))
         status = status_of(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
@@ -140,10 +142,10 @@ def _policy_of(
     }
     weights = dict(file.severity) if file is not None else {}
     for text in severity:
-        code, _equals, gravity = text.partition("=")
-        if gravity not in ("error", "warning", "note"):
+        code, _equals, level = text.partition("=")
+        if level not in ("error", "warning", "note"):
             raise click.UsageError(f"--severity {text}: expected CODE=error, CODE=warning or CODE=note")
-        weights[code] = gravity  # type: ignore[assignment]
+        weights[code] = level  # type: ignore[assignment]
     wrong = mistakes(codes["select"], codes["ignore"], weights)
     if wrong:
         raise click.UsageError("; ".join(wrong))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from verne_post.model.options import Options
 
 
-#: How a program is called where its file gets in the way of another.
+#: How a program is called where its file collides with another.
 PROGRAM = "INPUT"
 #: A zero byte in so much of a file tells that it is no text.
 _LOOKED_AT = 4096

@@ -40,7 +40,7 @@ class Outputs:
     parameters: Path | None = None
 
     def check(self, files: RunFiles, *, split: bool) -> None:
-        """Refuse names that cannot be written, or would get in each other's way, before any work is done.
+        """Refuse names that cannot be written, or would collide, before any work is done.
 
         Raises
         ------
@@ -87,7 +87,7 @@ def convert_to_files(
     source: "Text", machine: "Machine", options: "Options", outputs: Outputs, files: RunFiles,
     progress: "Progress | None" = None,
 ) -> "tuple[Result, str]":  # fmt: skip
-    """Convert a program and write what was asked for, if it passes; also returns what a format says of itself."""
+    """Convert a program and write what was asked for, if it passes; also returns a note of the format."""
     from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.controllers import pvt_knots
@@ -96,11 +96,11 @@ def convert_to_files(
     from verne_post.output.spool import Spool
     from verne_post.output.summary import meta as meta_text
 
-    said = ""
+    note = ""
     spool = Spool(machine.columns)
     result = convert_source(source, machine, options, spool.take, progress)
     if not result.ok:
-        return result, said
+        return result, note
     assert result.summary is not None
     rows = spool.rows()
     if options.split_at_stops:
@@ -115,7 +115,7 @@ def convert_to_files(
         files.write(outputs.rows, "-o", FORMATS[outputs.file_format].write(rows))
     if outputs.file_format == "pvt":
         step, off = pvt_knots(rows)
-        said = f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most " + ", ".join(
+        note = f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most " + ", ".join(
             f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(machine.columns, off, strict=True)
         ) + ".\n"  # fmt: skip
     if outputs.meta is not None:
@@ -124,7 +124,7 @@ def convert_to_files(
         files.write(outputs.events, "--events", [events_text(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
         files.write(outputs.parameters, "--write-parameters", [parameter_file(dict(result.summary.parameters))])
-    return result, said
+    return result, note
 
 
 def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:

@@ -30,13 +30,13 @@ from verne_post.cli.options import WRITING, GroupedCommand, options_of, program_
     "--events",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Write what is not motion, with time, line and axes, as FILE.csv or FILE.json.",
+    help="Write auxiliary functions and dwells, with time, line and axes, as FILE.csv or FILE.json.",
 )
 @click.option(
     "--write-parameters",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Write the parameter file that the program leaves behind.",
+    help="Write the parameter file as the program leaves it.",
 )
 @format_option
 @options_of(*WRITING)

@@ -74,7 +74,7 @@ class RunFiles:
         if _is_stream(path):
             return
         if path.is_dir():
-            raise FileError(f"{_shown(what, path)}: is a folder")
+            raise FileError(f"{_show(what, path)}: is a folder")
         for key in _keys(path):
             for known in (self._read, self._written):
                 other, _where = known.get(key, (what, path))
@@ -89,8 +89,8 @@ class RunFiles:
 
         self.claims(index_path(output), what)
         self._cut[os.path.realpath(output.parent), output.stem] = what, output
-        for own, name in (*self._read.values(), *self._written.values()):
-            self._not_a_part(name, own)
+        for purpose, name in (*self._read.values(), *self._written.values()):
+            self._not_a_part(name, purpose)
 
     def writes(self, path: Path, what: str) -> None:
         """Name a file that the run will write, and try whether that can be done."""
@@ -99,11 +99,11 @@ class RunFiles:
             return
         folder = Path(os.path.realpath(path)).parent
         if not folder.is_dir():
-            raise FileError(f"{_shown(what, path)}: the folder does not exist")
+            raise FileError(f"{_show(what, path)}: the folder does not exist")
         try:
             handle, probe = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
         except OSError as error:
-            raise FileError(f"{_shown(what, path)}: cannot be written: {error.strerror}") from None
+            raise FileError(f"{_show(what, path)}: cannot be written: {error.strerror}") from None
         os.close(handle)
         Path(probe).unlink()
 
@@ -117,13 +117,13 @@ class RunFiles:
         if _is_stream(path):
             sys.stdout.flush()
             with path.open("ab") as stream:
-                stream.writelines(_encoded(parts))
+                stream.writelines(_encode(parts))
             return
         target = Path(os.path.realpath(path))
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.writelines(_encoded(parts))
+                file.writelines(_encode(parts))
             umask = os.umask(0)
             os.umask(umask)
             Path(temporary).chmod(0o666 & ~umask)
@@ -137,7 +137,9 @@ class RunFiles:
         self.claims(path, what)
         made.replace(os.path.realpath(path))
         # the inode of what was there may now be given to any new file
-        self._written = {key: own for key, own in self._written.items() if own != (what, path) or isinstance(key, str)}
+        self._written = {
+            key: purpose for key, purpose in self._written.items() if purpose != (what, path) or isinstance(key, str)
+        }
 
     def _not_a_part(self, name: _Name, what: str) -> None:
         """Refuse a file with the name of a part of another output."""
@@ -150,7 +152,7 @@ class RunFiles:
             other, output = self._cut.get((folder, stem), (what, Path()))
             if other != what and is_derived(Path(folder, last), output):
                 raise FileError(
-                    f"{_shown(what, name)}: a part of {_shown(other, output)} may have this name; choose another one"
+                    f"{_show(what, name)}: a part of {_show(other, output)} may have this name; choose another one"
                 )
 
 
@@ -193,15 +195,15 @@ def _is_stream(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
-def _encoded(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
+def _encode(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
     for part in parts:
         yield part.encode("utf-8") if isinstance(part, str) else part
 
 
-def _shown(what: str, name: _Name) -> str:
+def _show(what: str, name: _Name) -> str:
     """A file with its purpose: "--meta a.json", "out/a.csv (the rows of a.nc)"."""
     return f"{what} {name}".rstrip() if what.startswith("-") or not str(name) else f"{name} ({what})"
 
 
 def _meeting(what: str, name: _Name, other: str) -> FileError:
-    return FileError(f"{_shown(what, name)}: this is the file of {other}; choose another name")
+    return FileError(f"{_show(what, name)}: this is the file of {other}; choose another name")

@@ -29,16 +29,16 @@ from verne_post.model.verdict import status_of
 @click.option(
     "--minimise",
     type=click.Choice(["time"]),
-    help="Seek the least time, with a little room at every limit, not the most room.",
+    help="Seek the least time, with a small margin to every limit, instead of the largest margin.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 @program_options()
 def command(
     input_name: str, free: str, ranges: tuple[str, ...], minimise: str | None, as_json: bool, **given: Any
 ) -> int:
-    """Find a work offset with which the whole program is legal, with as much room to every limit as there can be.
+    """Find a work offset with which the whole program is legal, with the largest margin to every limit.
 
-    --wcs says where the part stands now; what is not free stays so. The offset that is proposed has been judged like any program.
+    --wcs says where the part is now; what is not free stays so. The proposed offset has been checked like any program.
     Exit status: 0 it fits, 1 no place was found, 2 unusable input.
     """
     from verne_post.app.fit import propose

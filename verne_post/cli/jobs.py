@@ -144,14 +144,14 @@ def _outcome(job: Job) -> Outcome:
     except (click.UsageError, Unreadable) as error:
         done = Outcome(job.program, 2, (finding("VP022", str(error)),))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
-        return replace(record.outcome, program=job.program, again=True, left=_left(job, record, record.files))
+        return replace(record.outcome, program=job.program, again=True, left=_unknown_files(job, record, record.files))
     if record is not None:  # rows of another program, or of other options, must not stay
         for name, digest in record.files.items():
             if _is_made(job, name, digest):
                 (job.root / name).unlink()
     job.record.unlink(missing_ok=True)
     if key is None:
-        return replace(done, left=_left(job, record, ()))
+        return replace(done, left=_unknown_files(job, record, ()))
     job.output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{job.output.name}.", dir=job.output.parent) as folder:
         outputs = Outputs(Path(folder) / job.output.name, job.file_format, meta=Path(folder) / job.side_car.name)
@@ -171,7 +171,7 @@ def _outcome(job: Job) -> Outcome:
             files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():
                 files.place(path, job.root / name, job.what(job.root / name))
-    return replace(done, left=_left(job, record, made))
+    return replace(done, left=_unknown_files(job, record, made))
 
 
 def _key(job: Job, source: "Text", options: "Options") -> str:
@@ -197,11 +197,11 @@ def _record(job: Job) -> Record | None:
         json.dumps(json.loads(raw), allow_nan=False)  # pydantic lets endless numbers pass
         record = TypeAdapter(Record).validate_json(raw, strict=True)
         paths = [job.root / name for name in record.files]
-        own = all(path in (job.output, job.side_car) or is_derived(path, job.output) for path in paths)
+        names_are_own = all(path in (job.output, job.side_car) or is_derived(path, job.output) for path in paths)
     except (OSError, ValueError, RecursionError):
         return None
     whole = record.outcome.status != 0 or {job.output, index_path(job.output)} & set(paths)
-    return record if own and whole else None
+    return record if names_are_own and whole else None
 
 
 def _without_links(root: Path, path: Path) -> bool:
@@ -218,7 +218,7 @@ def _is_made(job: Job, name: str, digest: str) -> bool:
         return False
 
 
-def _left(job: Job, record: Record | None, made: Collection[str]) -> tuple[str, ...]:
+def _unknown_files(job: Job, record: Record | None, made: Collection[str]) -> tuple[str, ...]:
     """Files that bear names of this program's results, and are none."""
     from verne_post.output.parts import index_path
 

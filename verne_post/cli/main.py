@@ -53,12 +53,12 @@ class DefaultGroup(click.Group):
         return result
 
     def _no_program(self, args: list[str]) -> None:
-        """Refuse a first word that is neither a file nor a command, but nearly a command; and a command behind its options."""
+        """Refuse a first word that is neither a file nor a command, but nearly a command; and a command after its options."""
         first = args[0]
-        behind = next((word for word in args[1:] if word in COMMANDS), None)
-        if first.startswith("-") and first != "-" and behind is not None:
+        later = next((word for word in args[1:] if word in COMMANDS), None)
+        if first.startswith("-") and first != "-" and later is not None:
             raise click.UsageError(
-                f"{behind} comes first: verne-post {behind} {' '.join(word for word in args if word != behind)}"
+                f"{later} comes first: verne-post {later} {' '.join(word for word in args if word != later)}"
             )
         near = difflib.get_close_matches(first, COMMANDS, n=1)
         if near and not os.path.exists(first):
@@ -66,8 +66,8 @@ class DefaultGroup(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the default command in front of arguments that name none."""
-        own = {name for parameter in self.get_params(ctx) for name in parameter.opts}
-        if args and args[0] not in COMMANDS and args[0] not in own:
+        options = {name for parameter in self.get_params(ctx) for name in parameter.opts}
+        if args and args[0] not in COMMANDS and args[0] not in options:
             self._no_program(args)
             args = ["convert", *args]
         return super().parse_args(ctx, args)
@@ -80,7 +80,7 @@ def cli() -> None:
 
     \b
     verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out
-    verne-post check input.nc            judge a program against every limit
+    verne-post check input.nc            check a program against every limit
     verne-post explain input.nc:12       one line worked through
     verne-post report input.nc -o r.html one page to look at
     verne-post verify axes.csv --against input.nc

@@ -178,14 +178,14 @@ def build_options(files: RunFiles, name: str, **given: Any) -> Options:
         key: value for key, value in given.items() if key in Options.model_fields and value not in (None, (), [])
     }
     try:
-        values |= _parsed(values, given) | _from_files(files, given)
+        values |= _parse_texts(values, given) | _from_files(files, given)
         values |= _bodies(values, settings)
         return Options(**{**values, "source_name": name})
     except UsageError as error:
         raise click.UsageError(f"{flag_of(error.option)} {error.reason}") from None
 
 
-def _parsed(values: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+def _parse_texts(values: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     """Options whose value is written as text."""
     found: dict[str, Any] = {}
     if given.get("wcs"):

@@ -1,4 +1,4 @@
-"""`verne-post verify`: judge a setpoint file as written."""
+"""`verne-post verify`: verify a setpoint file as written."""
 
 import io
 from pathlib import Path
@@ -41,9 +41,7 @@ if TYPE_CHECKING:
     metavar="rho1=NAME,...",
     help="Columns of the log, by name or, without a header, by number.",
 )
-@click.option(
-    "--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log is behind; auto: as fits best."
-)
+@click.option("--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: as fits best.")
 @click.option(
     "--following", type=float, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
 )
@@ -56,10 +54,10 @@ def command(
     measured: Path | None,
     columns: str,
     delay: str,
-    follow: float | None,
+    following: float | None,
     **given: Any,
 ) -> int:
-    """Judge a setpoint file as written, believing nothing but the file.
+    """Verify a setpoint file as written, believing nothing but the file.
 
     Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed is judged against that share of the
     programmed one; with --keep-out or --stock the program is checked against these bodies too.
@@ -104,7 +102,7 @@ def command(
                 verdict = verify_setpoints(
                     program, read_csv(stream, name, program.machine.columns, program.cycle, drives)
                 )
-        log = None if measured is None else _followed(files, setpoints, measured, columns, delay, program, drives)
+        log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program, drives)
     except InputError as error:
         return refuse(name, error)
     except (OSError, UnicodeDecodeError) as error:
@@ -118,13 +116,13 @@ def command(
         click.echo(
             following_text(str(measured), followed, source_lines, program.cycle, program.machine), nl=False, err=True
         )
-        if follow is not None and not followed.path_worst <= follow:
+        if following is not None and not followed.path_worst <= following:
             click.echo(f"{measured}: farther from the commanded path than --following {follow:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 
 
-def _followed(
+def _follow_log(
     files: RunFiles, setpoints: str, measured: Path, columns: str, delay: str, program: "Program",
     drives: "tuple[Drive, ...]",
 ) -> "tuple[Following, NDArray[np.int32]]":  # fmt: skip
@@ -147,10 +145,10 @@ def _followed(
         blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))
     commanded, lines = np.concatenate([one.values for one in blocks]), np.concatenate([one.line for one in blocks])
     factor = np.array([column.factor for column in machine.columns])
-    was = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
-    wanted = commanded / factor
-    behind = delay_of(wanted, was) if delay == "auto" else int(delay)
-    if len(was) - behind < 2:
-        raise click.UsageError(f"{measured}: {len(was)} rows are too few for a delay of {behind}")
+    measured_joints = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
+    commanded_joints = commanded / factor
+    delayed = delay_of(commanded_joints, measured_joints) if delay == "auto" else int(delay)
+    if len(measured_joints) - delayed < 2:
+        raise click.UsageError(f"{measured}: {len(measured_joints)} rows are too few for a delay of {delayed}")
     lengths = program.path.tool_length_at(lines)
-    return follow(wanted, was, lengths, machine.five_axis.nominal, behind), lines
+    return follow(commanded_joints, measured_joints, lengths, machine.five_axis.nominal, delayed), lines
