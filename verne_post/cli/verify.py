@@ -73,7 +73,7 @@ def command(
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
-    if measured is None and (columns or delay != "auto" or follow is not None):
+    if measured is None and (columns or delay != "auto" or following is not None):
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
     if measured is not None and (setpoints == "-" or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
@@ -117,7 +117,7 @@ def command(
             following_text(str(measured), followed, source_lines, program.cycle, program.machine), nl=False, err=True
         )
         if following is not None and not followed.path_worst <= following:
-            click.echo(f"{measured}: farther from the commanded path than --following {follow:g} mm", err=True)
+            click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 
