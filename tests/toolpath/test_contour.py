@@ -8,9 +8,9 @@ from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind
-from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 from .polylines import MACHINE, contour_of, jumps
 

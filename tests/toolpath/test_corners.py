@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from verne_post.model.contour import Contour
 from verne_post.toolpath import corners
-from verne_post.toolpath.build import ROTARY_METRIC_MM
-from verne_post.toolpath.contour import NARROW_MM
+from verne_post.toolpath.elements import NARROW_MM
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
 
@@ -26,10 +26,10 @@ def test_the_bump_is_the_kernel_integrated_numerically() -> None:
     kernel = 15.0 / 16.0 * (1.0 - v**2) ** 2
     smoothed = 0.5 * (reach + 1.0) * ((x[:, None] - v) * kernel @ weights)
     slope = 0.5 * (reach + 1.0) * (kernel @ weights)
-    np.testing.assert_allclose(corners.bump(x), smoothed - np.maximum(x, 0.0), atol=1e-14)
-    np.testing.assert_allclose(corners.bump_slope(x), slope - np.heaviside(x, 0.5), atol=1e-14)
-    assert corners.bump(np.zeros(1))[0] == pytest.approx(corners.APEX, abs=1e-16)
-    assert corners.bump(x).max() == corners.bump(np.zeros(1))[0]
+    np.testing.assert_allclose(corners.blend_shape(x), smoothed - np.maximum(x, 0.0), atol=1e-14)
+    np.testing.assert_allclose(corners.blend_shape_slope(x), slope - np.heaviside(x, 0.5), atol=1e-14)
+    assert corners.blend_shape(np.zeros(1))[0] == pytest.approx(corners.APEX, abs=1e-16)
+    assert corners.blend_shape(x).max() == corners.blend_shape(np.zeros(1))[0]
 
 
 # --- reaches -----------------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ def test_shared_reaches_do_not_overlap_and_nobody_gets_less_than_half(
 ) -> None:
     length = np.array([row[0] for row in rows])
     wanted = np.array([0.0, *(row[1] for row in rows[1:]), 0.0])
-    reach = corners.shared(wanted, length)
+    reach = corners.share_segments(wanted, length)
     assert (reach >= 0).all()
     assert (reach <= wanted).all()
     assert (reach[:-1] + reach[1:] <= length * (1 + 1e-15)).all()
@@ -68,7 +68,7 @@ def test_overlapping_reaches_stop_at_walls(seed: int) -> None:
     wall[[0, -1]] = True
     tight = wall & (rng.random(n + 1) < 0.5)
     wanted = np.where(rng.random(n + 1) < 0.2, np.inf, 10.0 ** rng.uniform(-5, 3, n + 1))
-    reach = corners.overlapping(wanted, s, wall, tight)
+    reach = corners.limit_overlap(wanted, s, wall, tight)
     assert (reach[wall] == 0).all()
     assert (reach[~wall] > 0).all()
     assert (reach <= wanted).all()
@@ -80,7 +80,7 @@ def test_overlapping_reaches_stop_at_walls(seed: int) -> None:
                 assert reach[k] <= abs(s[j] - s[k]) - 0.5 * segment + 1e-12 * s[-1]
         assert reach[k] <= s[min(k + corners.SEGMENTS, n)] - s[k] + 1e-12
         assert reach[k] <= s[k] - s[max(k - corners.SEGMENTS, 0)] + 1e-12
-    clear = corners.clearance(reach, s)
+    clear = corners.measure_gaps(reach, s)
     for k in range(n + 1):
         others = np.delete(np.arange(n + 1), k)
         assert clear[k] == pytest.approx((np.abs(s[others] - s[k]) - reach[others]).min(), abs=1e-9 * s[-1])
