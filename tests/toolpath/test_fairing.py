@@ -37,7 +37,7 @@ def test_zigzags_of_flat_corners_use_their_tolerance_and_no_more(corner_deg):
     assert 0.5 * TOLERANCE_MM < result.summary.verification.tip_deviation_mm <= TOLERANCE_MM
 
 
-def test_a_faired_curve_sections_on_into_the_blend_of_an_arc():
+def test_a_faired_curve_continues_into_the_blend_of_an_arc():
     """The blend matches the segment before it as programmed, so that segment must stay where it is."""
     source = wavy("G3 X12 Y9.8161 R4", "G1 X0")
     contour = assemble(source, MACHINE, OPTIONS).contour
