@@ -37,7 +37,7 @@ def flat(xy: np.ndarray) -> np.ndarray:
 
 
 def poses_at(contour: Contour, s: np.ndarray, side: str) -> np.ndarray:
-    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of a element those of the element on this side."""
+    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of an element those of the element on this side."""
     ends = np.cumsum(contour.length)
     element = np.clip(np.searchsorted(ends, s, side="left" if side == "before" else "right"), 0, len(contour) - 1)
     w = np.clip((s - (ends - contour.length)[element]) / contour.length[element], 0.0, 1.0)
@@ -53,12 +53,12 @@ def shares_of_tolerance(contour: Contour, per_element: int = 9) -> np.ndarray:
     w = np.tile(np.linspace(0.0, 1.0, per_element), len(contour))
     here = np.hstack(contour_pose(contour, element, w))
     path, segment = contour.path, contour.segment[element]
-    start, way = path.start[segment], path.end[segment] - path.start[segment]
+    start, delta = path.start[segment], path.end[segment] - path.start[segment]
     tip = np.maximum(contour.tip_tolerance[segment], 1e-9)  # 1 nm where nothing is allowed
     axis = np.maximum(contour.axis_tolerance[segment], 1e-9)
 
     def share(u: np.ndarray) -> np.ndarray:
-        off = here - start - u[:, None] * way
+        off = here - start - u[:, None] * delta
         return np.maximum(np.linalg.norm(off[:, :3], axis=1) / tip, np.linalg.norm(off[:, 3:], axis=1) / axis)
 
     low, high = np.zeros(len(segment)), np.ones(len(segment))

@@ -205,7 +205,7 @@ def test_a_corner_straight_through_the_pole_needs_no_turn():
 
 
 def test_noise_in_a_vector_turns_nothing():
-    """C a hundred-millionth of a turn off at the pole goes into the next move; nothing is said."""
+    """C a hundred-millionth of a turn off at the pole goes into the next move; there is no finding."""
     prog = program(
         "G43.5 G0 X0 Y0 Z60 I0.0000000002 J0.5 K0.866025403784\nG0 X20 I0 J0 K1\nX40 I0 J0.5 K0.866025403784"
     )
@@ -280,7 +280,7 @@ def test_two_turns_go_from_end_to_end_of_the_range(machine):
 
 
 def test_three_turns_need_a_rewind():
-    """Where the tool feeds it is an error; over a rapid one that --allow-rewind mends, with both candidates named."""
+    """Where the tool feeds it is an error; over a rapid one that --allow-rewind resolves, with both candidates named."""
     limited = with_ranges(SERIAL, c=(-360, 360))
     lines = [f"X{k} {vector(20, 30 * k)}" for k in range(1, 36)]
     fed = f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 " + "\n".join(lines)
@@ -328,18 +328,18 @@ def test_words_that_keep_the_limits_stay_as_they_are():
         assert degrees(prog.path)[:, 1] == pytest.approx(np.array([[-95, 360], [-95, -360]]), abs=1e-9)
 
 
-def test_words_beyond_a_limit_are_an_error_that_allow_rewind_mends():
+def test_words_beyond_a_limit_are_an_error_that_allow_rewind_resolves():
     limited = with_ranges(SERIAL, c=(-360, 360))
     body = "G0 X0 Y0 Z60 A20 C300\nG1 X10 C350\nG0 Z90\nC400\nG1 X30 C500"
     source = f"{HEAD}{body}\nM2\n".encode()
     refused = check(source, limited, Options(tool_length=50.0))
     assert {item.code for item in refused.findings} == {"VP103", "VP301"}
-    mended = convert(source, replace(limited, cycle=0.004), Options(tool_length=50.0, allow_rewind=True))
-    assert mended.ok
-    assert mended.setpoints is not None
-    assert np.abs(mended.setpoints.values[:, 4]).max() <= 360.0
-    assert mended.setpoints.values[-1, 4] % 360 == pytest.approx(
-        500.0 % 360 if mended.setpoints.values[-1, 3] > 0 else (500.0 + 180) % 360
+    rewound = convert(source, replace(limited, cycle=0.004), Options(tool_length=50.0, allow_rewind=True))
+    assert rewound.ok
+    assert rewound.setpoints is not None
+    assert np.abs(rewound.setpoints.values[:, 4]).max() <= 360.0
+    assert rewound.setpoints.values[-1, 4] % 360 == pytest.approx(
+        500.0 % 360 if rewound.setpoints.values[-1, 3] > 0 else (500.0 + 180) % 360
     )
 
 

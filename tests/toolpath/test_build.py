@@ -1,4 +1,4 @@
-"""Moves -> segments in the table frame: geometry, feed times, what joins to a run, tool length changes."""
+"""Moves -> segments in the table frame: geometry, feed times, what joins to a section, tool length changes."""
 
 import math
 
@@ -171,7 +171,7 @@ def test_a_full_circle_is_a_segment_though_its_ends_are_one_point(path_of):
 
 
 def test_radius_arcs(path_of):
-    """R > 0 the short way, R < 0 the long one."""
+    """R > 0 the short arc, R < 0 the long one."""
     short, long = path_of("G3 X20 Y30 R20"), path_of("G3 X20 Y30 R-20")
     assert np.degrees(short.arcs.sweep[0]) == pytest.approx(90.0, abs=1e-7)  # R leaves the root of 1e-15
     assert np.degrees(long.arcs.sweep[0]) == pytest.approx(270.0, abs=1e-7)
@@ -239,7 +239,7 @@ def test_rapids_have_no_feed_time(path_of):
     assert path.feed_time[1] > 0.0
 
 
-# --- runs -----------------------------------------------------------------------------------------
+# --- sections -----------------------------------------------------------------------------------------
 
 
 def joints_of(path):
@@ -277,7 +277,7 @@ def test_proportional_tips_with_unproportional_angles_stop(path_of):
 
 
 def test_rounding_of_the_programs_decimals_is_no_kink_of_its_own(path_of):
-    """A line cut into steps of 0.1, 0.2, 0.3 mm, as decimals allow exactly: all one run, part turned or not."""
+    """A line cut into steps of 0.1, 0.2, 0.3 mm, as decimals allow exactly: all one section, part turned or not."""
     xs = np.cumsum([0.1, 0.2, 0.3] * 40) + 40
     body = "\n".join(f"G1 X{x:.4f} Y{10 + 2 * (x - 40):.4f}" for x in xs)
     for turned in (0.0, 33.3):

@@ -8,9 +8,9 @@ from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind
-from verne_post.toolpath.build import ROTARY_METRIC_MM
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 from .polylines import MACHINE, contour_of, jumps
 
@@ -225,8 +225,8 @@ def test_lengths_add_up() -> None:
     assert contour.length.sum() == pytest.approx(contour.path.length.sum() + taken / 6, rel=1e-9)
 
 
-def test_a_bump_from_behind_a_joint_does_not_reach_into_a_blend() -> None:
-    """The short segment behind the arc continues in the next: the bump at its end may reach over both, or the blend."""
+def test_a_corner_blend_across_a_smooth_joint_does_not_reach_into_a_curve() -> None:
+    """The short segment after the arc continues in the next: the corner blend at its end may reach over both."""
     contour = contour_of(lines_named("G64 P0.5\nG1 Y5\nG2 X5 Y10 I5\nG1 X7 Y12\nX9 Y14\nX19 Y24.2"), "spline")
     n = np.arange(len(contour))
     gap = np.hstack(contour_pose(contour, n[1:], 0.0 * n[1:])) - np.hstack(

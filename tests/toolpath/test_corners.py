@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from verne_post.model.contour import Contour
 from verne_post.toolpath import corners
-from verne_post.toolpath.build import ROTARY_METRIC_MM
-from verne_post.toolpath.contour import NARROW_MM
+from verne_post.toolpath.elements import NARROW_MM
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
 
-# --- the bump itself ------------------------------------------------------------------------------
+# --- the shape of a corner blend ------------------------------------------------------------------------------
 
 
-def test_the_bump_is_the_kernel_integrated_numerically() -> None:
+def test_the_shape_is_the_kernel_integrated_numerically() -> None:
     """G(x) = integral of (x - v)+ k(v) dv - x+ with k = 15/16 (1 - v^2)^2, by Gauss points: exact for polynomials."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     x = np.linspace(-1.3, 1.3, 53)
@@ -26,10 +26,10 @@ def test_the_bump_is_the_kernel_integrated_numerically() -> None:
     kernel = 15.0 / 16.0 * (1.0 - v**2) ** 2
     smoothed = 0.5 * (reach + 1.0) * ((x[:, None] - v) * kernel @ weights)
     slope = 0.5 * (reach + 1.0) * (kernel @ weights)
-    np.testing.assert_allclose(corners.bump(x), smoothed - np.maximum(x, 0.0), atol=1e-14)
-    np.testing.assert_allclose(corners.bump_slope(x), slope - np.heaviside(x, 0.5), atol=1e-14)
-    assert corners.bump(np.zeros(1))[0] == pytest.approx(corners.APEX, abs=1e-16)
-    assert corners.bump(x).max() == corners.bump(np.zeros(1))[0]
+    np.testing.assert_allclose(corners.blend_shape(x), smoothed - np.maximum(x, 0.0), atol=1e-14)
+    np.testing.assert_allclose(corners.blend_shape_slope(x), slope - np.heaviside(x, 0.5), atol=1e-14)
+    assert corners.blend_shape(np.zeros(1))[0] == pytest.approx(corners.APEX, abs=1e-16)
+    assert corners.blend_shape(x).max() == corners.blend_shape(np.zeros(1))[0]
 
 
 # --- reaches -----------------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ def test_shared_reaches_do_not_overlap_and_nobody_gets_less_than_half(
 ) -> None:
     length = np.array([row[0] for row in rows])
     wanted = np.array([0.0, *(row[1] for row in rows[1:]), 0.0])
-    reach = corners.shared(wanted, length)
+    reach = corners.share_segments(wanted, length)
     assert (reach >= 0).all()
     assert (reach <= wanted).all()
     assert (reach[:-1] + reach[1:] <= length * (1 + 1e-15)).all()
@@ -68,7 +68,7 @@ def test_overlapping_reaches_stop_at_walls(seed: int) -> None:
     wall[[0, -1]] = True
     tight = wall & (rng.random(n + 1) < 0.5)
     wanted = np.where(rng.random(n + 1) < 0.2, np.inf, 10.0 ** rng.uniform(-5, 3, n + 1))
-    reach = corners.overlapping(wanted, s, wall, tight)
+    reach = corners.limit_overlap(wanted, s, wall, tight)
     assert (reach[wall] == 0).all()
     assert (reach[~wall] > 0).all()
     assert (reach <= wanted).all()
@@ -80,7 +80,7 @@ def test_overlapping_reaches_stop_at_walls(seed: int) -> None:
                 assert reach[k] <= abs(s[j] - s[k]) - 0.5 * segment + 1e-12 * s[-1]
         assert reach[k] <= s[min(k + corners.SEGMENTS, n)] - s[k] + 1e-12
         assert reach[k] <= s[k] - s[max(k - corners.SEGMENTS, 0)] + 1e-12
-    clear = corners.clearance(reach, s)
+    clear = corners.measure_gaps(reach, s)
     for k in range(n + 1):
         others = np.delete(np.arange(n + 1), k)
         assert clear[k] == pytest.approx((np.abs(s[others] - s[k]) - reach[others]).min(), abs=1e-9 * s[-1])
@@ -119,7 +119,7 @@ def turn_and_go(rng: np.random.Generator) -> np.ndarray:
 
 
 def noisy_cam(rng: np.random.Generator) -> np.ndarray:
-    """Many points a step apart, off the curve by about the tolerance: bumps overlap."""
+    """Many points a step apart, off the curve by about the tolerance: corner blends overlap."""
     t = np.linspace(0, 2, 60)
     return flat(np.column_stack([20 * np.cos(t), 20 * np.sin(t)]) + rng.normal(size=(60, 2)) * 0.01)
 
@@ -148,8 +148,8 @@ def duplicates(rng: np.random.Generator) -> np.ndarray:
 SHAPES = [random_walk, uneven, five_axis, rotary_only, turn_and_go, noisy_cam, spikes, zigzag, duplicates]
 
 
-def ends_of_bumps(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
-    """Where the derivatives may jump: s of corners and of the ends of bumps, and the width to the next on each side."""
+def ends_of_blends(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
+    """Where the derivatives may jump: s of corners and of the ends of corner blends, and the width to the next on each side."""
     assert contour.corners is not None
     s, reach = contour.corners.s, contour.corners.reach
     every = np.sort(np.concatenate([s, s[1:-1] - reach[1:-1], s[1:-1] + reach[1:-1]]))
@@ -168,7 +168,7 @@ def test_contours_are_smooth_and_within_tolerance(shape: Callable[..., np.ndarra
         rng = np.random.default_rng([seed, len(shape.__name__)])
         tolerance = 10.0 ** rng.uniform(-3, -1)
         contour = contour_of(program_of(shape(rng), tolerance), mode)
-        at, width = ends_of_bumps(contour)
+        at, width = ends_of_blends(contour)
         assert len(at) > 5
         # positions are exact to some 1e-13 mm of a path of some 500 mm, and a degree 7 fit multiplies that by 1e3
         assert jumps(contour, at, width)[..., :3].max() < 3e-9
@@ -180,10 +180,10 @@ def test_contours_are_smooth_and_within_tolerance(shape: Callable[..., np.ndarra
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_a_kink_would_be_seen(mode: str) -> None:
-    """The same measure on a contour whose reaches are changed behind its back: bumps that the sum does not know."""
+    """The same measure on a contour whose bends are changed afterwards: the sum no longer fits them."""
     contour = contour_of(program_of(random_walk(np.random.default_rng(1)), 0.01), mode)
     assert contour.corners is not None
-    at, width = ends_of_bumps(contour)
+    at, width = ends_of_blends(contour)
     contour.corners.bend[5:20] *= 0.999
     assert jumps(contour, at, width).max() > 1e-6
 
@@ -203,7 +203,7 @@ def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_every_bump_ends_at_the_end_of_a_element(mode: str) -> None:
-    """A grid made of elements must see a bump of 0.01 mm on the longest segment."""
+    """A grid made of elements must see a corner blend of 0.01 mm on the longest segment."""
     seen = 0
     for shape in (uneven, noisy_cam, five_axis):
         contour = contour_of(program_of(shape(np.random.default_rng(4)), 0.02), mode)
@@ -241,7 +241,7 @@ def test_tolerances_far_from_the_size_of_the_segments(mode: str, tolerance: floa
     rng = np.random.default_rng(2)
     contour = contour_of(program_of(flat(np.cumsum(rng.normal(size=(40, 2)) * 0.3, axis=0)), tolerance), mode)
     assert shares_of_tolerance(contour).max() < (0.98 if tolerance > 1e-3 else 1.0)
-    at, width = ends_of_bumps(contour)
+    at, width = ends_of_blends(contour)
     assert jumps(contour, at, width).max() < 3e-9
 
 
@@ -250,6 +250,6 @@ def test_segments_of_a_few_nanometres_between_long_ones(mode: str) -> None:
     points = flat(np.array([[0, 0], [30, 0], [30, 1e-5], [60, 1e-5], [60, 20], [60 - 5e-6, 20], [30, 20], [30, 0.0]]))
     contour = contour_of(program_of(points, 0.05), mode)
     assert len(contour.path) == 7
-    at, width = ends_of_bumps(contour)
+    at, width = ends_of_blends(contour)
     assert jumps(contour, at, width).max() < 3e-9
     assert shares_of_tolerance(contour).max() < 0.98

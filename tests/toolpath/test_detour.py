@@ -68,9 +68,9 @@ def test_a_rewind_retracts_turns_and_returns(name):
     ]
     assert axes[0] == pytest.approx(axes[1], abs=1e-9)
     assert np.abs(there[3:] - here[3:]).max() > 1.0
-    # the retract runs along the tool axis until the gauge line is at machine Z 0: machine_zero over the rotary centre
-    way = path.end[up, :3] - here[:3]
-    assert way / np.linalg.norm(way) == pytest.approx(axes[0], abs=1e-9)
+    # the retract goes along the tool axis until the gauge line is at machine Z 0: machine_zero over the rotary centre
+    retract = path.end[up, :3] - here[:3]
+    assert retract / np.linalg.norm(retract) == pytest.approx(axes[0], abs=1e-9)
     a, c = here[3:]
     gauge = path.end[up, :3] + 60.0 * axes[0]
     y = math.sin(c) * gauge[0] + math.cos(c) * gauge[1]
@@ -92,7 +92,7 @@ def test_a_rewind_retracts_turns_and_returns(name):
 @pytest.mark.parametrize("approach", [None, "home"])
 @pytest.mark.parametrize("name", MACHINES)
 def test_files_with_a_rewind_pass_verification(name, approach):
-    """Also behind an approach; C stays in its range in every written row."""
+    """Also after an approach; C stays in its range in every written row."""
     machine = limited(name)
     source = f"{HEAD}{PLAIN}\nM2\n".encode()
     result = convert(source, machine, Options(tool_length=60.0, allow_rewind=True, approach=approach))
@@ -127,7 +127,7 @@ def test_dwells_beside_a_detour_are_kept(name):
 
 
 def test_the_options_of_a_rewind_are_those_of_verification():
-    """Made with --allow-rewind and judged without, or the other way round, a file is refused."""
+    """Written with --allow-rewind and verified without, or the other way round, a file is refused."""
     machine = limited("serial")
     source = f"{HEAD}{PLAIN}\nM2\n".encode()
     with_rewind = Options(tool_length=60.0, allow_rewind=True)
@@ -138,7 +138,7 @@ def test_the_options_of_a_rewind_are_those_of_verification():
 
 
 def test_a_retract_beyond_the_travel_is_a_finding():
-    """The detour is judged like every other motion: machine Z 0 may lie above the sliders' travel."""
+    """The detour is checked like every other motion: machine Z 0 may lie above the sliders' travel."""
     machine = limited("verne")
     far = replace(machine, coordinates=replace(machine.coordinates, machine_zero=np.array([0.0, 0.0, 1500.0])))
     result = convert(f"{HEAD}{PLAIN}\nM2\n".encode(), far, Options(tool_length=60.0, allow_rewind=True))

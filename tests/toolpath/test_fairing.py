@@ -37,7 +37,7 @@ def test_zigzags_of_flat_corners_use_their_tolerance_and_no_more(corner_deg):
     assert 0.5 * TOLERANCE_MM < result.summary.verification.tip_deviation_mm <= TOLERANCE_MM
 
 
-def test_a_faired_curve_sections_on_into_the_blend_of_an_arc():
+def test_a_faired_curve_continues_into_the_blend_of_an_arc():
     """The blend matches the segment before it as programmed, so that segment must stay where it is."""
     source = wavy("G3 X12 Y9.8161 R4", "G1 X0")
     contour = assemble(source, MACHINE, OPTIONS).contour
@@ -53,7 +53,7 @@ def test_points_move_to_the_smoothing_spline_that_scipy_finds():
     values = rng.normal(size=(60, 5))
     held = rng.random(60) < 0.1
     held[[0, -1]] = True
-    change = fairing._smoothing(values, s, held, 0.01)
+    change = fairing._smooth(values, s, held, 0.01)
     spline = make_smoothing_spline(s, values, np.where(held, 1e9, 1.0), 0.01)
     assert (change[held] == 0).all()
     # theirs holds by a weight of 1e9, so values of size 1 move by its reciprocal times what bends them
@@ -68,11 +68,11 @@ def test_long_stretches_are_faired_in_parts_that_meet(monkeypatch):
     soft = np.ones(n + 1, dtype=bool)
     soft[[0, 900, -1]] = False
     bound = np.full(n + 1, 1.0)
-    whole = fairing.faired(vertex, s, soft, bound, bound)
+    whole = fairing.fair_vertices(vertex, s, soft, bound, bound)
     assert np.abs(whole - vertex).max() > 1e-3
     monkeypatch.setattr(fairing, "LONGEST", 700)
-    parts = fairing.faired(vertex, s, soft, bound, bound)
+    parts = fairing.fair_vertices(vertex, s, soft, bound, bound)
     assert np.array_equal(parts[~soft], vertex[~soft])
     assert np.abs(parts - whole).max() < 1e-12
     monkeypatch.setattr(fairing, "OVERLAP", 6)
-    assert np.abs(fairing.faired(vertex, s, soft, bound, bound) - whole).max() > 1e-6
+    assert np.abs(fairing.fair_vertices(vertex, s, soft, bound, bound) - whole).max() > 1e-6

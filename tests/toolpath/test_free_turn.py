@@ -142,14 +142,15 @@ def test_the_command_line_says_which_c_was_chosen(run, tmp_path):
     place = ["--machine", "serial", "--tool-length", TOOL, "--wcs", "G54=0,0,50", "--cycle", "0.004"]
     answer = run("convert", file, "-o", axes, "--meta", meta, "--free-c", *place)
     assert answer.code == 0, answer.err
-    said = json.loads(meta.read_text(encoding="utf-8"))["free_c"]
+    record = json.loads(meta.read_text(encoding="utf-8"))["free_c"]
     text = " ".join(answer.err.split())
     assert (
-        f"C stands at {said['c_deg']:.3f} deg: the smallest margin is {said['margin']:.3f} ({said['nearest']})" in text
+        f"C stands at {record['c_deg']:.3f} deg: the smallest margin is {record['margin']:.3f} ({record['nearest']})"
+        in text
     )
-    assert f"in place of {said['margin_before']:.3f} at C 0.000" in text
+    assert f"in place of {record['margin_before']:.3f} at C 0.000" in text
     rows = np.loadtxt(axes, delimiter=",", skiprows=1)
-    assert rows[:, 5] == pytest.approx(said["c_deg"], abs=1e-6)
+    assert rows[:, 5] == pytest.approx(record["c_deg"], abs=1e-6)
     assert run("verify", axes, "--against", file, "--free-c", *place).code == 0
     refused = run("verify", axes, "--against", file, *place)
     assert refused.code == 1

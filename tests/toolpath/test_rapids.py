@@ -27,16 +27,16 @@ def test_rows_of_a_rapid_lie_on_a_straight_line_of_the_joints():
     rows = converted(JOINT)
     for line in (3, 6, 8):
         q = rows.values[rows.line == line]
-        way = q[-1] - q[0]
-        u = (q - q[0]) @ way / (way @ way)
+        delta = q[-1] - q[0]
+        u = (q - q[0]) @ delta / (delta @ delta)
         assert (np.diff(u) >= -1e-9).all()
         # rounding to seven and eight decimals
-        assert np.abs(q - q[0] - u[:, None] * way).max() < 2e-7
+        assert np.abs(q - q[0] - u[:, None] * delta).max() < 2e-7
     straight = converted(LINE)
     q = straight.values[straight.line == 3]
-    way = q[-1] - q[0]
-    off = q - q[0] - ((q - q[0]) @ way / (way @ way))[:, None] * way
-    assert np.abs(off).max() > 0.5  # the straight tip line is another way
+    delta = q[-1] - q[0]
+    off = q - q[0] - ((q - q[0]) @ delta / (delta @ delta))[:, None] * delta
+    assert np.abs(off).max() > 0.5  # the straight tip line is another path
 
 
 def test_rapids_stand_still_at_both_ends_and_feed_moves_flow():
@@ -49,7 +49,7 @@ def test_rapids_stand_still_at_both_ends_and_feed_moves_flow():
     assert not any(abs(row - corner) <= 3 for row in still)
 
 
-def test_checks_are_made_on_the_way_that_the_tool_really_takes():
+def test_checks_are_made_on_the_delta_that_the_tool_really_takes():
     """From one side of the table to the other with A through 180 degrees of C: the straight line is legal."""
     source = b"G21 G90 G94\nG0 X90 Y0 Z25 A0 C0\nG0 X-90 Y0 Z25 A0 C179\nM2\n"
     line, joint = (check_program(assemble(source, MACHINE, options))[1] for options in (LINE, JOINT))

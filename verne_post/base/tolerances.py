@@ -139,3 +139,18 @@ ROUNDING_RAD: Final = 2e-8
 #: Under a feed override rows may be this much faster than its share of the feed: repairs move rows with the limits and the full
 #: feed in view. The largest of 200 generated programs was 0.28 %.
 OVERRIDE_FEED: Final = 0.005
+
+# --- toolpath ----------------------------------------------------------------------------------
+
+#: A segment of which curves leave no more than this share has no element of its own: only their rounding is left.
+USED_UP_SHARE: Final = 1e-9
+#: Stands for the reach of a corner that is not blended, mm: its blend is too small to change a coordinate.
+NO_REACH_MM: Final = 1e-100
+#: Rotary travel counts in steps of this, rad, so that equal sums are equal and the first branch, as programmed, is kept.
+TRAVEL_STEP: Final = 1e-6
+#: Ends of a segment that follow the part to within this, mm and rad, are tied to it.
+TIED: Final = 1e-6
+#: A margin that changes by less than this over all places of the part does not depend on the place.
+MARGIN_CHANGE: Final = 1e-6
+#: A margin must change by this with C to count, and to be worth a turn of the part.
+MARGIN_GAIN: Final = 1e-9

@@ -1,8 +1,9 @@
-"""The contour that the tool really follows, as elements of the programmed segments.
+"""The contour that the tool really follows: elements on the programmed segments.
 
-Made by toolpath, read by kinematics and timing. A *element* has a parameter w from 0 to 1 and lies on one programmed
-segment, or on the half of a corner that belongs to it. A *run* is a sequence of elements between two standstills; along a
-run the pose is three times continuously differentiable by the path parameter s.
+Made by toolpath, read by kinematics and trajectory. A *segment* is one programmed motion. An *element* is a part of a
+segment on which the contour is one smooth function, or the half of a curved corner blend that belongs to the segment; its
+parameter w goes from 0 to 1. A *section* is a sequence of elements between two standstills; along it the pose is three
+times continuously differentiable by the path parameter s.
 """
 
 from dataclasses import dataclass, replace
@@ -16,26 +17,26 @@ from verne_post.model.toolpath import ToolPath
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
-#: Numbers of elements, or a stretch of them.
+#: Numbers of elements, or a slice of them.
 Rows = NDArray[np.integer] | slice
 EVERY: Final = slice(None)
 
 
 @dataclass(frozen=True)
 class Corners:
-    """Rounded corners between straight segments: bumps on the polyline, see :mod:`verne_post.toolpath.corners`.
+    """Corner blends between straight segments: see :mod:`verne_post.toolpath.corners`.
 
     Attributes
     ----------
     s : ndarray, shape (n + 1,)
         Where the corners of the n segments are, by metric length along the whole path, mm; the ends of the path included.
     reach : ndarray, shape (n + 1,)
-        Half width of the bump, mm; 0 where a corner is not rounded.
+        Half width of the corner blend, mm; 0 where a corner is not blended.
     bend : ndarray, shape (n + 1, 5)
         Change of the derivatives of tip and nominal angles by s.
     shift : int
         Segment i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with segments
-        that no bump reaches.
+        that no corner blend reaches.
     """
 
     s: Array
@@ -46,7 +47,7 @@ class Corners:
 
 @dataclass(frozen=True)
 class Feeds:
-    """What the programmed feed asks of each segment, each shape (n,).
+    """The programmed feed rate of each segment, each shape (n,).
 
     Attributes
     ----------
@@ -55,7 +56,7 @@ class Feeds:
     by_tip : ndarray of bool
         False where the tip stands still.
     even : ndarray
-        ds/dt at the feed where tip and angles move evenly along the segment, mm/s; infinite for rapids.
+        ds/dt at the feed rate where tip and angles move evenly along the segment, mm/s; infinite for rapids.
     """
 
     rate: Array
@@ -65,7 +66,7 @@ class Feeds:
 
 @dataclass(frozen=True)
 class Contour:
-    """All motion of a program as it will be made.
+    """All motion of a program as it will be made: n elements on n_segments segments.
 
     Attributes
     ----------
@@ -74,29 +75,30 @@ class Contour:
     shape : ToolPath
         The segments that are followed: as programmed, or with vertices moved within their tolerance.
     segment : ndarray of int32, shape (n,)
-        The segment that a element belongs to: its source line, feed and tool length.
+        The segment that an element belongs to: its source line, feed and tool length.
     curve : ndarray of int32, shape (n,)
-        Row of ``controls``, -1 for a part of a segment.
+        Row of ``controls`` for half of a curved corner blend, -1 for a part of a segment.
     low, high : ndarray, shape (n,)
-        Where on its segment (u from 0 to 1), or on its curve, a element begins and ends.
+        Where on its segment (u from 0 to 1), or on its curve, an element begins and ends.
     length : ndarray, shape (n,)
         Length by s, mm (metric length; see docs/architecture.md).
     turn : ndarray, shape (n,)
         Rotation of table and arc together over the element, rad.
     section : ndarray of int32, shape (n,)
+        The section that an element belongs to, 0, 1, ...
     corners : Corners or None
-        Rounded corners; None where there are none.
+        Corner blends between straight segments; None where there are none.
     blended : ndarray of bool, shape (n,)
-        A rounded corner's bump reaches into the element.
+        A corner blend between straight segments reaches into the element.
     feeds : Feeds
     controls : ndarray, shape (m, 8, 5)
-        Control points of curves of degree 7: tip in the table frame and nominal angles.
+        Control points of curved corner blends, of degree 7: tip in the table frame (mm) and nominal angles (rad).
     tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)
         How far the contour may be from each programmed segment, mm and rad; 0 where it follows it exactly.
     dwell_section : ndarray of int32, shape (d,)
-        A dwell stands before this run (the number of runs: after the last).
+        A dwell stands before this section (the number of sections: after the last).
     entry : int
-        A restart begins with this segment, maybe in the middle of a rounded corner; -1 where the whole program is made.
+        A restart begins with this segment, maybe in the middle of a corner blend; -1 where the whole program is made.
     """
 
     path: ToolPath
@@ -129,22 +131,22 @@ class Contour:
         return self.path.tool_length[self.segment[element]]
 
     def pace(self, element: Rows = EVERY) -> Array:
-        """Seconds per mm of s at the programmed feed (m,) of elements (m,), 0 for rapids."""
+        """Seconds per mm of s at the programmed feed rate (m,) of elements (m,), 0 for rapids."""
         segment = self.segment[element]
         return np.asarray(self.path.feed_time[segment] / self.path.length[segment])
 
     @property
     def n_sections(self) -> int:
-        """Number of runs."""
+        """Number of sections."""
         return int(self.section[-1]) + 1 if len(self.section) else 0
 
     @property
     def section_begins(self) -> NDArray[np.intp]:
-        """First element of each run, and the number of elements after the last (n_sections + 1,)."""
+        """First element of each section, and the number of elements after the last (n_sections + 1,)."""
         return np.searchsorted(self.section, np.arange(self.n_sections + 1))
 
     def only(self, elements: NDArray[np.integer]) -> "Contour":
-        """Some elements, in order, as a contour of their own without dwells; each run keeps its elements together."""
+        """Some elements, in order, as a contour of their own without dwells; each section keeps its elements together."""
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(
             self, segment=self.segment[elements], curve=self.curve[elements], low=self.low[elements], high=self.high[elements],
@@ -154,23 +156,23 @@ class Contour:
 
     @property
     def continuous(self) -> NDArray[np.bool_]:
-        """Runs with a rounded corner in them (n_sections,)."""
-        found = np.zeros(self.n_sections, dtype=bool)
+        """Sections with a corner blend in them (n_sections,)."""
+        continuous = np.zeros(self.n_sections, dtype=bool)
         for first, last in blocks(len(self)):
-            some = slice(first, last)
-            found[self.section[some][self.blended[some] | (self.curve[some] >= 0)]] = True
-        return found
+            block = slice(first, last)
+            continuous[self.section[block][self.blended[block] | (self.curve[block] >= 0)]] = True
+        return continuous
 
     @property
     def n_blended(self) -> int:
-        """Corners that are not stops."""
-        bumps, curved = 0, np.zeros(len(self.controls), dtype=bool)
+        """Number of blended corners."""
+        straight, curved = 0, np.zeros(len(self.controls), dtype=bool)
         if self.corners is not None:
             for first, last in blocks(len(self.path) - 1):
                 programmed = self.path.move[first : last + 1] >= 0
                 corner = np.flatnonzero(programmed[1:] & programmed[:-1]) + first + 1 + self.corners.shift
-                bumps += int((self.corners.reach[corner] > 0).sum())
+                straight += int((self.corners.reach[corner] > 0).sum())
         for first, last in blocks(len(self)):
             curve = self.curve[first:last]
             curved[curve[curve >= 0]] = True
-        return bumps + int(curved.sum())
+        return straight + int(curved.sum())

@@ -1,4 +1,4 @@
-"""Moves: what a program says, with all modal state resolved. Made by gcode, read by toolpath.
+"""Moves: the motion that a program asks for, with all modal state resolved. Made by gcode, read by toolpath.
 
 Positions are what an interpreter reports: absolute, program coordinates of the active work system
 with tool offset and G92 taken out, mm and degrees whatever the program's units, in the order
@@ -51,7 +51,7 @@ class PathMode(IntEnum):
 class PathControl:
     """How exactly corners are taken.
 
-    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm; None means not said.
+    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm; None means not given.
     """
 
     mode: PathMode = PathMode.BLEND
@@ -111,7 +111,7 @@ class Frame:
     tool : Vector9
         Tool offset in force; the length is its third entry.
     feature : Feature or None
-        The tilted plane in which the program speaks; G92 lies outside it.
+        The tilted work plane in force; G92 lies outside it.
     """
 
     system: int = 1
@@ -130,7 +130,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that is not motion: spindle, coolant, tool, stop, message.
+    """An auxiliary function: spindle, coolant, tool, stop, message.
 
     ``before`` is the index of the move that follows it (the number of moves so far).
     """
@@ -171,7 +171,7 @@ class Arcs:
 
 @dataclass(frozen=True)
 class Moves:
-    """The program as a table, one row a motion or dwell, in order of execution.
+    """The program as a table, one row a move (a motion or a dwell), in order of execution.
 
     Attributes
     ----------
@@ -203,7 +203,7 @@ class Moves:
         Where the program starts, program coordinates of ``start_frame``.
     start_frame : Frame
     parameters : mapping
-        What a parameter file would keep behind the program.
+        What a parameter file would keep after the program.
     findings : tuple of Finding
         Warnings about the text.
     """
@@ -232,7 +232,7 @@ class Moves:
         return len(self.line)
 
     def start_at(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
-        """The moves from number ``first`` on, and the events from ``first_event`` on behind those of ``switched``."""
+        """The moves from number ``first`` on, and the events from ``first_event`` on after those of ``switched``."""
         kept = (replace(event, before=max(event.before - first, 0)) for event in self.events[first_event:])
         if first == 0:
             return replace(self, events=(*switched, *kept))
@@ -241,7 +241,7 @@ class Moves:
         return replace(self, **rows, events=(*switched, *kept), start=self.end[first - 1], start_frame=start_frame)
 
 
-#: What Moves keep for every motion or dwell: type, and width where it is not one number.
+#: What Moves keep for every move: type, and width where it is not one number.
 MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,), "spindle": (float,),
     "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "vector": (float, 3),

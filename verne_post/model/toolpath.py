@@ -1,6 +1,6 @@
-"""The tool path as a table of segments in the table frame. Made by toolpath, read by kinematics and verify.
+"""The tool path as a table of segments in the table frame. Made by toolpath, read by kinematics, trajectory and verify.
 
-A *segment* is one programmed motion, with parameter u from 0 to 1. A *run* is a sequence of segments
+A *segment* is one programmed motion, with parameter u from 0 to 1. A *section* is a sequence of segments
 between two standstills; its path parameter s adds up the lengths of its segments.
 """
 
@@ -78,7 +78,7 @@ class ToolPath:
     Attributes
     ----------
     line : ndarray of int32, shape (n,)
-        Source line; 0 for an approach that the program does not contain.
+        Source line; 0 for approach and departure.
     kind : ndarray of int8, shape (n,)
         :class:`SegmentKind`.
     start, end : ndarray, shape (n, 5)
@@ -87,7 +87,7 @@ class ToolPath:
     tool_length : ndarray, shape (n,)
         Gauge line to tip, mm.
     feed_time : ndarray, shape (n,)
-        Seconds that the segment takes at the programmed feed, 0 for rapids.
+        Seconds that the segment takes at the programmed feed rate, 0 for rapids.
     length : ndarray, shape (n,)
         Metric length: tip path and rotation together, mm.
     arc : ndarray of int32, shape (n,)
@@ -101,11 +101,11 @@ class ToolPath:
     joint : ndarray of int32, shape (n,)
         Row of ``joints``, -1 for other segments.
     move : ndarray of int32, shape (n,)
-        Row of the Moves table, -1 for an approach.
+        Row of the Moves table, -1 for approach and departure.
     section : ndarray of int32, shape (n,)
-        The run that the segment belongs to, 0, 1, ...
+        The section that the segment belongs to, 0, 1, ...
     dwell_section : ndarray of int32, shape (d,)
-        A dwell stands before this run (the number of runs: after the last).
+        A dwell stands before this section (the number of sections: after the last).
     dwell_seconds : ndarray, shape (d,)
     dwell_line : ndarray of int32, shape (d,)
     first_pose : ndarray, shape (5,)
@@ -140,7 +140,7 @@ class ToolPath:
 
     @property
     def n_sections(self) -> int:
-        """Number of runs."""
+        """Number of sections."""
         return int(self.section[-1]) + 1 if len(self.section) else 0
 
     def tool_length_at(self, line: NDArray[np.integer]) -> Array:
@@ -155,17 +155,17 @@ class ToolPath:
         return np.searchsorted(self.section, self.dwell_section)
 
     def dwells_among(self, section: Ints) -> Ints:
-        """``dwell_section`` (d,) where the same segments have new run numbers (n,): dwells stand before the same segments."""
+        """``dwell_section`` (d,) where the same segments have new section numbers (n,): dwells stand before the same segments."""
         return sections_at(section, self.dwell_segment)
 
     @property
     def move_reached(self) -> Ints:
-        """The move that each segment (n,) belongs to, of detours and the way behind that of the last segment before; -1 before all."""
+        """The move that each segment (n,) belongs to; for a detour and the departure the last move before, -1 before all."""
         reached, last = Growing(np.int32), np.full(1, -1, dtype=np.int32)
         for begin, end in blocks(len(self)):
-            some = np.maximum.accumulate(np.append(last, self.move[begin:end]))[1:]
-            reached.extend(some)
-            last = some[-1:]
+            block = np.maximum.accumulate(np.append(last, self.move[begin:end]))[1:]
+            reached.extend(block)
+            last = block[-1:]
         return reached.column()
 
     @property
@@ -180,14 +180,14 @@ class ToolPath:
     @property
     def moves_with_length(self) -> Ints:
         """Numbers of the moves that have segments, ascending."""
-        found, last = Growing(np.int32), -1
+        numbers, last = Growing(np.int32), -1
         for begin, end in blocks(len(self)):
             move = self.move[begin:end]
             move = move[move >= 0]
             if len(move):
-                found.extend(move[move != np.append(last, move[:-1])])
+                numbers.extend(move[move != np.append(last, move[:-1])])
                 last = int(move[-1])
-        return found.column()
+        return numbers.column()
 
     def part(self, first: int, last: int) -> "ToolPath":
         """Segments ``first`` to ``last`` (excluded) as a path without dwells; arcs, great circles and joints keep their rows."""
@@ -206,7 +206,7 @@ SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
 
 
 def sections_at(section: Ints, row: NDArray[np.integer]) -> Ints:
-    """Runs (d,) of rows (d,) of a column of run numbers (n,); the next run for rows behind the last."""
+    """Sections (d,) of rows (d,) of a column of section numbers (n,); the next section for rows after the last."""
     n = len(section)
     if not n:
         return np.zeros(len(row), dtype=np.int32)

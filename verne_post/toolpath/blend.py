@@ -1,10 +1,10 @@
-"""Corners beside arcs and swinging tool axes: curves of degree 7 that join two segments with continuous third derivative.
+"""Corner blends beside arcs and swinging tool axes: curves of degree 7 that join two segments with continuous third derivative.
 
-A blend leaves segment i a distance d before the corner and reaches segment i + 1 a distance d behind it, measured in
-metric length (tip path and rotation together), and takes tip and table angles along in one five-dimensional curve.
+A curve leaves segment i a distance d before the corner and reaches segment i + 1 a distance d after it, measured in
+metric length (tip path and rotation together). It takes tip and table angles along in one five-dimensional curve.
 At both ends its derivatives by s match those of the segments up to the third. For two straight segments its control points
 are P - d t1, P - 2d/3 t1, P - d/3 t1, P and their mirror images, ``APEX d |t2 - t1|`` from the corner; for others the
-deviation is measured, and d shortened until it fits. Corners between straight segments are rounded in ``corners``.
+deviation is measured, and d shortened until it fits. Corners between straight segments are blended in ``corners``.
 """
 
 from typing import Final
@@ -13,19 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.model.toolpath import ToolPath
-from verne_post.toolpath.build import ROTARY_METRIC_MM
+from verne_post.toolpath.corners import USED_SHARE
 from verne_post.toolpath.evaluate import bernstein, pose, pose_derivatives
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-#: Distance of the middle of a blend from the corner, over d |t2 - t1|: (1 + 7 2/3 + 21/3) / 128.
+#: Distance of the middle of a curve from the corner, over d |t2 - t1|: (1 + 7 2/3 + 21/3) / 128.
 APEX: Final = (1.0 + 14.0 / 3.0 + 7.0) / 128.0
-#: Length of a blend by s over d: with it the end derivatives of the control polygon above are unit tangents.
+#: Length of a curve by s over d: with it the end derivatives of the control polygon above are unit tangents.
 STRETCH: Final = 7.0 / 3.0
-#: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
-USED_SHARE: Final = 0.97
-#: A blend is checked at so many points of each half, and shortened by a factor so often until it fits.
+#: A curve is measured at so many points of each half, and shortened by a factor so often until it fits.
 CHECKS: Final = 9
 SHORTENING: Final = 0.7
 SHORTENINGS: Final = 24
@@ -33,10 +32,10 @@ SHORTENINGS: Final = 24
 NEAREST: Final = 4
 
 
-def blend_distances(
+def find_curves(
     path: ToolPath, corner: Ints, most: Array, tip_tolerance: Array, axis_tolerance: Array
 ) -> tuple[Array, Array]:
-    """Largest distance d for blends at the ends of segments ``corner``, and their control points.
+    """Largest distance d for curves at the ends of segments ``corner``, and their control points.
 
     Parameters
     ----------
@@ -44,7 +43,7 @@ def blend_distances(
     corner : ndarray of int, shape (m,)
         The corner lies between this segment and the next.
     most : ndarray, shape (m,)
-        What the segments have to give, mm.
+        Largest d that the segments allow, mm.
     tip_tolerance, axis_tolerance : ndarray, shape (m,)
         mm and rad.
 
@@ -54,21 +53,21 @@ def blend_distances(
         mm of metric length; 0 where the corner must be a stop.
     controls : ndarray, shape (m, 8, 5)
     """
-    bend = tangent(path, corner + 1, 0.0) - tangent(path, corner, 1.0)
+    bend = find_tangents(path, corner + 1, 0.0) - find_tangents(path, corner, 1.0)
     tip_bend = np.linalg.norm(bend[:, :3], axis=1)
     angle_bend = np.linalg.norm(bend[:, 3:], axis=1) / ROTARY_METRIC_MM
     with np.errstate(divide="ignore"):
-        room = np.minimum(
+        widest = np.minimum(
             USED_SHARE * tip_tolerance / (APEX * tip_bend), USED_SHARE * axis_tolerance / (APEX * angle_bend)
         )
-    d = np.minimum(room, most)
-    controls = blend_controls(path, corner, d)
+    d = np.minimum(widest, most)
+    controls = find_controls(path, corner, d)
     doubtful = np.flatnonzero(d > 0)
     for _ in range(SHORTENINGS):
         if not len(doubtful):
             break
-        controls[doubtful] = blend_controls(path, corner[doubtful], d[doubtful])
-        tip_off, axis_off = _deviation(path, corner[doubtful], d[doubtful], controls[doubtful])
+        controls[doubtful] = find_controls(path, corner[doubtful], d[doubtful])
+        tip_off, axis_off = _measure_deviation(path, corner[doubtful], d[doubtful], controls[doubtful])
         bad = (tip_off > USED_SHARE * tip_tolerance[doubtful]) | (axis_off > USED_SHARE * axis_tolerance[doubtful])
         doubtful = doubtful[bad]
         d[doubtful] *= SHORTENING
@@ -76,15 +75,15 @@ def blend_distances(
     return d, controls
 
 
-def tangent(path: ToolPath, segment: Ints, u: float) -> Array:
-    """Unit metric tangents (m, 5) at parameter u of segments."""
+def find_tangents(path: ToolPath, segment: Ints, u: float) -> Array:
+    """Unit tangents (m, 5) by metric length at parameter u of segments."""
     slope = pose_derivatives(path, segment, np.full(len(segment), u))[0] / path.length[segment, None]
     slope[:, 3:] *= ROTARY_METRIC_MM
     return slope / np.linalg.norm(slope, axis=1, keepdims=True)
 
 
-def blend_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
-    """Control points (m, 8, 5) of the Hermite curves that match position and three derivatives at both ends."""
+def find_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
+    """Find control points (m, 8, 5) of the Hermite curves that match position and three derivatives at both ends."""
     controls = np.empty((len(corner), 8, 5))
     reach = STRETCH * d
     for side, segment, sign in ((0, corner, 1.0), (7, corner + 1, -1.0)):
@@ -104,8 +103,8 @@ def blend_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
     return controls
 
 
-def _deviation(path: ToolPath, corner: Ints, d: Array, controls: Array) -> tuple[Array, Array]:
-    """Largest distance of each blend from its two segments, tip (mm) and angles (rad)."""
+def _measure_deviation(path: ToolPath, corner: Ints, d: Array, controls: Array) -> tuple[Array, Array]:
+    """Largest distance of each curve from its two segments, tip (mm) and angles (rad)."""
     tip_off, angle_off = np.zeros(len(corner)), np.zeros(len(corner))
     for segment, half in ((corner, np.linspace(0.0, 0.5, CHECKS)), (corner + 1, np.linspace(0.5, 1.0, CHECKS))):
         for v in half:

@@ -1,4 +1,4 @@
-"""On which branch of the table a program runs: chosen over the whole path, and told where that takes more than words said."""
+"""On which branch of the table a program is executed: chosen over the whole path; what differs from the program is reported."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 def choose_branches(
     moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool
 ) -> tuple[ToolPath, BranchPlan | None]:
-    """The tool path on the branches of the table that keep the limits, and what that took.
+    """Build the tool path on the branches of the table that keep the limits; returns it, and the plan.
 
     ``orientation`` as for :func:`build_path`; with ``allow_rewind`` the table may turn between feed moves.
 
@@ -32,7 +32,7 @@ def choose_branches(
     chosen: list[BranchPlan] = []
     planned: list[NDArray[np.int32]] = []  # the move of each planned segment: some may have no length in the end
 
-    def planner(path: ToolPath) -> tuple[Array, Array] | None:
+    def plan_path(path: ToolPath) -> tuple[Array, Array] | None:
         def legal(segment: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
             tip, _angles = pose(path, segment, u)
             q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
@@ -49,7 +49,7 @@ def choose_branches(
         taken = path.free.any() or (allow_rewind and not any(change.feeding for change in plan.changes))
         return (plan.start, plan.end) if taken else None
 
-    path = build_path(moves, machine.coordinates, orientation, planner)
+    path = build_path(moves, machine.coordinates, orientation, plan_path)
     if not chosen:
         return path, None
     plan, segment = chosen[0], np.searchsorted(planned[0], path.move)
@@ -60,31 +60,31 @@ def choose_branches(
 
 
 def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow_rewind: bool) -> list[Finding]:
-    """VP301: where the table rewinds, changes sides, or leaves the programmed branch."""
+    """Report (VP301) where the table rewinds, changes sides, or leaves the programmed branch."""
     factors = [column.factor for column in machine.columns[-2:]]
 
-    def shown(pair: tuple[float, float]) -> str:
+    def show(pair: tuple[float, float]) -> str:
         return ", ".join(
             f"{name} {value * factor:.3f}" for name, value, factor in zip("AC", pair, factors, strict=True)
         )
 
-    found = []
+    findings = []
     for change in plan.changes:
         line = int(path.line[change.segment])
         at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
         fine = allow_rewind and not change.feeding
         if at_pole:
-            what = f"C turns under the standing, vertical tool from {shown(change.before)} to {shown(change.after)} deg"
+            what = f"C turns under the standing, vertical tool from {show(change.before)} to {show(change.after)} deg"
             fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:
-            what = f"the table must go from ({shown(change.before)}) to ({shown(change.after)}) deg before this line"
+            what = f"the table must go from ({show(change.before)}) to ({show(change.after)}) deg before this line"
         if not fine:
             what += (
                 "; the tool feeds here, lift it"
                 if change.feeding
                 else "; --allow-rewind adds a retract, turn and return"
             )
-        found.append(
+        findings.append(
             finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
         )
     begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
@@ -93,7 +93,8 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
         if segment in at_changes:
             continue
         line = int(path.line[segment])
-        what = f"the programmed A and C break a limit; from this line the table would stand at ({shown((float(plan.start[segment, 0]), float(plan.start[segment, 1])))}) deg instead"
-        found.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
+        instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
+        what = f"the programmed A and C break a limit; from this line the table would stand at ({instead}) deg instead"
+        findings.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
                              line=line, last_line=line, worst_line=line))  # fmt: skip
-    return found
+    return findings

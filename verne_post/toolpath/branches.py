@@ -1,13 +1,13 @@
-"""Which side of the table each segment uses: a shortest path over the whole program.
+"""Which branch of the table each segment uses: a shortest path over the whole program.
 
 The tool axis of (A, C) is also that of (-A, C + 180 degrees), and C may be a whole turn elsewhere. A *branch* is one
-of these ways; along a segment it is kept. Programs with tool axes (I J K) leave it open; programs with A and C words name
-it, and another one is taken only where the named one breaks a limit.
+of these solutions; along a segment it is kept. Programs with tool axes (I J K) leave it open; programs with A and C words
+name it, and another one is taken only where the named one breaks a limit.
 
-Segments that must share a branch unless the table rewinds form a *section*; sections end where the tool is vertical
-(C is free there), where it crosses the pole, and, when no section-wide branch is legal, where the legality changes.
-The path through the sections is the least of, in this order: segments beyond a hard limit, rewinds while the tool
-feeds, other rewinds, segments off the programmed branch, turns in place under a vertical tool, rotary travel.
+Segments that must share a branch unless the table rewinds form a *span*. Spans end where the tool is vertical (C is free
+there), where it crosses the pole, and, when no branch is legal on the whole span, where the legality changes. The branches
+of the spans are those with the least cost, in this order: segments beyond a hard limit, rewinds while the tool feeds,
+other rewinds, segments off the programmed branch, turns in place under a vertical tool, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,25 +19,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import blocks
-from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, ZERO_ANGLE
+from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, TRAVEL_STEP, ZERO_ANGLE
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.evaluate import pose
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Turns of C that a free section may be away from where it would go on, where C is unlimited; and as many more as C
-#: winds up on the way, up to a bound: the work grows with their square.
+#: Turns of C that a free span may be away from where it would continue, where C is unlimited; and as many more as C
+#: winds up along the path, up to a bound: the work grows with their square.
 TURNS: Final = 2
 MORE_TURNS: Final = 8
-#: Points of a segment at which a branch is tried before the whole segment is judged.
+#: Points of a segment at which a branch is tried; the constraint check looks at the whole segment later.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-#: Rotary travel counts in steps of this, rad, so that equal ways are equal and the first branch, as programmed, is kept.
-TRAVEL_STEP: Final = 1e-6
 #: Segments that are tried at a time.
 CHUNK_SEGMENTS: Final = 2048
-#: Sections end at changes of legality only up to this many segments: beyond it a program is hopeless, not long.
-MAX_SECTIONS: Final = 20_000
+#: Spans end at changes of legality only while there are no more of them than this: beyond it a program is hopeless, not long.
+MAX_SPANS: Final = 20_000
 
 #: Are poses possible? (segment (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
 Legal = Callable[[NDArray[np.integer], Array, Array], Mask]
@@ -45,7 +43,7 @@ Legal = Callable[[NDArray[np.integer], Array, Array], Mask]
 
 @dataclass(frozen=True)
 class Branch:
-    """A way to hold a tool axis: ``flip`` is 1 for (-A, C + pi); ``turns`` whole turns of C are added."""
+    """A solution for a tool axis: ``flip`` is 1 for (-A, C + pi); ``turns`` whole turns of C are added."""
 
     flip: int
     turns: int
@@ -101,24 +99,53 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
         Travel of C, rad; infinite where it is unlimited.
     """
     free, n = path.free, len(path)
-    if not free.any() and _legal_throughout(path, legal, c_range):
+    if not free.any() and _is_legal_throughout(path, legal, c_range):
         return None
-    onward = _onward(path)
+    onward = _find_onward(path)
     start = path.start.copy()
     start[onward, 3:] = path.end[onward, 3:]
     path = replace(path, start=start)
-    possible = {flip: _possible(path, legal, Branch(flip, 0)) for flip in (0, 1)}
+    possible = tuple(_check_branch(path, legal, Branch(flip, 0)) for flip in (0, 1))
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
-    states = _states(path, c_range)
-    breaks = _breaks(path, vertical)
-    plan = _through(path, _sections(breaks, vertical, n), onward, states, possible, c_range)
+    choice = _Choice(path, onward, _find_states(path, c_range), possible, c_range)
+    breaks = _find_breaks(path, vertical)
+    plan = _find_plan(choice, _find_spans(breaks, vertical, n))
     if not plan.legal or any(_rewinds(change) for change in plan.changes):
-        finer = _finer_breaks(path, breaks, states, possible, c_range)
-        if len(finer) <= MAX_SECTIONS:
-            plan = _through(path, _sections(finer, vertical, n), onward, states, possible, c_range)
+        finer = _split_breaks(choice, breaks)
+        if len(finer) <= MAX_SPANS:
+            plan = _find_plan(choice, _find_spans(finer, vertical, n))
     if not plan.legal and not free.any():
         return None
     return plan
+
+
+@dataclass(frozen=True, eq=False)
+class _Choice:
+    """What branches are chosen from.
+
+    Attributes
+    ----------
+    path : ToolPath
+        n segments on the provisional branch.
+    onward : ndarray of bool, shape (n,)
+        Rapids that begin wherever the table stands.
+    states : list of Branch
+    possible : tuple of ndarray of bool, shape (n,)
+        Whether each segment can be driven without and with the flip, C's travel aside.
+    c_range : tuple of float
+    """
+
+    path: ToolPath
+    onward: Mask
+    states: list[Branch]
+    possible: tuple[Mask, ...]
+    c_range: tuple[float, float]
+
+    def legal(self, branch: Branch) -> Mask:
+        """Segments (n,) that a branch can take, the travel of C included."""
+        c0, c1 = (branch.of(angles)[:, 1] for angles in (self.path.start[:, 3:], self.path.end[:, 3:]))
+        low, high = self.c_range[0] - ZERO_ANGLE, self.c_range[1] + ZERO_ANGLE
+        return self.possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
 
 
 def _rewinds(change: Change) -> bool:
@@ -126,63 +153,60 @@ def _rewinds(change: Change) -> bool:
     return max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) > POLE_SINE
 
 
-def _onward(path: ToolPath) -> Mask:
-    """Rapids whose A and C words end a stretch of tool axes: they begin wherever the table stands."""
-    found = ~path.free & (path.feed_time == 0) & (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
-    found[1:] &= path.free[:-1]
-    found[:1] = False
-    return found
+def _find_onward(path: ToolPath) -> Mask:
+    """Find rapids whose A and C words follow segments with tool axes: they begin wherever the table stands."""
+    turns = (np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1)
+    onward = ~path.free & (path.feed_time == 0) & turns
+    onward[1:] &= path.free[:-1]
+    onward[:1] = False
+    return onward
 
 
-def _legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> bool:
+def _is_legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> bool:
     """Whether every segment can be driven as it is programmed."""
     low, high = c_range
     for begin, end in blocks(len(path)):
         for first in range(begin, end, CHUNK_SEGMENTS):
-            some = np.arange(first, min(first + CHUNK_SEGMENTS, end))
-            c = np.stack([path.start[some, 4], path.end[some, 4]])
-            if c.min() < low or c.max() > high or not _possible_of(path, legal, Branch(0, 0), some).all():
+            rows = np.arange(first, min(first + CHUNK_SEGMENTS, end))
+            c = np.stack([path.start[rows, 4], path.end[rows, 4]])
+            if c.min() < low or c.max() > high or not _check_segments(path, legal, Branch(0, 0), rows).all():
                 return False
     return True
 
 
-def _possible(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
+def _check_branch(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     """Whether each segment can be driven on a branch, C's travel aside."""
     n = len(path)
     chunks = (np.arange(first, min(first + CHUNK_SEGMENTS, n)) for first in range(0, n, CHUNK_SEGMENTS))
-    return np.concatenate([np.empty(0, dtype=bool), *(_possible_of(path, legal, branch, some) for some in chunks)])
+    return np.concatenate([np.empty(0, dtype=bool), *(_check_segments(path, legal, branch, rows) for rows in chunks)])
 
 
-def _possible_of(path: ToolPath, legal: Legal, branch: Branch, some: NDArray[np.integer]) -> Mask:
-    segment, u = np.repeat(some, len(TRIED)), np.tile(TRIED, len(some))
+def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: NDArray[np.integer]) -> Mask:
+    segment, u = np.repeat(rows, len(TRIED)), np.tile(TRIED, len(rows))
     _tip, angles = pose(path, segment, u)
-    return np.asarray(legal(segment, u, branch.of(angles)).reshape(len(some), -1).all(axis=1))
+    return np.asarray(legal(segment, u, branch.of(angles)).reshape(len(rows), -1).all(axis=1))
 
 
-def _states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
-    """Branches that can matter: all whose C overlaps its travel, or a few turns where it is unlimited."""
+def _find_states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
+    """Find the branches that can matter: all whose C overlaps its travel, or a few turns where it is unlimited."""
     low, high = c_range
     c = np.concatenate([path.start[:, 4], path.end[:, 4]])
-    found = []
+    branches = []
     free_turns = TURNS + min(int(np.ceil(np.ptp(c) / (2 * np.pi))), MORE_TURNS)
     for flip in (0, 1):
         if np.isfinite(low) or np.isfinite(high):
             shifted_low, shifted_high = c.min() + flip * np.pi, c.max() + flip * np.pi
-            first = (
-                int(np.ceil((max(low, -1e6) - shifted_high) / (2 * np.pi) - ZERO_ANGLE))
-                if np.isfinite(low)
-                else -free_turns
-            )
+            first = int(np.ceil((low - shifted_high) / (2 * np.pi) - ZERO_ANGLE)) if np.isfinite(low) else -free_turns
             last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else free_turns
             turns: Iterable[int] = range(min(first, 0), max(last, 0) + 1)
         else:
             turns = range(-free_turns, free_turns + 1) if path.free.any() else (0,)
-        found += [Branch(flip, turn) for turn in turns]
-    return sorted(found, key=lambda branch: (branch.flip, abs(branch.turns), branch.turns))
+        branches += [Branch(flip, turn) for turn in turns]
+    return sorted(branches, key=lambda branch: (branch.flip, abs(branch.turns), branch.turns))
 
 
-def _breaks(path: ToolPath, vertical: Mask) -> set[int]:
-    """Segments before which a section begins: at vertical tools, at the pole, between tool axes and words."""
+def _find_breaks(path: ToolPath, vertical: Mask) -> set[int]:
+    """Find segments before which a span begins: at vertical tools, at the pole, between tool axes and words."""
     apart = np.abs(path.start[1:, 3:] - path.end[:-1, 3:]).max(axis=1, initial=0.0) > ZERO_ANGLE
     kind = path.free[1:] != path.free[:-1]
     upright = path.free[1:] & path.free[:-1] & (np.abs(np.sin(path.start[1:, 3])) <= POLE_SINE)
@@ -190,68 +214,57 @@ def _breaks(path: ToolPath, vertical: Mask) -> set[int]:
     return {0, *at.tolist()}
 
 
-def _finer_breaks(
-    path: ToolPath, breaks: set[int], states: list[Branch], possible: dict[int, Mask], c_range: tuple[float, float]
-) -> set[int]:
-    """Also where the legality of a branch changes, and on both sides of rapids."""
-    found = set(breaks)
-    for branch in states:
-        good = _good(path, branch, possible, c_range)
-        found.update((np.flatnonzero(good[1:] != good[:-1]) + 1).tolist())
-    rapid = path.feed_time == 0
-    found.update((np.flatnonzero(rapid[1:] | rapid[:-1]) + 1).tolist())
-    return found
+def _split_breaks(choice: _Choice, breaks: set[int]) -> set[int]:
+    """Add breaks where the legality of a branch changes, and on both sides of rapids."""
+    finer = set(breaks)
+    for branch in choice.states:
+        good = choice.legal(branch)
+        finer.update((np.flatnonzero(good[1:] != good[:-1]) + 1).tolist())
+    rapid = choice.path.feed_time == 0
+    finer.update((np.flatnonzero(rapid[1:] | rapid[:-1]) + 1).tolist())
+    return finer
 
 
-def _sections(breaks: set[int], vertical: Mask, n: int) -> list[tuple[int, int]]:
-    """(first, last) of the sections, vertical stretches left out: what joins sections, not one of them."""
+def _find_spans(breaks: set[int], vertical: Mask, n: int) -> list[tuple[int, int]]:
+    """Find (first, last) of the spans, vertical stretches left out: they join spans, and are none."""
     begins = [*sorted(breaks), n]
     pairs = [(a, b) for a, b in pairwise(begins) if a < b]
-    sections = [(a, b) for a, b in pairs if not vertical[a]]
-    return sections or [(0, n)]
+    spans = [(a, b) for a, b in pairs if not vertical[a]]
+    return spans or [(0, n)]
 
 
-def _good(path: ToolPath, branch: Branch, possible: dict[int, Mask], c_range: tuple[float, float]) -> Mask:
-    c0, c1 = (branch.of(angles)[:, 1] for angles in (path.start[:, 3:], path.end[:, 3:]))
-    low, high = c_range[0] - ZERO_ANGLE, c_range[1] + ZERO_ANGLE
-    return possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
-
-
-def _through(
-    path: ToolPath, sections: list[tuple[int, int]], onward: Mask, states: list[Branch],
-    possible: dict[int, Mask], c_range: tuple[float, float],
-) -> BranchPlan:  # fmt: skip
-    """The best branch of every section (dynamic programming), and the angles that follow."""
-    firsts = np.array([first for first, _last in sections])
-    lasts = np.array([last for _first, last in sections])
+def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
+    """Find the best branch of every span (dynamic programming), and the angles that follow."""
+    path, states = choice.path, choice.states
+    firsts = np.array([first for first, _last in spans])
+    lasts = np.array([last for _first, last in spans])
     words = np.append(0, np.cumsum(~path.free))
     illegal, departures = [], []
     for branch in states:
-        bad = np.append(0, np.cumsum(~_good(path, branch, possible, c_range)))
+        bad = np.append(0, np.cumsum(~choice.legal(branch)))
         illegal.append(bad[lasts] - bad[firsts])
         departures.append(0 * firsts if branch == Branch(0, 0) else words[lasts] - words[firsts])
     begin = np.stack([branch.of(path.start[firsts, 3:]) for branch in states], axis=1)
     finish = np.stack([branch.of(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
-    own = [
+    costs: list[list[_Cost]] = [
         [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0, 0 if k else s) for s in range(len(states))]
         for k in range(len(firsts))
     ]
-    best = own[0]
+    best = costs[0]
     came: list[list[int]] = []
     for k in range(1, len(firsts)):
-        bridged = bool(
-            lasts[k - 1] < firsts[k] or onward[firsts[k]]
-        )  # vertical segments in between, or the table may go on
+        # vertical segments in between, or a rapid that begins wherever the table stands
+        bridged = bool(lasts[k - 1] < firsts[k] or choice.onward[firsts[k]])
         fed = bool(feeding[lasts[k - 1] - 1] and feeding[firsts[k]])
         here, back = [], []
         for s in range(len(states)):
             step = [
-                _added(best[t], _passage(finish[k - 1, t], begin[k, s], bridged=bridged, fed=fed))
+                _add(best[t], _cost_of_passage(finish[k - 1, t], begin[k, s], bridged=bridged, fed=fed))
                 for t in range(len(states))
             ]
             t = min(range(len(states)), key=lambda t: step[t])
-            here.append(_added(step[t], own[k][s]))
+            here.append(_add(step[t], costs[k][s]))
             back.append(t)
         best = here
         came.append(back)
@@ -260,7 +273,7 @@ def _through(
     for back in reversed(came):
         chosen.append(back[chosen[-1]])
     chosen.reverse()
-    return _laid_out(path, sections, onward, [states[s] for s in chosen], legal=total[0] == 0)
+    return _lay_out(path, spans, choice.onward, [states[s] for s in chosen], legal=total[0] == 0)
 
 
 #: Segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the programmed branch, turns of C in
@@ -268,12 +281,12 @@ def _through(
 _Cost = tuple[int, int, int, int, int, int, int]
 
 
-def _added(a: _Cost, b: _Cost) -> _Cost:
+def _add(a: _Cost, b: _Cost) -> _Cost:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6])
 
 
-def _passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
-    """Cost of going from one pair of angles to another between sections."""
+def _cost_of_passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
+    """Cost of going from one pair of angles to another between spans."""
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
     travel = round((tilt + turn) / TRAVEL_STEP)
     if _meets(before, after):
@@ -292,22 +305,22 @@ def _meets(before: Array, after: Array) -> bool:
     return bool(away[0] <= ZERO_ANGLE and away[1] <= (POLE_CROSSING if upright else ZERO_ANGLE))
 
 
-def _laid_out(
-    path: ToolPath, sections: list[tuple[int, int]], onward: Mask, chosen: list[Branch], *, legal: bool
+def _lay_out(
+    path: ToolPath, spans: list[tuple[int, int]], onward: Mask, chosen: list[Branch], *, legal: bool
 ) -> BranchPlan:
-    """Angles of every segment on the chosen branches, vertical stretches turned in between."""
+    """Find the angles of every segment on the chosen branches; vertical stretches turn in between."""
     n = len(path)
     start, end = path.start[:, 3:].copy(), path.end[:, 3:].copy()
     departs = np.zeros(n, dtype=bool)
-    for (first, last), branch in zip(sections, chosen, strict=True):
+    for (first, last), branch in zip(spans, chosen, strict=True):
         start[first:last], end[first:last] = branch.of(start[first:last]), branch.of(end[first:last])
         departs[first:last] = ~path.free[first:last] & (branch != Branch(0, 0))
     changes = []
-    if (leave := sections[0][0]) > 0:  # a vertical beginning already stands as it will leave
+    if (leave := spans[0][0]) > 0:  # a vertical beginning already stands as it will leave
         if not onward[leave]:
             start[:leave, 1] = end[:leave, 1] = start[leave, 1]
         start[leave] = end[leave - 1]
-    for (_first, last), (following, _end) in pairwise(sections):
+    for (_first, last), (following, _end) in pairwise(spans):
         before, after = end[last - 1], start[following]
         if last < following:
             target = before if onward[following] else after  # such a rapid turns C itself
@@ -322,7 +335,7 @@ def _laid_out(
             changes.append(Change(following, pairs[0], pairs[1], fed))
         else:
             start[following] = before  # to the last bit, so that no gap opens
-    tail = sections[-1][1]
+    tail = spans[-1][1]
     if tail < n:
         start[tail:, 1] = end[tail:, 1] = end[tail - 1, 1]
     return BranchPlan(start, end, tuple(changes), departs, legal)

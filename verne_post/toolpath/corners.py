@@ -1,14 +1,14 @@
-"""Corners of polylines, rounded: each adds a bump of its own, and bumps may overlap.
+"""Corner blends of polylines: each adds a displacement to the path, and several may overlap.
 
-With s the metric length along the path, the pose of a polyline is piecewise linear in s, and its second derivative is
-a sum of peaks, one a corner: the change ``bend`` of the unit tangent. Averaging with a kernel of half width ``reach``
-spreads the peak, which comes to adding
+With s the metric length along the path, the pose of a polyline is piecewise linear in s. Its second derivative is a sum of
+peaks, one a corner: the change ``bend`` of the unit tangent. Averaging with a kernel of half width ``reach`` spreads the
+peak. This is the same as adding
 
     bend reach G(x),   x = (s - s of the corner) / reach,   G(x) = integral of (x - v)+ k(v) dv - x+,
 
 for |x| < 1 and nothing elsewhere. With k = 15/16 (1 - v^2)^2 the pose is three times continuously differentiable by s,
 the corner is passed at a distance of ``APEX |bend| reach``, and the parameter s stays what it was along the polyline.
-Where the corners of a finely divided curve reach over each other, their sum is that curve with its facets averaged out.
+Where the corner blends of a finely divided curve overlap, their sum is that curve with its facets averaged out.
 """
 
 from collections.abc import Iterator
@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.model.contour import Corners
-from verne_post.toolpath.build import ROTARY_METRIC_MM
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -27,60 +28,59 @@ Mask = NDArray[np.bool_]
 
 #: G(0): distance from the corner over |bend| reach.
 APEX: Final = 5.0 / 32.0
-#: A bump reaches over at most so many segments on each side; evaluation looks at twice as many corners.
+#: A corner blend reaches over at most so many segments on each side; evaluation looks at twice as many corners.
 SEGMENTS: Final = 2
 #: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
 USED_SHARE: Final = 0.97
-#: Overlapping bumps that leave the tolerance together are narrowed by no more than this at a time, and so often.
+#: Overlapping corner blends that leave the tolerance together are narrowed by no more than this at a time, and so often.
 NARROWING: Final = 0.6
 NARROWINGS: Final = 12
-#: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: rounding it would not be
+#: The contour beside a segment depends on no more than so many segments on each side: on those that a corner blend reaches,
+#: and on as many again in each round of narrowing.
+NEIGHBOURS: Final = (NARROWINGS + 4) * (2 * SEGMENTS + 1)
+#: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: blending it would not be
 #: faster, and the curve would all but come back on itself.
 REVERSAL: Final = -0.9
-#: Stands for the reach of a corner that is not rounded, mm: its bump is too small to change a coordinate.
-NO_REACH: Final = 1e-100
 
 
-def bump(x: Array) -> Array:
+def blend_shape(x: Array) -> Array:
     """G at x, zero outside (-1, 1)."""
     y = np.minimum(np.abs(x), 1.0)
     z = y * y
     return np.asarray(15.0 / 16.0 * (((z / 30 - 1.0 / 6) * z + 0.5) * z + 1.0 / 6) - 0.5 * y)
 
 
-def bump_slope(x: Array) -> Array:
+def blend_shape_slope(x: Array) -> Array:
     """Derivative of G by x, the mean of both sides at 0."""
     y = np.clip(x, -1.0, 1.0)
     z = y * y
     return np.asarray(15.0 / 16.0 * (((z / 5 - 2.0 / 3) * z + 1.0) * y) - 0.5 * np.sign(y))
 
 
-def polyline_slopes(start: Array, end: Array, length: Array) -> Array:
+def find_slopes(start: Array, end: Array, length: Array) -> Array:
     """Derivatives (n, 5) of tip and nominal angles by s along straight segments."""
     return np.asarray((end - start) / length[:, None])
 
 
-def bends(slope: Array) -> Array:
-    """Change (n + 1, 5) of the derivative at the corners of n segments; the ends of the path bend nowhere."""
-    found = np.zeros((len(slope) + 1, 5))
-    found[1:-1] = slope[1:] - slope[:-1]
-    return found
+def find_bends(slope: Array) -> Array:
+    """Change (n + 1, 5) of the derivative at the corners of n segments; 0 at the ends of the path."""
+    bend = np.zeros((len(slope) + 1, 5))
+    bend[1:-1] = slope[1:] - slope[:-1]
+    return bend
 
 
-def turning_back(slope: Array) -> Mask:
-    """Corners (n + 1,) that turn back too sharply to be rounded."""
+def find_reversals(slope: Array) -> Mask:
+    """Find corners (n + 1,) that turn back too sharply to be blended."""
     metric = slope * np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
-    with np.errstate(
-        invalid="ignore"
-    ):  # a full circle ends where it begins: no chord, and no corner of straight segments
+    with np.errstate(invalid="ignore"):  # a full circle has no chord, and no corner of straight segments
         unit = metric / np.linalg.norm(metric, axis=1, keepdims=True)
-    found = np.zeros(len(slope) + 1, dtype=bool)
-    found[1:-1] = np.sum(unit[1:] * unit[:-1], axis=1) < REVERSAL
-    return found
+    reversal = np.zeros(len(slope) + 1, dtype=bool)
+    reversal[1:-1] = np.sum(unit[1:] * unit[:-1], axis=1) < REVERSAL
+    return reversal
 
 
-def free_length(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Largest reach (n,) of single corners by their tolerances (mm, rad); infinite where nothing bends."""
+def find_widest(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Largest reach (n,) of single corner blends inside their tolerances (mm, rad); infinite without a corner."""
     tip, angle = row_norm(bend[:, :3]), row_norm(bend[:, 3:])
     with np.errstate(divide="ignore", invalid="ignore"):
         by_tip = np.where(tip > 0, USED_SHARE * tip_tolerance / (APEX * tip), np.inf)
@@ -88,25 +88,25 @@ def free_length(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Arr
     return np.minimum(by_tip, by_axis)
 
 
-def shared(wanted: Array, length: Array) -> Array:
-    """Reaches (n + 1,) that do not overlap: a segment goes to both its corners by half, or to who needs it.
+def share_segments(wanted: Array, length: Array) -> Array:
+    """Reaches (n + 1,) that do not overlap: half of a segment for each of its corners, more where the other needs less.
 
     Parameters
     ----------
     wanted : ndarray, shape (n + 1,)
-        0 at corners that are not rounded.
+        0 at corners that are not blended.
     length : ndarray, shape (n,)
     """
     half = 0.5 * length
     at_end = np.maximum(half, length - wanted[:-1])  # what a segment leaves to the corner at its end
     at_start = np.maximum(half, length - wanted[1:])
-    found = wanted.copy()
-    found[1:] = np.minimum(found[1:], at_end)
-    found[:-1] = np.minimum(found[:-1], at_start)
-    return found
+    reach = wanted.copy()
+    reach[1:] = np.minimum(reach[1:], at_end)
+    reach[:-1] = np.minimum(reach[:-1], at_start)
+    return reach
 
 
-def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
+def limit_overlap(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
     """Reaches (n + 1,) over at most ``SEGMENTS`` segments on each side, and never over a wall.
 
     Parameters
@@ -115,7 +115,7 @@ def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
     s : ndarray, shape (n + 1,)
         Where the corners are.
     wall : ndarray of bool, shape (n + 1,)
-        Corners that bumps must not reach over.
+        Corners that no blend may reach over.
     tight : ndarray of bool, shape (n + 1,)
         Walls that need half of the segments beside them for themselves.
     """
@@ -132,24 +132,24 @@ def overlapping(wanted: Array, s: Array, wall: Mask, tight: Mask) -> Array:
     return np.where(wall, 0.0, np.minimum(wanted, np.minimum(reach_left, reach_right)))
 
 
-def clearance(reach: Array, s: Array) -> Array:
-    """Distance (n + 1,) from each corner to the nearest bump of another corner, mm; bumps reach over ``SEGMENTS`` segments."""
-    found = np.full(len(s), np.inf)
+def measure_gaps(reach: Array, s: Array) -> Array:
+    """Distance (n + 1,) from each corner to the nearest blend of another corner within ``SEGMENTS`` segments, mm."""
+    gap = np.full(len(s), np.inf)
     for shift in range(1, min(SEGMENTS, len(s) - 1) + 1):
         apart = s[shift:] - s[:-shift]
-        found[:-shift] = np.minimum(found[:-shift], apart - reach[shift:])
-        found[shift:] = np.minimum(found[shift:], apart - reach[:-shift])
-    return found
+        gap[:-shift] = np.minimum(gap[:-shift], apart - reach[shift:])
+        gap[shift:] = np.minimum(gap[shift:], apart - reach[:-shift])
+    return gap
 
 
-def largest_around(moved: Array) -> Array:
-    """Largest of the values (n - 1,) of inner corners among those that a bump can reach: (n + 1,)."""
+def spread_largest(moved: Array) -> Array:
+    """For all corners (n + 1,) the largest of the values (n - 1,) of inner corners that a corner blend can reach."""
     padded = np.pad(moved, SEGMENTS + 1)
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * SEGMENTS + 1).max(axis=1))
 
 
-def narrow(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Narrow overlapping bumps until their sum stays within the tolerance at corners and in the middle of segments.
+def narrow_blends(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Narrow overlapping corner blends until their sum stays within the tolerance at corners and in the middle of segments.
 
     Parameters
     ----------
@@ -182,11 +182,11 @@ def narrow(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_toler
 
 
 def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
-    """Sum of the bumps (m, 5) at path parameters ``at`` (m,), which lie on segments (m,)."""
+    """Displacement (m, 5) of the pose by all corner blends at path parameters ``at`` (m,) on segments (m,), mm and rad."""
     total = np.zeros((len(at), 5))
-    for corner, width, x in _near(corners, segment, at):
+    for corner, width, x in _find_near(corners, segment, at):
         bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= (width * bump(x))[:, None]
+        bend *= (width * blend_shape(x))[:, None]
         total += bend
     return total
 
@@ -194,38 +194,38 @@ def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
 def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
     """Derivative of :func:`displacement` by s."""
     total = np.zeros((len(at), 5))
-    for corner, _width, x in _near(corners, segment, at):
+    for corner, _width, x in _find_near(corners, segment, at):
         bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= bump_slope(x)[:, None]
+        bend *= blend_shape_slope(x)[:, None]
         total += bend
     return total
 
 
-def _near(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array]]:
-    """Corners whose bumps may reach points ``at`` of segments: index, reach, and x of the points on each.
+def _find_near(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array]]:
+    """Corners whose blends may reach points ``at`` of segments: index, reach, and x of the points on each.
 
-    An index beyond the path means the corner at its end, which bends nowhere.
+    An index beyond the path means the corner at its end, where ``bend`` is 0.
     """
     for shift in range(1 - SEGMENTS, SEGMENTS + 1):
         corner = segment + shift
-        width = np.maximum(corners.reach.take(corner, mode="clip"), NO_REACH)
+        width = np.maximum(corners.reach.take(corner, mode="clip"), NO_REACH_MM)
         yield corner, width, (at - corners.s.take(corner, mode="clip")) / width
 
 
-def blend_at(corners: Corners, segment: Ints, low: Array, high: Array) -> Mask:
-    """Where a bump reaches into the stretch from ``low`` to ``high`` (m,) by s of a segment."""
-    found = np.zeros(len(segment), dtype=bool)
+def find_blended(corners: Corners, segment: Ints, low: Array, high: Array) -> Mask:
+    """Find where a corner blend reaches between ``low`` and ``high`` (m,), by s, on segments (m,)."""
+    blended = np.zeros(len(segment), dtype=bool)
     for shift in range(1 - SEGMENTS, SEGMENTS + 1):
         width, middle = (column.take(segment + shift, mode="clip") for column in (corners.reach, corners.s))
-        found |= (middle - width < high) & (middle + width > low) & (width > 0)
-    return found
+        blended |= (middle - width < high) & (middle + width > low) & (width > 0)
+    return blended
 
 
-def breakpoints(reach: Array, s: Array) -> tuple[Ints, Array, Array]:
-    """Where bumps begin and end: the segment that each lies on, its s, and the reach of its bump."""
+def find_breakpoints(reach: Array, s: Array) -> tuple[Ints, Array, Array]:
+    """Find where corner blends begin and end: the segment of each such point, its s, and the reach of its blend."""
     n = len(s) - 1
-    some = np.flatnonzero(reach > 0)
-    at, width = np.concatenate([s[some] - reach[some], s[some] + reach[some]]), np.tile(reach[some], 2)
+    corner = np.flatnonzero(reach > 0)
+    at, width = np.concatenate([s[corner] - reach[corner], s[corner] + reach[corner]]), np.tile(reach[corner], 2)
     inside = (at > s[0]) & (at < s[-1])
     at, width = at[inside], width[inside]
     segment = np.clip(np.searchsorted(s, at, side="right") - 1, 0, n - 1)

@@ -1,4 +1,4 @@
-"""Poses along segments and curves: the programmed geometry, evaluated exactly."""
+"""Poses along segments and curves of degree 7, evaluated exactly."""
 
 from typing import Final
 
@@ -13,9 +13,9 @@ Ints = NDArray[np.integer]
 
 
 def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
-    """Tip (n, 3) and nominal angles (n, 2): the :func:`coordinates` apart."""
-    found = coordinates(path, segment, u)
-    return found[:, :3], found[:, 3:]
+    """Tip (n, 3) in mm and nominal angles (n, 2) in rad, as :func:`coordinates`."""
+    both = coordinates(path, segment, u)
+    return both[:, :3], both[:, 3:]
 
 
 def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
@@ -34,17 +34,17 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
         Tip in the table frame, mm; nominal A and C, rad, workpiece sense.
     """
     start = path.start.take(segment, axis=0)
-    found = path.end.take(segment, axis=0)
-    found -= start
-    found *= u[:, None]
-    found += start
+    poses = path.end.take(segment, axis=0)
+    poses -= start
+    poses *= u[:, None]
+    poses += start
     if len(path.arcs.sweep):
         curved = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
-        found[curved, :3] = arc_tip(path.arcs, path.arc[segment[curved]], u[curved])
+        poses[curved, :3] = arc_tip(path.arcs, path.arc[segment[curved]], u[curved])
     if len(path.circles.angle):
         swung = np.flatnonzero(path.circle[segment] >= 0)
-        found[swung, 3:] = circle_angles(path, segment[swung], u[swung])
-    return found
+        poses[swung, 3:] = circle_angles(path, segment[swung], u[swung])
+    return poses
 
 
 def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
@@ -94,8 +94,8 @@ def pose_derivatives(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Ar
     if len(swung):
         around = u[swung, None] + _OFFSETS
         values = circle_angles(path, np.repeat(segment[swung], len(_OFFSETS)), around.ravel())
-        found = np.einsum("dk,nkj->dnj", _STENCIL, values.reshape(len(swung), len(_OFFSETS), 2))
-        first[swung, 3:], second[swung, 3:], third[swung, 3:] = found
+        derivatives = np.einsum("dk,nkj->dnj", _STENCIL, values.reshape(len(swung), len(_OFFSETS), 2))
+        first[swung, 3:], second[swung, 3:], third[swung, 3:] = derivatives
     return first, second, third
 
 

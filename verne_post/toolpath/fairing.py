@@ -7,17 +7,24 @@ and the ends of a stretch do not move at all.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import Growing
+from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.base.rows import row_norm
+from verne_post.model.moves import Moves
+from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules, limit_fairing
+from verne_post.toolpath.corners import NEIGHBOURS, find_reversals, find_slopes
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+#: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for blending corners.
+FAIRING_SHARE: Final = 0.35
 #: Waves shorter than so many points are taken out.
 POINTS: Final = 12.0
 #: A stretch has at least so many vertices that may move.
@@ -26,17 +33,59 @@ SHORTEST: Final = 8
 FEATURE: Final = np.radians(15.0)
 #: A segment so many times longer than the median of its stretch does not divide a curve finely.
 LONG_SEGMENT: Final = 4.0
-#: So many vertices of a stretch are faired at a time, and so many more on both sides, over which what holds the last one
-#: dies away: by a factor of e in three vertices.
+#: So many vertices of a stretch are faired at a time, and so many more on both sides. Over these the effect of the held end
+#: dies away, by a factor of e in three vertices.
 LONGEST: Final = 1 << 15
 OVERLAP: Final = 256
-#: Vertices are found to be features in so many rounds at most; a stretch that has hardly others is left as it is.
+#: Vertices become features in so many rounds at most. A stretch of which more than this share is held is left as it is.
 ROUNDS: Final = 8
 MOSTLY_HELD: Final = 0.5
 
 
-def fair(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:
-    """Vertices (n + 1, 5), moved within bounds.
+def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> ToolPath:
+    """Move the vertices of finely divided feed moves.
+
+    Parameters
+    ----------
+    path : ToolPath
+    s : ndarray, shape (n + 1,)
+        Metric length at the corners, mm.
+    moves : Moves
+        For the G61 and G64 in force.
+    smoothing : Smoothing
+    """
+    n = len(path)
+    vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), tip=(float,), axis=(float,))
+    vertex.extend(path.start[:1])
+    for begin, end in blocks(n):
+        vertex.extend(path.end[begin:end])
+        first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
+        part, rules = path.part(first, last), find_corner_rules(path, first, last, moves, smoothing)
+        reversal = find_reversals(find_slopes(part.start, part.end, part.length))
+        soft = rules.allowed & rules.straight & ~rules.smooth & ~reversal
+        # a segment that continues in another, or ends at a curve, keeps its direction, which was matched as programmed
+        kept = rules.smooth | rules.curved
+        soft[1:-1] &= ~(kept[2:] | kept[:-2])
+        tip = limit_fairing(part, moves, FAIRING_SHARE * rules.tip_tolerance)
+        fed = part.feed_time > 0
+        soft[1:-1] &= fed[1:] & fed[:-1]
+        soft &= (tip > 0) & ~find_features(np.concatenate([part.start[:1], part.end]), s[first : last + 1])
+        mine = slice(begin - first, end - first + (end == n))
+        table.extend(soft=soft[mine], tip=tip[mine], axis=FAIRING_SHARE * rules.axis_tolerance[mine])
+    columns = table.columns()
+    moved = fair_vertices(vertex.column(), s, columns["soft"], columns["tip"], columns["axis"])
+    ends = GrowingTable(start=(float, 5), end=(float, 5))
+    for begin, end in blocks(n):
+        soft = columns["soft"][begin : end + 1, None]
+        ends.extend(
+            start=np.where(soft[:-1], moved[begin:end], path.start[begin:end]),
+            end=np.where(soft[1:], moved[begin + 1 : end + 1], path.end[begin:end]),
+        )
+    return replace(path, **ends.columns())
+
+
+def fair_vertices(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:
+    """Move vertices (n + 1, 5) within bounds.
 
     Parameters
     ----------
@@ -45,23 +94,25 @@ def fair(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Arra
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
     soft : ndarray of bool, shape (n + 1,)
-        Corners between straight feed moves that may be rounded, and are no :func:`features`.
+        Corners between straight feed moves that may be blended, and are no features (:func:`find_features`).
     tip_bound, axis_bound : ndarray, shape (n + 1,)
         How far each may move, mm and rad; above 0 where it is soft.
     """
     moved = Growing(float, 5)
-    for first, last, begin, end in _stretches(soft):
+    for first, last, begin, end in _find_stretches(soft):
         moved.copy(vertex[moved.count : begin])
         rows = slice(first, last)
-        moved.extend(_stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])[begin - first : end - first])
+        moved.extend(
+            _fair_stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])[begin - first : end - first]
+        )
     moved.copy(vertex[moved.count :])
     return moved.column()
 
 
-def _stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
-    """Stretches of soft vertices, with those at both ends, which hold still: (first, last + 1, first and last + 1 to keep).
+def _find_stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
+    """Find stretches of soft vertices, with those at both ends, which are held: (first, last + 1, first and last + 1 to keep).
 
-    Of a long one so many are faired at a time, with others on both sides that are given up.
+    A long one is faired in parts. Each has vertices on both sides whose result is not used.
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], soft, [False]]).astype(np.int8)))
     for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -72,29 +123,29 @@ def _stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
             yield max(begin - OVERLAP, first) - 1, min(end + OVERLAP, last) + 1, begin, end
 
 
-def features(vertex: Array, s: Array) -> Mask:
-    """Vertices that are sharp corners of the part, or stand beside a segment far longer than its neighbours."""
-    found = np.zeros(len(s), dtype=bool)
-    way = np.diff(vertex[:, :3], axis=0)
-    size = row_norm(way)
-    cosine = np.sum(way[1:] * way[:-1], axis=1)
-    sine = row_norm(np.cross(way[1:], way[:-1]))
-    found[1:-1] = (np.arctan2(sine, cosine) > FEATURE) & (size[1:] > 0) & (size[:-1] > 0)
+def find_features(vertex: Array, s: Array) -> Mask:
+    """Find vertices that are sharp corners of the part, or stand beside a segment far longer than its neighbour."""
+    feature = np.zeros(len(s), dtype=bool)
+    delta = np.diff(vertex[:, :3], axis=0)
+    size = row_norm(delta)
+    cosine = np.sum(delta[1:] * delta[:-1], axis=1)
+    sine = row_norm(np.cross(delta[1:], delta[:-1]))
+    feature[1:-1] = (np.arctan2(sine, cosine) > FEATURE) & (size[1:] > 0) & (size[:-1] > 0)
     length = np.diff(s)
     longer = np.maximum(length[1:], length[:-1]) > LONG_SEGMENT * np.minimum(length[1:], length[:-1])
-    found[1:-1] |= longer
-    return found
+    feature[1:-1] |= longer
+    return feature
 
 
-def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Array:
-    """One stretch, its ends held. Vertices that would have to move too far are features, and are held as well."""
+def _fair_stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Array:
+    """Fair one stretch, its ends held. Vertices that would have to move too far are features, and are held as well."""
     held = np.zeros(len(s), dtype=bool)
     held[[0, -1]] = True
     # a cubic smoothing spline passes waves of length L by 1 / (1 + lam h (2 pi / L)^4)
     spacing = float(np.median(np.diff(s)))
     lam = (POINTS / (2 * np.pi)) ** 4 * spacing**3
     for _ in range(ROUNDS):
-        change = _smoothing(vertex, s, held, lam)
+        change = _smooth(vertex, s, held, lam)
         soft = np.flatnonzero(~held)
         ratio = np.maximum(
             row_norm(change[soft, :3]) / tip_bound[soft],
@@ -109,27 +160,27 @@ def _stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) -> Ar
     return vertex
 
 
-def _smoothing(values: Array, s: Array, held: Mask, lam: float) -> Array:
-    """What the cubic spline that makes the sum of squared changes plus ``lam`` times its squared bending least changes.
+def _smooth(values: Array, s: Array, held: Mask, lam: float) -> Array:
+    """Changes (n, k) that a cubic smoothing spline makes to values (n, k) at s (n,); those ``held`` (n,) do not change.
 
-    Values (n, k) at s (n,); those held do not change. With the second differences D of values over uneven steps and the
-    Gram matrix G of the hat functions that second derivatives are made of, these are ``g = (G + lam D M D^T)^-1 D y``, M
-    being 1 where a value may move, and the change is ``-lam M D^T g`` (Reinsch 1967). scipy's spline of this kind makes a
-    basis point by point, which takes 20 times as long.
+    The spline minimises the sum of squared changes plus ``lam`` times its squared bending (Reinsch 1967). Let D be the
+    second differences over uneven steps, G the Gram matrix of the hat functions that second derivatives are made of, and M
+    1 where a value may move. The second derivatives are ``g = (G + lam D M D^T)^-1 D y``, the change is ``-lam M D^T g``.
+    scipy's smoothing spline makes a basis point by point, which takes 20 times as long.
     """
     from scipy.linalg import solveh_banded
 
     h = np.diff(s)
     steps = np.stack([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])  # D, row i over values i to i + 2
-    moves = np.where(held, 0.0, lam)
+    weight = np.where(held, 0.0, lam)
     n = len(s) - 2
     band = np.zeros((3, n))  # the lower triangle, diagonal first
-    band[0] = (h[:-1] + h[1:]) / 3 + sum(steps[k] ** 2 * moves[k : k + n] for k in range(3))
-    band[1, :-1] = h[1:-1] / 6 + sum(steps[k + 1, :-1] * steps[k, 1:] * moves[k + 1 : k + n] for k in range(2))
-    band[2, :-2] = steps[2, :-2] * steps[0, 2:] * moves[2:n]
+    band[0] = (h[:-1] + h[1:]) / 3 + sum(steps[k] ** 2 * weight[k : k + n] for k in range(3))
+    band[1, :-1] = h[1:-1] / 6 + sum(steps[k + 1, :-1] * steps[k, 1:] * weight[k + 1 : k + n] for k in range(2))
+    band[2, :-2] = steps[2, :-2] * steps[0, 2:] * weight[2:n]
     bends = sum(steps[k][:, None] * values[k : k + n] for k in range(3))
     bends = solveh_banded(band, bends, lower=True)
     change = np.zeros_like(values)
     for k in range(3):
         change[k : k + n] -= steps[k][:, None] * bends
-    return change * moves[:, None]
+    return change * weight[:, None]

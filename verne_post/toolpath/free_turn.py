@@ -1,9 +1,8 @@
 """A vertical tool leaves C free: the constant C that keeps farthest from every limit.
 
-The margin of an angle is the smallest over the whole path of the margins of ``room``.
-
-Margins that C does not change, as the height of a retract on a serial machine, do not enter: they would hide the others.
-Neither do clearances, which are judged elsewhere.
+The margin of an angle is the smallest one over the whole path, as ``margins`` measures it. Margins that C does not change,
+as the height of a retract on a serial machine, do not enter: they would hide the others. Neither do clearances, which the
+clearance check looks at.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.ragged import ragged
-from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.base.tolerances import MARGIN_GAIN, POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
@@ -32,12 +31,10 @@ ROUNDS: Final = 5
 #: Points along a segment: at most this far apart, mm, and at least two.
 STEP_MM: Final = 10.0
 MOST_POINTS: Final = 64
-#: Of the points in a cube of this size, mm, one is enough to choose by; the margin is then told of all of them.
+#: Of the points in a cube of this size, mm, one is enough to choose by; the margin that is reported is that of all of them.
 CUBE_MM: Final = 2.0
 #: Poses solved together.
 BATCH: Final = 200_000
-#: A margin must change by this to count, and to be worth a turn of the part.
-WORTH: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +44,7 @@ class _Points:
 
 
 def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tuple[ToolPath, FreeTurn]:
-    """The path with the best constant C.
+    """Turn a path to the best constant C.
 
     Parameters
     ----------
@@ -64,31 +61,31 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     """
     margins, names = margin_functions(machine)
     _require_free(path, fixes)
-    points = _points(path)
-    few = _thinned(points)
+    points = _sample(path)
+    few = _thin(points)
     before = float(path.start[0, 4])
     low, high = float(machine.limits.lower[-1]), float(machine.limits.upper[-1])
     if not (np.isfinite(low) and np.isfinite(high)):
         low, high = -np.pi, np.pi
     angles = np.linspace(low, high, max(int(np.ceil((high - low) / COARSE)), 1) + 1)
-    table = _smallest(few, angles, margins)
+    table = _find_smallest(few, angles, margins)
     with np.errstate(invalid="ignore"):
-        moved = ~(np.ptp(table, axis=0) <= WORTH)  # also where some angles are out of reach
+        moved = ~(np.ptp(table, axis=0) <= MARGIN_GAIN)  # also where some angles are out of reach
     if not moved.any():
         moved[:] = True
-    best = [angles[k] for k in _ranked(table[:, moved].min(axis=1), angles, before)[:REFINED]]
+    best = [angles[k] for k in _rank(table[:, moved].min(axis=1), angles, before)[:REFINED]]
     step = float(angles[1] - angles[0])
     for _ in range(ROUNDS):
         around = np.clip(np.concatenate([c + step * np.linspace(-1, 1, POINTS) for c in best]), low, high)
-        value = _smallest(few, around, margins)[:, moved].min(axis=1)
+        value = _find_smallest(few, around, margins)[:, moved].min(axis=1)
         best = [group[int(np.argmax(v))] for group, v in
                 zip(around.reshape(-1, POINTS), value.reshape(-1, POINTS), strict=True)]  # fmt: skip
         step *= 2.0 / (POINTS - 1)
     every = np.array([before, *best])
-    table = np.where(moved, _smallest(points, every, margins), np.inf)
+    table = np.where(moved, _find_smallest(points, every, margins), np.inf)
     smallest = table.min(axis=1)
-    top = int(_ranked(smallest, every, before)[0])
-    chosen = top if smallest[top] > smallest[0] + WORTH else 0
+    top = int(_rank(smallest, every, before)[0])
+    chosen = top if smallest[top] > smallest[0] + MARGIN_GAIN else 0
     start, end, first = path.start.copy(), path.end.copy(), path.first_pose.copy()
     start[:, 4] = end[:, 4] = first[4] = every[chosen]
     turn = FreeTurn(before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]),
@@ -96,8 +93,8 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     return replace(path, start=start, end=end, first_pose=first), turn
 
 
-def _ranked(value: Array, c: Array, before: float) -> NDArray[np.intp]:
-    """Angles by their margin; of equal ones (to six digits) the nearest to where C stood."""
+def _rank(value: Array, c: Array, before: float) -> NDArray[np.intp]:
+    """Order angles by their margin; of equal ones (to six digits) the nearest to where C stood."""
     return np.lexsort((np.abs(c - before), -np.round(value, 6)))
 
 
@@ -116,8 +113,8 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
     raise InputError(finding("VP018", text, line=line, last_line=line, worst_line=line))
 
 
-def _points(path: ToolPath) -> _Points:
-    """Tips along the path, and the tool lengths there."""
+def _sample(path: ToolPath) -> _Points:
+    """Sample tips along the path, and the tool lengths there."""
     parts = np.clip(np.ceil(path.length / STEP_MM), 1, MOST_POINTS).astype(int)
     parts[path.kind == SegmentKind.ARC] = np.maximum(parts[path.kind == SegmentKind.ARC], 16)
     segment, index = ragged(parts + 1)
@@ -125,23 +122,23 @@ def _points(path: ToolPath) -> _Points:
     return _Points(tip, path.tool_length[segment])
 
 
-def _thinned(points: _Points) -> _Points:
+def _thin(points: _Points) -> _Points:
     cubes = np.column_stack([np.floor(points.tip / CUBE_MM), points.tool])
     _cube, first = np.unique(cubes, axis=0, return_index=True)
     return _Points(points.tip[first], points.tool[first])
 
 
-def _smallest(points: _Points, c: Array, margins: Margins) -> Array:
+def _find_smallest(points: _Points, c: Array, margins: Margins) -> Array:
     """Smallest value (n, k) of every margin at every angle (n,)."""
-    found = []
+    smallest = []
     each = max(BATCH // len(points.tool), 1)
     for first in range(0, len(c), each):
-        some = c[first : first + each]
+        tried = c[first : first + each]
         parts = []
         for begin in range(0, len(points.tool), BATCH):
             tip, tool = points.tip[begin : begin + BATCH], points.tool[begin : begin + BATCH]
-            angles = np.column_stack([np.zeros(len(tool) * len(some)), np.repeat(some, len(tool))])
-            value = margins(np.tile(tip, (len(some), 1)), angles, np.tile(tool, len(some)))
-            parts.append(value.reshape(len(some), len(tool), -1).min(axis=1))
-        found.append(np.min(parts, axis=0))
-    return np.concatenate(found)
+            angles = np.column_stack([np.zeros(len(tool) * len(tried)), np.repeat(tried, len(tool))])
+            value = margins(np.tile(tip, (len(tried), 1)), angles, np.tile(tool, len(tried)))
+            parts.append(value.reshape(len(tried), len(tool), -1).min(axis=1))
+        smallest.append(np.min(parts, axis=0))
+    return np.concatenate(smallest)

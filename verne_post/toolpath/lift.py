@@ -10,8 +10,8 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 def lift_path(path: ToolPath, distance: float, *, along_tool: bool) -> ToolPath:
     """A path lifted by ``distance`` (mm), along the tool axis or along the table's normal.
 
-    Along the tool axis the tip follows what it would with a tool longer by as much: the programmed tip path stays, and the
-    machine moves with that tool. Segments that are linear in the joints are not lifted, they are to be made from lifted ends.
+    Along the tool axis the programmed tip path stays, and the machine moves as with a tool that is longer by as much.
+    Segments that are linear in the joints cannot be lifted: they are to be made from lifted ends.
     """
     if (path.kind == SegmentKind.JOINT).any():
         raise ValueError("lift a path before its rapids become linear in the joints")

@@ -1,4 +1,4 @@
-"""How much room a pose leaves to every limit, in one measure: 0 at the limit, 1 where there is plenty.
+"""Margins of a pose to every limit, in one measure: 0 at the limit, 1 where there is plenty.
 
 * the distance of each limited joint from its travel, over half that travel: 1 in its middle, 0 at its end;
 * each margin of the module above its error threshold, over the distance from there to its warning threshold:
@@ -35,9 +35,9 @@ def margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
         q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
         inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
         geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
-        found = np.concatenate([inside, geometry], axis=1)
-        found[~ok] = -np.inf
-        return found
+        table = np.concatenate([inside, geometry], axis=1)
+        table[~ok] = -np.inf
+        return table
 
     names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
     names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]

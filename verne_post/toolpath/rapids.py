@@ -1,4 +1,4 @@
-"""Rapids that are linear in the joints instead of straight for the tip: faster, and another way for the tool."""
+"""Rapids that are linear in the joints instead of straight for the tip: faster, and another path of the tool."""
 
 from dataclasses import replace
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from verne_post.model.machine import Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.detour import metric_length
+from verne_post.toolpath.metric import metric_length
 
 
 def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
-    """Every straight rapid of a path as a JOINT segment, from standstill to standstill.
+    """Make every straight rapid of a path a JOINT segment, from standstill to standstill.
 
-    A rapid with an end out of reach stays as it is; judging it names the reason.
+    A rapid with an end out of reach stays as it is; the constraint check names the reason.
     """
     rapid = np.flatnonzero((path.feed_time == 0) & (path.kind == SegmentKind.LINE))
     ends = [

@@ -17,7 +17,7 @@ STOP_SECONDS: Final = 1e-9
 def insert_stops(
     moves: Moves, path: ToolPath, stops: Sequence[tuple[int, int]]
 ) -> tuple[Moves, ToolPath, tuple[int, ...]]:
-    """Put standstills among the moves and along their path; returns both, and the places of the standstills.
+    """Put standstills among the moves and along their path; returns both, and the numbers of the standstills.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ def insert_stops(
         for event in moves.events
     )
     stopped = replace(moves, events=events, **rows)
-    return stopped, _stop_path(path, stopped, at), tuple(new.tolist())
+    return stopped, _insert_in_path(path, stopped, at), tuple(new.tolist())
 
 
-def _stop_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:
-    """The path of moves with standstills before the moves ``at``, as they were counted without them."""
+def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:
+    """Put standstills into the path before the moves ``at``, which are counted without them."""
     move = path.move + np.searchsorted(at, path.move, side="right")
     new_section = np.diff(path.section, prepend=path.section[:1]) > 0
     new_section[np.searchsorted(path.move, at)] = True

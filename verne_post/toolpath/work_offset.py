@@ -1,8 +1,8 @@
-"""Where the part should stand on the table: the work offset that leaves most room, or takes least time.
+"""Where the part should stand on the table: the work offset with the largest margins, or the least time.
 
-The program's points are those of the part; a candidate place carries them to the table. The place is sought by samples
-that shrink around the best ones, on the points that decide, to which those are added that turn out to be worse. Distances
-to limits are those of ``room``; what no place changes does not count, or it would hide the others.
+The points of the program are given on the part; a candidate place moves them to the table. The search samples places
+around the best ones, in ranges that shrink. It looks at the points that decide, and adds those that turn out to be worse.
+Distances to limits are those of ``margins``; what no place changes does not count, or it would hide the others.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import rotate_z
+from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
@@ -24,13 +25,12 @@ Mask = NDArray[np.bool_]
 #: What may change, in the order of a place; and decimals of what is proposed, mm and degrees.
 COORDINATES: Final = "xyzc"
 DECIMALS: Final = 3
-#: Ends of a segment that follow the part to within this, mm and rad, are tied to it.
-TIED: Final = 1e-6
 #: Points along a segment: at most this far apart, mm and rad, and no more than so many.
 STEP_MM: Final = 10.0
 STEP_ANGLE: Final = np.radians(3.0)
 MOST_POINTS: Final = 64
-#: Samples of the whole range, places that are followed from there, samples around each a round, rounds, and how fast they shrink.
+#: Samples of the whole range, places that are improved from there, samples around each a round, rounds, and the share to
+#: which ranges shrink in a round.
 SCATTERED: Final = 4096
 FOLLOWED: Final = 8
 AROUND: Final = 48
@@ -40,13 +40,11 @@ SHRINK: Final = 0.82
 FIRST_POINTS: Final = 200
 ADDED: Final = 40
 REFINEMENTS: Final = 12
-#: A margin that changes by less than this over all places does not depend on the place.
-WORTH: Final = 1e-6
 #: Height over the table face that counts as plenty, mm.
 PLENTY_MM: Final = 50.0
 #: What a place is worth with poses out of reach: the share of them, below any margin.
 UNREACHABLE: Final = -10.0
-#: Least room that a place of least time must leave.
+#: Least margin of a place of least time.
 ENOUGH: Final = 0.02
 #: Poses solved together.
 BATCH: Final = 200_000
@@ -88,18 +86,21 @@ class PartPoints:
 
 
 def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
-    """Points along the segments of a path that are tied to the part.
+    """Sample points along the segments of a path that are tied to the part.
 
     Parameters
     ----------
     path, moved : ToolPath
-        The program with the part at ``place`` and at ``other``: what is not tied to the part, as places in machine
-        coordinates, does not follow.
+        The program with the part at ``place`` and at ``other``. What is not tied to the part, as positions in machine
+        coordinates, does not move with it.
     """
     _both, rows, twins = np.intersect1d(path.move, moved.move, return_indices=True)
     tied = np.ones(len(rows), dtype=bool)
     for name in ("start", "end"):
-        on_part, there = _on_part(getattr(path, name)[rows], place), _on_part(getattr(moved, name)[twins], other)
+        on_part, there = (
+            _move_to_part(getattr(path, name)[rows], place),
+            _move_to_part(getattr(moved, name)[twins], other),
+        )
         tied &= np.abs(on_part - there).max(axis=1, initial=0.0) < TIED
     kept = rows[tied & (path.kind[rows] != SegmentKind.JOINT)]
     swept = np.where(path.arc[kept] >= 0, np.abs(path.arcs.sweep[path.arc[kept]]) if len(path.arcs.sweep) else 0.0, 0.0)
@@ -112,18 +113,18 @@ def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> 
     share = np.repeat(parts, parts + 1)
     index = np.arange(len(segment)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
     tip, angles = pose(path, segment, index / share)
-    on_part = _on_part(np.concatenate([tip, angles], axis=1), place)
+    on_part = _move_to_part(np.concatenate([tip, angles], axis=1), place)
     seconds = np.where(index > 0, path.feed_time[segment] / share, 0.0)
     return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[segment], path.line[segment], seconds,
                       np.append(True, path.section[segment][1:] != path.section[segment][:-1]) if len(segment) else np.zeros(0, bool))  # fmt: skip
 
 
-def _on_part(poses: Array, place: Place) -> Array:
-    """Poses (n, 5) of the table frame as the part has them."""
-    found = poses.copy()
-    found[:, :3] = rotate_z(poses[:, :3] - [place.x, place.y, place.z], -place.c)
-    found[:, 4] += place.c
-    return found
+def _move_to_part(poses: Array, place: Place) -> Array:
+    """Poses (n, 5) of the table frame in the frame of a part at a place."""
+    moved = poses.copy()
+    moved[:, :3] = rotate_z(poses[:, :3] - [place.x, place.y, place.z], -place.c)
+    moved[:, 4] += place.c
+    return moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +150,7 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """Where the part stands now, a place for it, and what judging the whole program found at both.
+    """Where the part stands now, a place for it, and the findings of the whole program at both.
 
     ``system`` is the work system that moves; seconds are None where the program cannot run.
     """
@@ -182,7 +183,7 @@ class Search:
         self.names = (*names, "height over the table face")
 
     def at(self, place: Place, counts: Mask | None = None) -> Fit:
-        """What a place comes to, over all points."""
+        """The margins of a place over all points."""
         table = self._table(place.array()[None], self.points)
         margins = table[0].min(axis=0)
         lines = self.points.line[table[0].argmin(axis=0)]
@@ -195,17 +196,19 @@ class Search:
         scattered[:, ~self.free] = start.array()[~self.free]
         scattered[0] = start.array()
         rows = np.unique(np.linspace(0, len(self.points.tip) - 1, FIRST_POINTS).astype(np.intp))
-        smallest, lost = self._smallest(scattered, rows)
+        smallest, lost = self._find_smallest(scattered, rows)
         with np.errstate(invalid="ignore"):
             reached = np.isfinite(smallest).all(axis=1)
             counts = (
-                np.ptp(smallest[reached], axis=0) > WORTH if reached.sum() > 1 else np.ones(smallest.shape[1], bool)
+                np.ptp(smallest[reached], axis=0) > MARGIN_CHANGE
+                if reached.sum() > 1
+                else np.ones(smallest.shape[1], bool)
             )
         if not counts.any():
             counts[:] = True
-        best = scattered[np.argsort(-_worth(smallest, lost, counts), kind="stable")[:FOLLOWED]]
+        best = scattered[np.argsort(-_rate(smallest, lost, counts), kind="stable")[:FOLLOWED]]
         for _ in range(REFINEMENTS):
-            best = self._followed(best, rows, counts, random)
+            best = self._improve(best, rows, counts, random)
             table = self._table(best[:1], self.points)[0]
             # of every margin, the points that are worst now
             worse = np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
@@ -213,19 +216,19 @@ class Search:
                 break
             rows = np.union1d(rows, worse)
         if least_time:
-            best = self._fastest(best, rows, counts, random)
+            best = self._find_fastest(best, rows, counts, random)
         x, y, z, c = best[0].tolist()
         return self.at(Place(x, y, z, c), counts)
 
-    def _followed(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
-        """Places in order of their worth, each improved by samples around it that come nearer and nearer."""
+    def _improve(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
+        """Improve places by samples around each in ranges that shrink; returns them best first."""
         width = 0.25 * (self.high - self.low) * self.free
-        worth = _worth(*self._smallest(best, rows), counts)
+        worth = _rate(*self._find_smallest(best, rows), counts)
         for _ in range(ROUNDS):
             around = best[:, None] + width * random.uniform(-1, 1, (len(best), AROUND, 4))
             around = np.clip(around, self.low, self.high)
             around[..., ~self.free] = best[0, ~self.free]
-            value = _worth(*self._smallest(around.reshape(-1, 4), rows), counts).reshape(len(best), AROUND)
+            value = _rate(*self._find_smallest(around.reshape(-1, 4), rows), counts).reshape(len(best), AROUND)
             top = value.argmax(axis=1)
             each = np.arange(len(best))
             better = value[each, top] > worth
@@ -233,43 +236,43 @@ class Search:
             width = width * SHRINK
         return best[np.argsort(-worth, kind="stable")]
 
-    def _fastest(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
-        """The place of least time among samples that leave enough room."""
+    def _find_fastest(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
+        """Find the place of least time among samples with enough margin."""
         width = 0.5 * (self.high - self.low) * self.free
-        place, time = best[0], self._seconds(best[0])
+        place, time = best[0], self._estimate_seconds(best[0])
         every = np.arange(len(self.points.tip))
         for _ in range(ROUNDS):
             around = np.clip(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)
             around[:, ~self.free] = place[~self.free]
-            legal = _worth(*self._smallest(around, rows), counts) >= ENOUGH
+            legal = _rate(*self._find_smallest(around, rows), counts) >= ENOUGH
             for candidate in around[legal]:
-                seconds = self._seconds(candidate)
-                if seconds < time and _worth(*self._smallest(candidate[None], every), counts)[0] >= ENOUGH:
+                seconds = self._estimate_seconds(candidate)
+                if seconds < time and _rate(*self._find_smallest(candidate[None], every), counts)[0] >= ENOUGH:
                     place, time = candidate, seconds
             width = width * SHRINK
         return place[None]
 
-    def _smallest(self, places: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
+    def _find_smallest(self, places: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
         """Smallest value (n, k) of every margin at places (n, 4), over some points, and the share of them out of reach (n,)."""
-        some = self.points.only(rows)
+        points = self.points.only(rows)
         each = max(BATCH // max(len(rows), 1), 1)
-        found, lost = [], []
+        smallest, lost = [], []
         for first in range(0, len(places), each):
-            table = self._table(places[first : first + each], some)
+            table = self._table(places[first : first + each], points)
             lost.append(np.isinf(table[..., 0]).mean(axis=1))
-            found.append(table.min(axis=1))
-        return np.concatenate(found), np.concatenate(lost)
+            smallest.append(table.min(axis=1))
+        return np.concatenate(smallest), np.concatenate(lost)
 
     def _table(self, places: Array, points: PartPoints) -> Array:
         """Margins (n, m, k) of m points at n places; minus infinity out of reach."""
         n, m = len(places), len(points.tip)
-        tip, angles, tool = self._carried(places, points)
-        found = self.margins(tip, angles, tool)
+        tip, angles, tool = self._place_points(places, points)
+        margins = self.margins(tip, angles, tool)
         inside = np.hypot(tip[:, 0], tip[:, 1]) < self.machine.table_radius
         height = np.where(inside, np.minimum(tip[:, 2] / PLENTY_MM, 1.0), 1.0)
-        return np.concatenate([found, height[:, None]], axis=1).reshape(n, m, -1)
+        return np.concatenate([margins, height[:, None]], axis=1).reshape(n, m, -1)
 
-    def _carried(self, places: Array, points: PartPoints) -> tuple[Array, Array, Array]:
+    def _place_points(self, places: Array, points: PartPoints) -> tuple[Array, Array, Array]:
         """Tips, angles and tool lengths (n m) on the table."""
         n, m = len(places), len(points.tip)
         place = np.repeat(places, m, axis=0)
@@ -278,10 +281,10 @@ class Search:
         angles[:, 1] -= place[:, 3]
         return tip, angles, np.tile(points.tool, n)
 
-    def _seconds(self, place: Array) -> float:
-        """A lower estimate of the machining time: the feed, and velocity and acceleration between the points."""
+    def _estimate_seconds(self, place: Array) -> float:
+        """Estimate the machining time from below: by the feed, and by velocity and acceleration between the points."""
         points = self.points
-        q = self.machine.five_axis.solve(*self._carried(place[None], points))[0]
+        q = self.machine.five_axis.solve(*self._place_points(place[None], points))[0]
         limits: Limits = self.machine.limits
         step = np.abs(np.diff(q, axis=0, prepend=q[:1]))
         bend = np.abs(np.diff(q, 2, axis=0, prepend=q[:1], append=q[-1:]))
@@ -292,7 +295,7 @@ class Search:
         return float(np.where(points.fresh, 0.0, seconds).sum()) if np.isfinite(q).all() else np.inf
 
 
-def _worth(smallest: Array, lost: Array, counts: Mask) -> Array:
-    """Smallest margin (n,) of places, below any number where poses are out of reach: the more, the less."""
+def _rate(smallest: Array, lost: Array, counts: Mask) -> Array:
+    """Rate places (n,) by their smallest margin; where poses are out of reach below any margin, by the share of them."""
     inside = np.where(np.isfinite(smallest), smallest, 0.0)[:, counts].min(axis=1)
     return np.where(lost > 0, UNREACHABLE - lost, inside)

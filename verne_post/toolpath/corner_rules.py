@@ -1,0 +1,115 @@
+"""What may happen at each corner of a tool path: whether it may be blended, how, and within which tolerance."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.model.moves import Moves, PathMode
+from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.toolpath.blend import find_tangents
+from verne_post.toolpath.corners import REVERSAL
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """What may be done to corners.
+
+    Attributes
+    ----------
+    overlap : bool
+        Corner blends of finely divided curves may overlap.
+    tip, axis : float
+        Tolerances of a G64 without P, mm and rad.
+    """
+
+    overlap: bool
+    tip: float
+    axis: float
+
+
+@dataclass(frozen=True)
+class CornerRules:
+    """What may happen at the corners (n + 1,) of n segments; never anything at both ends.
+
+    Attributes
+    ----------
+    allowed : ndarray of bool
+        G64 holds, and the segments meet.
+    smooth : ndarray of bool
+        The segments continue each other without a corner.
+    straight : ndarray of bool
+        Both segments are straight: a corner is blended as in :mod:`verne_post.toolpath.corners`.
+    curved : ndarray of bool
+        A curve is to be put there, as in :mod:`verne_post.toolpath.blend`.
+    tip_tolerance, axis_tolerance : ndarray
+        mm and rad.
+    """
+
+    allowed: Mask
+    smooth: Mask
+    straight: Mask
+    curved: Mask
+    tip_tolerance: Array
+    axis_tolerance: Array
+
+
+def find_corner_rules(path: ToolPath, first: int, last: int, moves: Moves, smoothing: Smoothing) -> CornerRules:
+    """Find the rules of segments ``first`` to ``last`` (excluded) of a path."""
+    part, dwells = path.part(first, last), path.dwell_segment - first
+    n = last - first
+    tip_tolerance, axis_tolerance = _find_tolerances(part, moves, smoothing)
+    allowed = np.zeros(n + 1, dtype=bool)
+    allowed[1:-1] = _may_blend(part) & (tip_tolerance[1:-1] > 0)
+    allowed[dwells[(dwells >= 0) & (dwells <= n)]] = False
+    smooth, straight = np.zeros(n + 1, dtype=bool), np.zeros(n + 1, dtype=bool)
+    smooth[1:-1] = part.section[1:] == part.section[:-1]
+    line = (part.kind == SegmentKind.LINE) & (part.circle < 0)
+    straight[1:-1] = line[1:] & line[:-1]
+    if smoothing.overlap:  # vertices between collinear segments may move like their neighbours
+        smooth &= ~(allowed & straight)
+    curved = allowed & ~straight & ~smooth
+    arriving, leaving = find_tangents(part, np.arange(n - 1), 1.0), find_tangents(part, np.arange(1, n), 0.0)
+    curved[1:-1] &= np.sum(arriving * leaving, axis=1) > REVERSAL
+    return CornerRules(allowed, smooth, straight, curved, tip_tolerance, axis_tolerance)
+
+
+def _may_blend(path: ToolPath) -> Mask:
+    """Corners (n - 1,) between programmed segments that meet, with one tool, and are not of one source line."""
+    programmed = (path.move >= 0) & (path.kind != SegmentKind.JOINT)
+    contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0
+    # two motions of one source line (G28 with a via point) stay apart: their rows could not be told from one another
+    other_line = path.line[1:] != path.line[:-1]
+    same_tool = path.tool_length[1:] == path.tool_length[:-1]
+    return np.asarray(programmed[:-1] & programmed[1:] & contact & other_line & same_tool)
+
+
+def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
+    """Tip (mm) and axis (rad) tolerance of the corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0.
+
+    The axis tolerance is that of the options.
+    """
+    given = [smoothing.tip if control.tolerance is None else control.tolerance for control in moves.controls]
+    blends = np.array([control.mode == PathMode.BLEND for control in moves.controls])
+    tip = _smaller_of_both(path, moves, np.where(blends, np.array(given), 0.0))
+    return tip, np.where(tip > 0, smoothing.axis, 0.0)
+
+
+def limit_fairing(path: ToolPath, moves: Moves, tip_bound: Array) -> Array:
+    """How far vertices (n + 1,) may be moved, mm: by ``tip_bound`` (n + 1,), and by no more than the Q of G64."""
+    merge = np.array([np.inf if control.merge is None else control.merge for control in moves.controls])
+    bound = tip_bound.copy()
+    bound[1:-1] = np.minimum(bound[1:-1], _smaller_of_both(path, moves, merge)[1:-1])
+    return bound
+
+
+def _smaller_of_both(path: ToolPath, moves: Moves, of_control: Array) -> Array:
+    """The smaller value (n + 1,) of the moves on both sides of a corner, by their path controls; 0 at both ends."""
+    control = np.where(path.move >= 0, moves.control[path.move], 0)
+    smaller = np.zeros(len(path) + 1)
+    smaller[1:-1] = np.minimum(of_control[control[:-1]], of_control[control[1:]])
+    return smaller

@@ -1,0 +1,99 @@
+"""Elements: parts of segments, and halves of corner blends, on which the contour is one smooth function."""
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import USED_UP_SHARE, ZERO_LENGTH_MM
+from verne_post.model.contour import Feeds
+from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.toolpath.blend import STRETCH
+from verne_post.toolpath.corners import find_breakpoints
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: An element shorter than this share of the corner blends that bound it is given to its neighbour: only there does the
+#: contour bend so little on it that it is smooth across both. Corner blends narrower than ``NARROW_MM`` are over within a
+#: few control cycles: they need no element of less than this share of their segment, and motion profiles do better without.
+MIN_SHARE: Final = 1e-3
+NARROW_MM: Final = 0.01
+
+
+def split_into_elements(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) -> dict[str, Any]:
+    """Split segments (n,) at the breakpoints of corner blends, and give each curve by halves to its two segments.
+
+    Parameters
+    ----------
+    path : ToolPath
+    s, reach : ndarray, shape (n + 1,)
+        Where the corners are by metric length, and how far their blends reach, mm.
+    corner, d : ndarray, shape (m,)
+        The segments that end at a curve, and the metric length that each curve takes from both segments, mm.
+
+    Returns
+    -------
+    dict
+        Columns ``segment``, ``curve``, ``low``, ``high`` and ``length`` of a Contour, in order.
+    """
+    n = len(path)
+    at_start, at_end = np.zeros(n), np.zeros(n)
+    at_end[corner] = d / path.length[corner]
+    at_start[corner + 1] = d / path.length[corner + 1]
+    inner, at, width = find_breakpoints(reach, s)
+    u = (at - s[inner]) / path.length[inner]
+    least = MIN_SHARE * np.where(width < NARROW_MM, 1.0, width / path.length[inner])
+    inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
+    inner, u, least = inner[inside], u[inside], least[inside]
+    # begin of every element: the start of its segment, then the breakpoints; one that is too short joins the one before
+    segment = np.concatenate([np.arange(n), inner])
+    low, least = np.concatenate([at_start, u]), np.concatenate([np.zeros(n), least])
+    order = np.lexsort((low, segment))
+    segment, low, least = segment[order], low[order], least[order]
+    near = np.append(False, (segment[1:] == segment[:-1]) & (np.diff(low) < np.minimum(least[1:], least[:-1])))
+    segment, low = segment[~near], low[~near]
+    last = np.append(segment[1:] != segment[:-1], True)
+    high = np.where(last, 1.0 - at_end[segment], np.append(low[1:], 1.0))
+    kept = high - low > USED_UP_SHARE
+    segment, low, high = segment[kept], low[kept], high[kept]
+
+    m, curve, half = len(corner), np.arange(len(corner)), 0.5 * STRETCH * d
+    columns = {
+        "segment": np.concatenate([segment, corner + 1, corner]).astype(np.int32),
+        "curve": np.concatenate([np.full(len(segment), -1), curve, curve]).astype(np.int32),
+        "low": np.concatenate([low, np.full(m, 0.5), np.zeros(m)]),
+        "high": np.concatenate([high, np.ones(m), np.full(m, 0.5)]),
+        "length": np.concatenate([(high - low) * path.length[segment], half, half]),
+    }
+    place = np.concatenate([low, np.full(m, -1.0), np.full(m, 2.0)])
+    order = np.lexsort((place, columns["segment"]))
+    return {name: column[order] for name, column in columns.items()}
+
+
+def measure_rotation(path: ToolPath) -> Array:
+    """Rotation (n,) of each segment: table angles and the sweep of arcs, rad."""
+    turn = np.abs(path.end[:, 3:] - path.start[:, 3:]).sum(axis=1)
+    curved = path.arc >= 0
+    turn[curved] += np.abs(path.arcs.sweep[path.arc[curved]])
+    joint = path.kind == SegmentKind.JOINT
+    if joint.any():
+        ends = path.joints[path.joint[joint]]
+        turn[joint] = np.abs(ends[:, 1, -2:] - ends[:, 0, -2:]).sum(axis=1)
+    return turn
+
+
+def find_feeds(path: ToolPath) -> Feeds:
+    """The feed rate of the tip along lines and arcs, of the table angles where the tip stands still."""
+    delta = path.end - path.start
+    turn = row_norm(delta[:, 3:])
+    tip = row_norm(delta[:, :3])
+    arc = path.arc >= 0
+    tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
+    by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
+    fed = path.feed_time > 0
+    seconds = np.where(fed, path.feed_time, 1.0)
+    rate = np.where(fed, np.where(by_tip, tip, turn) / seconds, np.inf)
+    return Feeds(rate, by_tip, np.where(fed, path.length / seconds, np.inf))

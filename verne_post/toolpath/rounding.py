@@ -1,0 +1,130 @@
+"""Corner blends of some neighbouring segments, and the elements that follow."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rows import row_norm
+from verne_post.model.contour import Corners
+from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath import corners as blends
+from verne_post.toolpath.blend import find_curves
+from verne_post.toolpath.corner_rules import CornerRules
+from verne_post.toolpath.elements import measure_rotation, split_into_elements
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class RoundedSegments:
+    """Neighbouring segments (n,) with their corners (n + 1,) blended.
+
+    Attributes
+    ----------
+    elements : dict
+        Columns of the elements of a Contour by name, but for the sections; segments and curves are counted from 0.
+    reach, bend : ndarray, shape (n + 1,) and (n + 1, 5)
+        As in :class:`~verne_post.model.contour.Corners`.
+    stops : ndarray of bool, shape (n + 1,)
+        The motion stops at the corner.
+    corner : ndarray of int, shape (m,)
+        The segment that begins at each curve.
+    controls : ndarray, shape (m, 8, 5)
+        Control points of the curves.
+    tip_tolerance, axis_tolerance : ndarray, shape (n,)
+        How far the contour may be from each segment, mm and rad.
+    """
+
+    elements: dict[str, Any]
+    reach: Array
+    bend: Array
+    stops: Mask
+    corner: Ints
+    controls: Array
+    tip_tolerance: Array
+    axis_tolerance: Array
+
+    def part(self, first: int, last: int) -> "RoundedSegments":
+        """Segments ``first`` to ``last`` (excluded), counted from 0."""
+        mine = slice(*np.searchsorted(self.elements["segment"], [first, last]))
+        elements = {name: column[mine] for name, column in self.elements.items()}
+        begin, end = np.searchsorted(self.corner, [first, last])
+        curve = np.where(elements["curve"] < 0, -1, elements["curve"] - begin)
+        corners = slice(first, last + 1)
+        return replace(
+            self, elements=elements | {"segment": elements["segment"] - first, "curve": curve},
+            reach=self.reach[corners], bend=self.bend[corners], stops=self.stops[corners],
+            corner=self.corner[begin:end] - first, controls=self.controls[begin:end],
+            tip_tolerance=self.tip_tolerance[first:last], axis_tolerance=self.axis_tolerance[first:last],
+        )  # fmt: skip
+
+
+def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules, *, overlap: bool) -> RoundedSegments:
+    """Blend the corners of some segments, whose vertices have been moved to those of ``shape``.
+
+    Parameters
+    ----------
+    path, shape : ToolPath
+        n segments as programmed, and as they are followed.
+    s : ndarray, shape (n + 1,)
+        Metric length at the corners, mm.
+    rules : CornerRules
+    overlap : bool
+        Corner blends may overlap.
+    """
+    shift = shape.end[:-1] - path.end[:-1]
+    tip_left = rules.tip_tolerance - blends.spread_largest(row_norm(shift[:, :3]))
+    axis_left = rules.axis_tolerance - blends.spread_largest(row_norm(shift[:, 3:]))
+    slope = blends.find_slopes(shape.start, shape.end, shape.length)
+    bend = blends.find_bends(slope)
+    bend[~rules.straight] = 0.0
+    blended = rules.allowed & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
+    wanted = np.where(blended, blends.find_widest(bend, tip_left, axis_left), 0.0)
+    wanted = np.where(rules.curved, np.inf, wanted)
+    reach = blends.share_segments(wanted, path.length)
+    most = reach[rules.curved]
+    if overlap:
+        walls = ~(blended | (rules.smooth & rules.straight))
+        reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved)
+        reach = np.maximum(blends.narrow_blends(reach, bend, s, tip_left, axis_left), 0.0)
+    reach = np.where(blended, reach, 0.0)
+    # corner blends that reach over a corner leave less to the curve after it
+    most = np.minimum(most, blends.measure_gaps(reach, s)[rules.curved])
+
+    corner = np.flatnonzero(rules.curved) - 1
+    d, controls = find_curves(path, corner, most, tip_left[corner + 1], axis_left[corner + 1])
+    possible = d > 0
+    corner, d, controls = corner[possible], d[possible], controls[possible]
+    stops = ~rules.smooth & (reach <= 0)
+    stops[corner + 1] = False
+    used = ~stops & ~rules.smooth
+    used[1:-1] |= shift.any(axis=1)  # also where a corner has become a stop
+    tolerances = (
+        _spread_to_segments(np.where(used, bound, 0.0), reach, s)
+        for bound in (rules.tip_tolerance, rules.axis_tolerance)
+    )
+    elements = split_into_elements(path, s, reach, corner, d)
+    segment, on_segment = elements["segment"], elements["curve"] < 0
+    share = np.where(on_segment, elements["high"] - elements["low"], 0.5)
+    elements["turn"] = measure_rotation(path)[segment] * share
+    begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
+    elements["blended"] = on_segment & blends.find_blended(Corners(s, reach, bend), segment, begin, end)
+    return RoundedSegments(elements, reach, bend, stops, corner + 1, controls, *tolerances)
+
+
+def _spread_to_segments(bound: Array, reach: Array, s: Array) -> Array:
+    """Largest bound (n,) among the corners (n + 1,) at both ends of each segment, and those whose blends reach it."""
+    n = len(s) - 1
+    largest = np.maximum(bound[:-1], bound[1:])
+    for shift in range(2, blends.SEGMENTS + 1):
+        for side in (-1, 1):
+            corner = np.arange(n) + (1 - shift if side < 0 else shift)
+            inside = (corner >= 0) & (corner <= n)
+            near = np.clip(corner, 0, n)
+            away = (s[:-1] - s[near]) if side < 0 else (s[near] - s[1:])
+            largest = np.where(inside & (away < reach[near]), np.maximum(largest, bound[near]), largest)
+    return largest

@@ -1,0 +1,249 @@
+"""Geometry of segments: lines, arcs and great circles, the time that each takes at its feed, and which continue each other."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import axis_of_angles
+from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
+from verne_post.model.findings import InputError, finding
+from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
+from verne_post.model.protocols import TableCoordinates
+from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind
+from verne_post.toolpath.evaluate import arc_derivatives
+from verne_post.toolpath.metric import ROTARY_METRIC_MM
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+
+#: Normal of the planes XY, ZX, YZ in program coordinates.
+_NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedMoves:
+    """Moves that have a length, in the table frame.
+
+    Attributes
+    ----------
+    moves : Moves
+        All moves of the program.
+    row : ndarray of int, shape (n,)
+        Numbers of the moves that have a length.
+    start, end : ndarray, shape (n, 5)
+        Their poses: tip (mm) and nominal angles (rad).
+    """
+
+    moves: Moves
+    row: Rows
+    start: Array
+    end: Array
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    def only(self, rows: slice | Mask) -> "PlacedMoves":
+        """Some of them."""
+        return PlacedMoves(self.moves, self.row[rows], self.start[rows], self.end[rows])
+
+    @property
+    def tool_length(self) -> Array:
+        """Gauge line to tip (n,), mm."""
+        return np.array([frame.tool_length for frame in self.moves.frames])[self.moves.frame[self.row]]
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Neighbouring segments.
+
+    Attributes
+    ----------
+    columns : dict
+        Columns of a ToolPath (n,) by name, but for the sections.
+    arcs, circles : ArcSegments, GreatCircles
+        Those of these segments.
+    continues : ndarray of bool, shape (n,)
+        The segment continues the one before without a stop.
+    """
+
+    columns: dict[str, NDArray[Any]]
+    arcs: ArcSegments
+    circles: GreatCircles
+    continues: Mask
+
+    def without_first(self) -> "Segments":
+        """All but the first."""
+        arc, circle = self.columns["arc"], self.columns["circle"]
+        arcs, circles = int(arc[0] >= 0), int(circle[0] >= 0)
+        rest = {name: column[1:] for name, column in self.columns.items()}
+        return Segments(
+            rest | {"arc": arc[1:] - arcs, "circle": circle[1:] - circles},
+            ArcSegments(**{name: column[arcs:] for name, column in vars(self.arcs).items()}),
+            GreatCircles(**{name: column[circles:] for name, column in vars(self.circles).items()}),
+            self.continues[1:],
+        )
+
+
+def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientation: str) -> Segments:
+    """Turn neighbouring moves (n,) into segments.
+
+    Raises
+    ------
+    InputError
+        VP007, as :func:`~verne_post.toolpath.build.build_path`.
+    """
+    moves, row = placed.moves, placed.row
+    curved = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
+    arcs = _place_arcs(placed, curved, coordinates)
+    arc = np.full(len(row), -1, dtype=np.int32)
+    arc[curved] = np.arange(len(curved))
+    kind = np.full(len(row), SegmentKind.LINE, dtype=np.int8)
+    kind[curved] = SegmentKind.ARC
+    free = np.isfinite(moves.vector[row, 0])
+    circle, circles = _find_great_circles(placed, free, orientation)
+    delta = placed.end - placed.start
+    tip_length = np.linalg.norm(delta[:, :3], axis=1)
+    tip_length[curved] = _measure_arcs(arcs)
+    angle = np.linalg.norm(delta[:, 3:], axis=1)
+    axis_angle = angle.copy()
+    axis_angle[circle >= 0] = circles.angle
+    columns = {
+        "line": moves.line[row],
+        "kind": kind,
+        "start": placed.start,
+        "end": placed.end,
+        "tool_length": placed.tool_length,
+        "feed_time": _find_feed_times(moves, row, tip_length, axis_angle),
+        "length": np.hypot(tip_length, ROTARY_METRIC_MM * angle),
+        "arc": arc,
+        "circle": circle,
+        "free": free,
+        "joint": np.full(len(row), -1, dtype=np.int32),
+        "move": row,
+    }
+    return Segments(columns, arcs, circles, _find_continuations(placed, columns, arcs))
+
+
+def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tuple[NDArray[np.int32], GreatCircles]:
+    """Which segments (n,) follow a great circle that is not linear in A and C, by its row, and those circles."""
+    moves, row, start, end = placed.moves, placed.row, placed.start, placed.end
+    circle = np.full(len(row), -1, dtype=np.int32)
+    fed = moves.kind[row] == MoveKind.FEED
+    wanted = {"auto": free, "vector": free | fed, "angles": np.zeros(len(row), dtype=bool)}[orientation]
+    turning = np.abs(end[:, 4] - start[:, 4]) > ZERO_ANGLE
+    upright = (np.abs(np.sin(start[:, 3])) <= POLE_SINE) | (np.abs(np.sin(end[:, 3])) <= POLE_SINE)
+    if (bad := np.flatnonzero(wanted & ~free & turning & (upright | (start[:, 3] * end[:, 3] < 0)))).size:
+        raise _refuse_circle(moves, row[bad[0]], "passes the pole, where C turns")
+    if (bad := np.flatnonzero(wanted & free & _are_opposite(start, end))).size:
+        raise _refuse_circle(moves, row[bad[0]], "is not defined between opposite tool axes")
+    which = np.flatnonzero(wanted & turning & ~upright & (start[:, 3] * end[:, 3] > 0))
+    if not len(which):
+        return circle, GreatCircles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+    k0, k1 = (axis_of_angles(angles[which, 3], angles[which, 4]) for angles in (start, end))
+    cosine = np.sum(k0 * k1, axis=1)
+    across = k1 - cosine[:, None] * k0
+    sine = np.linalg.norm(across, axis=1)
+    if (bad := np.flatnonzero(_are_opposite(start[which], end[which]))).size:
+        raise _refuse_circle(moves, row[which[bad[0]]], "is not defined between opposite tool axes")
+    if (bad := np.flatnonzero(np.abs(end[which, 4] - start[which, 4]) >= np.pi)).size:
+        why = "does not lead to the programmed C, which turns by half a turn or more"
+        raise _refuse_circle(moves, row[which[bad[0]]], why)
+    which, k0, across, sine, cosine = (a[sine > ZERO_ANGLE] for a in (which, k0, across, sine, cosine))
+    circle[which] = np.arange(len(which))
+    return circle, GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine))
+
+
+def _are_opposite(start: Array, end: Array) -> Mask:
+    """Where the tool axes at both ends point in opposite directions."""
+    k0, k1 = axis_of_angles(start[:, 3], start[:, 4]), axis_of_angles(end[:, 3], end[:, 4])
+    return np.asarray(np.linalg.norm(k0 + k1, axis=1) < OPPOSITE)
+
+
+def _refuse_circle(moves: Moves, move: np.intp, why: str) -> InputError:
+    line = int(moves.line[move])
+    text = f"the great circle from tool axis to tool axis {why}; use --orientation angles, or smaller steps"
+    return InputError(finding("VP007", text, line=line, last_line=line, worst_line=line))
+
+
+def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates) -> ArcSegments:
+    """Arcs of the moves ``curved`` in the table frame, from centre, plane and sweep in program coordinates."""
+    moves, row, start, end = placed.moves, placed.row[curved], placed.start[curved], placed.end[curved]
+    center, normal = np.empty((len(row), 3)), np.empty((len(row), 3))
+    for index in np.unique(moves.frame[row]):
+        in_frame = np.flatnonzero(moves.frame[row] == index)
+        frame = moves.frames[index]
+        program = moves.end[row[in_frame]].copy()
+        arc = moves.arc[row[in_frame]]
+        program[:, :3] = moves.arcs.center[arc]
+        center[in_frame] = np.round(coordinates.to_table(program, frame)[0], POSE_DECIMALS_MM)
+        normal[in_frame] = coordinates.displacement(_NORMALS[moves.arcs.plane[arc]], frame)
+    to_start = start[:, :3] - center
+    to_end = end[:, :3] - center
+    height = np.sum(to_start * normal, axis=1, keepdims=True)
+    center = center + height * normal  # the centre at the height of the start
+    to_start = to_start - height * normal
+    rise = np.sum((end - start)[:, :3] * normal, axis=1, keepdims=True) * normal
+    to_end = to_end - np.sum(to_end * normal, axis=1, keepdims=True) * normal
+    r0, r1 = np.linalg.norm(to_start, axis=1), np.linalg.norm(to_end, axis=1)
+    e1 = to_start / r0[:, None]
+    sweep = np.radians(moves.arcs.sweep[moves.arc[row]])
+    return ArcSegments(center, e1, np.cross(normal, e1), rise, r0, r1, sweep)
+
+
+def _measure_arcs(arcs: ArcSegments) -> Array:
+    """Largest derivative of the tip path by u, mm: the tip speed follows from it."""
+    around = np.maximum(arcs.r0, arcs.r1) * np.abs(arcs.sweep)
+    return np.sqrt(around**2 + (arcs.r1 - arcs.r0) ** 2 + np.sum(arcs.rise**2, axis=1))
+
+
+def _find_feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Array:
+    """Seconds that each segment takes at its feed rate; 0 for rapids."""
+    feed = moves.feed[row].copy()
+    per_revolution = moves.feed_mode[row] == FeedMode.PER_REVOLUTION
+    feed[per_revolution] *= moves.spindle[row][per_revolution]
+    distance = np.where((tip_length > ZERO_LENGTH_MM) | (angle == 0.0), tip_length, DEG_PER_RAD * angle)
+    return np.where(moves.kind[row] == MoveKind.RAPID, 0.0, SECONDS_PER_MINUTE * distance / feed)
+
+
+def _find_continuations(placed: PlacedMoves, columns: dict[str, NDArray[Any]], arcs: ArcSegments) -> Mask:
+    """Which segments (n,) continue the one before without a stop: in shape, in rotation per length and in feed."""
+    continues = np.zeros(len(placed), dtype=bool)
+    if len(placed) < 2:
+        return continues
+    moves, row, start, end = placed.moves, placed.row, placed.start, placed.end
+    kind, length, circle, tool = (columns[name] for name in ("kind", "length", "circle", "tool_length"))
+    slope = (end - start) / length[:, None]
+    jump = slope[1:] - slope[:-1]
+    curved = kind == SegmentKind.ARC
+    beside_arc = np.flatnonzero(curved[1:] | curved[:-1])  # segments with an arc on one side of the corner at their end
+    leaving, arriving = (_differentiate_tip(slope, columns, arcs, beside_arc + k, u) for k, u in ((1, 0.0), (0, 1.0)))
+    tip_jump = leaving - arriving
+    jump[beside_arc, :3] = tip_jump[:, 0]
+    jump[:, 3:] *= ROTARY_METRIC_MM
+    smooth = np.asarray((np.abs(jump) < CONTINUATION).all(axis=1))
+    smooth[beside_arc] &= (np.abs(tip_jump[:, 1:]) < CONTINUATION).all(axis=(1, 2))
+    same_kind = (kind[1:] == kind[:-1]) & (circle[1:] < 0) & (circle[:-1] < 0)
+    pace = columns["feed_time"] / length
+    same_pace = np.abs(pace[1:] - pace[:-1]) <= CONTINUATION * pace[1:]
+    exact_stop = np.array([control.mode == PathMode.EXACT_STOP for control in moves.controls])[moves.control[row]]
+    contact = np.abs(start[1:] - end[:-1]).max(axis=1) == 0.0
+    continues[1:] = smooth & same_kind & same_pace & (tool[1:] == tool[:-1]) & ~exact_stop[:-1] & contact
+    return continues
+
+
+def _differentiate_tip(
+    slope: Array, columns: dict[str, NDArray[Any]], arcs: ArcSegments, segment: Rows, u: float
+) -> Array:
+    """First to third derivative (m, 3, 3) of the tip by metric length at parameter u of segments (m,)."""
+    arc, length = columns["arc"], columns["length"]
+    derivatives = np.zeros((len(segment), 3, 3))
+    derivatives[:, 0] = slope[segment, :3]
+    curved = np.flatnonzero(arc[segment] >= 0)
+    at = np.full(len(curved), u)
+    for order, derivative in enumerate(arc_derivatives(arcs, arc[segment[curved]], at), start=1):
+        derivatives[curved, order - 1] = derivative / length[segment[curved], None] ** order
+    return derivatives

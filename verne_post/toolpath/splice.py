@@ -1,0 +1,108 @@
+"""Paths cut and put together again: segments that no line of the program contains are put before, between and after others."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.model.machine import Machine
+from verne_post.model.moves import ZERO9, Frame
+from verne_post.model.toolpath import SegmentKind, ToolPath, sections_at
+from verne_post.toolpath.metric import metric_length
+
+Array = NDArray[np.float64]
+
+#: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
+_COLUMNS: Final = (
+    "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "circle", "free", "move",
+    "dwell_seconds", "dwell_line",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One added segment: poses at both ends (5,), and joint values (2, n_joints) where it is linear in the joints."""
+
+    start: Array
+    end: Array
+    joints: Array | None = None
+
+    @property
+    def delta(self) -> Array:
+        """What changes from end to end: poses (5,), or joint values (n_joints,); the last two are table angles."""
+        return self.end - self.start if self.joints is None else self.joints[1] - self.joints[0]
+
+    @property
+    def moves(self) -> bool:
+        """It is more than a point."""
+        delta = np.abs(self.delta)
+        return bool(delta[:-2].max() > ZERO_LENGTH_MM or delta[-2:].max() > ZERO_ANGLE)
+
+
+def retract_pose(pose: Array, machine: Machine, tool_length: float) -> Array:
+    """The pose (5,) on the tool axis of another one with the gauge line at machine Z 0, or where it is if that is higher."""
+    frame = Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
+    coordinates = machine.coordinates
+    point = coordinates.to_machine(coordinates.from_table(pose[:3], pose[3:], frame), frame)
+    point[2] = max(point[2], 0.0)
+    return np.concatenate(coordinates.to_table(coordinates.to_program(point, frame), frame))
+
+
+def rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolPath:
+    """Make rapid segments that stop at every end, with line, tool and frame of a segment of another path."""
+    steps = [step for step in steps if step.moves]
+    n = len(steps)
+    joints = [step.joints for step in steps if step.joints is not None]
+    linear = np.array([step.joints is None for step in steps], dtype=bool)
+    return replace(
+        slice_path(like, 0, 0),
+        line=np.full(n, like.line[segment], dtype=np.int32),
+        kind=np.where(linear, SegmentKind.LINE, SegmentKind.JOINT).astype(np.int8),
+        start=np.array([step.start for step in steps]).reshape(n, 5),
+        end=np.array([step.end for step in steps]).reshape(n, 5),
+        tool_length=np.full(n, like.tool_length[segment]),
+        feed_time=np.zeros(n),
+        length=np.array([metric_length(step.delta) for step in steps]),
+        arc=np.full(n, -1, dtype=np.int32),
+        circle=np.full(n, -1, dtype=np.int32),
+        free=np.full(n, like.free[segment]),
+        joints=np.array(joints, dtype=float).reshape(len(joints), 2, joints[0].shape[1] if joints else 0),
+        joint=np.where(linear, -1, np.cumsum(~linear) - 1).astype(np.int32),
+        move=np.full(n, like.move[segment], dtype=np.int32),
+        section=np.arange(n, dtype=np.int32),
+    )
+
+
+def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
+    """Cut out segments ``first`` to ``last`` (excluded), with the dwells before and between their sections."""
+    before = path.dwell_segment  # segment that a dwell stands before
+    mine = (before >= first) & ((before < last) | (last == len(path)))
+    if first == last:
+        mine[:] = False
+    section = np.cumsum(np.diff(path.section[first:last], prepend=-1) != 0).astype(np.int32) - 1
+    dwell_section = sections_at(section, np.clip(before[mine] - first, 0, last - first))
+    return replace(
+        path.part(first, last), section=section, dwell_section=dwell_section,
+        dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
+    )  # fmt: skip
+
+
+def join_paths(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
+    """Put paths one after the other, with a stop in between; arcs and great circles are those of ``like``."""
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
+    sections = np.cumsum([0, *(part.n_sections for part in parts)])
+    for name in ("section", "dwell_section"):
+        shifted = [getattr(part, name) + shift for part, shift in zip(parts, sections[:-1], strict=True)]
+        columns[name] = np.concatenate(shifted).astype(np.int32)
+    joint: list[NDArray[np.int32]] = []
+    joints: list[Array] = []
+    for part in parts:
+        joint.append(np.where(part.joint >= 0, part.joint + sum(len(rows) for rows in joints), -1).astype(np.int32))
+        if (part.joint >= 0).any():
+            joints.append(part.joints)
+    return replace(
+        like, **columns, joint=np.concatenate(joint), joints=np.concatenate(joints) if joints else like.joints
+    )
