@@ -30,7 +30,7 @@ from verne_post.cli.options import WRITING, GroupedCommand, options_of, program_
     "--events",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Write what is not motion, with time, line and axes, as FILE.csv or FILE.json.",
+    help="Write auxiliary functions and stops, with time, line and axes, as FILE.csv or FILE.json.",
 )
 @click.option(
     "--write-parameters",
@@ -65,8 +65,8 @@ def command(
     from verne_post.output.summary import paragraph
 
     with progress_bar() as progress:
-        result, said = convert_to_files(source, machine, options, outputs, files, progress)
+        result, remark = convert_to_files(source, machine, options, outputs, files, progress)
     print_findings(name, result.findings)
     if result.ok and result.summary is not None:
-        click.echo(paragraph(result.summary) + said, nl=False, err=True)
+        click.echo(paragraph(result.summary) + remark, nl=False, err=True)
     return result.exit_code
