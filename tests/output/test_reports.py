@@ -58,7 +58,9 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
             )
         )
     assert sorted(found) == wanted
-    annotations = re.findall(r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github"))
+    annotations = re.findall(
+        r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github")
+    )
     assert sorted((file, code, int(line), text) for file, line, code, text in annotations) == wanted
     cases = ElementTree.fromstring(reported(run, files, "junit").encode()).iter("testcase")
     text = "\n".join(node.text or "" for case in cases for node in case)

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from verne_post.output.spool import WrittenRows
 
 #: Names that formats had before -> what to give now.
-_FORMER_FORMATS = {"ros2-json": "this is the format ros2 now; it writes JSON to a file whose name ends in .json, else YAML"}
+_FORMER_FORMATS = {
+    "ros2-json": "this is the format ros2 now; it writes JSON to a file whose name ends in .json, else YAML"
+}
 
 
 class _FormatChoice(click.Choice):  # type: ignore[type-arg]  # generic only since click 8.2
@@ -115,8 +117,8 @@ def convert_to_files(
     from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import parameter_file
     from verne_post.output.events import events_text
-    from verne_post.output.spool import Spool
     from verne_post.output.side_car import side_car_text
+    from verne_post.output.spool import Spool
 
     spool = Spool(machine.columns)
     result = convert_source(source, machine, options, spool.take, progress)

@@ -58,9 +58,7 @@ def read_log(
     if not header and table.shape[1] == len(columns) + 1 and not named:
         lost = np.flatnonzero(np.diff(table[:, 0]) != 1)
         if len(lost):
-            raise _error(
-                f"{name}: samples are missing after number {table[lost[0], 0]:g}; a larger FIFO or fewer pins"
-            )
+            raise _error(f"{name}: samples are missing after number {table[lost[0], 0]:g}; a larger FIFO or fewer pins")
     return table[:, joint_columns]
 
 

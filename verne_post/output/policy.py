@@ -61,7 +61,9 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             known += 1
         else:
             kept.append(replace(item, severity=_severity(item, policy)))
-    not_counted = [f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count]
+    not_counted = [
+        f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count
+    ]
     remarks = (f"Not counted: {', '.join(not_counted)}; convert refuses them all the same.",) if not_counted else ()
     return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks))
 

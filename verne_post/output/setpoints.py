@@ -89,7 +89,9 @@ def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.
     except ValueError:
         pass
     numbered = enumerate(lines, start=first + 2)
-    raise first_wrong(name, numbered, ",", width) or InputError(finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"))
+    raise first_wrong(name, numbered, ",", width) or InputError(
+        finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read")
+    )
 
 
 def _format_of(lines: list[str], cycle: float, drives: tuple[Drive, ...]) -> SetpointFormat:

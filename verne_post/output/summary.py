@@ -45,9 +45,7 @@ def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
     )
 
 
-def following_text(
-    name: str, following: Following, lines: NDArray[np.int32], cycle: float, machine: Machine
-) -> str:
+def following_text(name: str, following: Following, lines: NDArray[np.int32], cycle: float, machine: Machine) -> str:
     """Say in sentences how a log differs from the setpoints."""
     size = [abs(column.factor) for column in machine.columns]
     joints = ", ".join(

@@ -1,7 +1,7 @@
 """Formats of ``check``'s findings, one file a format: its name is the name of the format, its ``write`` makes the text."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from verne_post.base.modules import ModuleTable
 
@@ -9,4 +9,6 @@ if TYPE_CHECKING:
     from verne_post.model.machine import Machine
     from verne_post.output.findings import Report
 
-FORMATS: Final = ModuleTable["Callable[[Sequence[Report], Machine], str]"](__name__, __path__, "write")
+Writer: TypeAlias = "Callable[[Sequence[Report], Machine], str]"
+
+FORMATS: Final = ModuleTable[Writer](__name__, __path__, "write")
