@@ -387,7 +387,7 @@ def test_failure_leaves_the_old_file_and_nothing_else(
         monkeypatch.setattr("verne_post.app.convert.summarise", raising(RuntimeError("bug")))
     elif how == "disk full":
         full = raising(OSError(28, "No space left on device"))
-        monkeypatch.setitem(FORMATS, "csv", replace(FORMATS["csv"], write=full))
+        monkeypatch.setattr("verne_post.output.formats.csv.FORMAT", replace(FORMATS["csv"], write=full))
     elif how == "interrupted":
         for owner, name in ((Path, "replace"), (os, "replace"), (os, "rename")):
             monkeypatch.setattr(owner, name, raising(KeyboardInterrupt()))
@@ -959,7 +959,7 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     path = tmp_path / "p.nc"
     path.write_text("G21 G90 G49\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
     said = " ".join(run("convert", path, "-o", tmp_path / "o.csv").err.split())
-    assert "Tool length: 0 mm (no length is in force: G49, or none was said)." in said
+    assert "Tool length: 0 mm (no length is in force: G49, or none was given)." in said
     said = " ".join(run("convert", path, "--tool-length", 60, "-o", tmp_path / "o.csv").err.split())
     assert "Tool length: 60 mm (--tool-length)." in said
 

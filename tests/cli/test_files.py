@@ -106,7 +106,6 @@ def test_no_option_names_a_file_that_is_read(folder: Path, run: Callable[..., An
         ("batch", "p.nc", "-o", ".", "--junit", "p.csv.meta.json"),
         ("batch", "p.nc", "-o", ".", "--sarif", "batch.json"),
         ("batch", "p.nc", "-o", ".", "--split-at-stops", "--sarif", "p.7.csv"),
-        ("batch", "batch.nc", "-o", ".", "--format", "ros2-json"),
         ("batch", "p.txt", "-o", ".", "--format", "linuxcnc"),
         ("batch", "p.nc", "p.csv.meta.json", "-o", "."),
         ("convert", "p.1.nc", "--split-at-stops", "-o", "p.nc"),

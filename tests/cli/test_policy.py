@@ -106,7 +106,7 @@ def test_what_cannot_be_read_cannot_be_ignored(job: tuple[Any, ...], run: Callab
     for words in (("--ignore", "VP0"), ("--ignore", "VP"), ("--severity", "VP001=note")):
         answer = run(*job, *words)
         assert answer.code == 2
-        assert "cannot be read or judged are errors" in answer.err
+        assert "cannot be read or checked are errors" in answer.err
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,9 @@ import pytest
 import verne_post
 from verne_post.model.codes import CODES
 from verne_post.model.findings import finding
-from verne_post.output.findings import Report, as_json, text, text_line
+from verne_post.output.findings import Report, text_line
+from verne_post.output.reports import json as json_report
+from verne_post.output.reports import text as text_report
 
 MACHINE = verne_post.load_machine()
 ARGUMENTS = ("--tool-length", "80", "--wcs", "G54=0,0,50")
@@ -138,11 +140,13 @@ def test_json_never_contains_nan() -> None:
     """A value that is not a number is a bug to be seen here, not by a reader of the file."""
     report = Report("a.nc", (finding("VP101", "x", value=math.nan),))
     with pytest.raises(ValueError, match="JSON"):
-        as_json([report], MACHINE)
-    assert strict(as_json([Report("a.nc", ())], MACHINE))["programs"][0]["summary"]["cycle_time_s"] is None
+        json_report.write([report], MACHINE)
+    assert strict(json_report.write([Report("a.nc", ())], MACHINE))["programs"][0]["summary"]["cycle_time_s"] is None
 
 
 def test_text_counts() -> None:
-    shown = text([Report("a.nc", (finding("VP101", "x"), finding("VP202", "y")), None), Report("b.nc", (), 1.5)])
+    shown = text_report.write(
+        [Report("a.nc", (finding("VP101", "x"), finding("VP202", "y")), None), Report("b.nc", (), 1.5)]
+    )
     assert shown.splitlines()[2] == "a.nc: refused: 1 errors, 1 warnings"
     assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"

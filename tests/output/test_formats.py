@@ -30,12 +30,12 @@ def written(tmp_path: Path, run: Callable[..., Any]) -> Callable[..., tuple[byte
     program = tmp_path / "p.nc"
     program.write_text(PROGRAM, encoding="utf-8")
 
-    def make(file_format: str, *more: object) -> tuple[bytes, np.ndarray]:
-        for name, kind in (("rows.csv", "csv"), ("out", file_format)):
-            answer = run("convert", program, *PLACE, "--format", kind, "-o", tmp_path / name, *more)
+    def make(file_format: str, *more: object, name: str = "out") -> tuple[bytes, np.ndarray]:
+        for output, kind in (("rows.csv", "csv"), (name, file_format)):
+            answer = run("convert", program, *PLACE, "--format", kind, "-o", tmp_path / output, *more)
             assert answer.code == 0, answer.err
         make.said = " ".join(answer.err.split())  # type: ignore[attr-defined]
-        return (tmp_path / "out").read_bytes(), np.loadtxt(tmp_path / "rows.csv", delimiter=",", skiprows=1)
+        return (tmp_path / name).read_bytes(), np.loadtxt(tmp_path / "rows.csv", delimiter=",", skiprows=1)
 
     return make
 
@@ -78,11 +78,11 @@ def test_parquet(written: Callable[..., Any]) -> None:
         assert np.allclose(table[name].to_numpy(), rows[:, index], atol=1e-12, rtol=0)
 
 
-@pytest.mark.parametrize("file_format", ["ros2", "ros2-json"])
-def test_ros2(written: Callable[..., Any], file_format: str) -> None:
+@pytest.mark.parametrize("name", ["out", "out.yaml", "out.json", "OUT.JSON"])
+def test_ros2(written: Callable[..., Any], name: str) -> None:
     """A JointTrajectory: names once, then points in SI units at strictly rising times, at rest at the end."""
-    raw, rows = written(file_format)
-    if file_format == "ros2":
+    raw, rows = written("ros2", name=name)
+    if not name.lower().endswith(".json"):
         yaml = pytest.importorskip("yaml")
         # libyaml where it is there: the pure reader takes seconds
         message = yaml.load(raw, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
@@ -132,7 +132,7 @@ def test_ros2_numbers_of_any_size_are_floats_to_yaml_1_1(table: list[tuple[float
     message = yaml.safe_load(text)
     assert message["joint_names"] == ["x", "y"]
     assert not re.search(r"[\[ ]y[,\]]", text)  # by 1.1 itself, though not by pyyaml, a truth value
-    assert message == json.loads(b"".join(FORMATS["ros2-json"].write(rows)))
+    assert message == json.loads(b"".join(FORMATS["ros2"].writer(".json")(rows)))
     for point in message["points"]:
         for value in (*point["positions"], *point["velocities"]):
             assert type(value) is float
@@ -223,7 +223,7 @@ def test_drive_units_in_every_format(tmp_path: Path, run: Callable[..., Any]) ->
     machine.write_text(text.replace("[control]", f"{drives}\n[control]") + 'drives = "assumed"\n', encoding="utf-8")
     program.write_text(PROGRAM, encoding="utf-8")
 
-    def make(file_format: str) -> bytes:
+    def make(file_format: str, output: str = "o") -> bytes:
         answer = run(
             "convert",
             program,
@@ -235,17 +235,17 @@ def test_drive_units_in_every_format(tmp_path: Path, run: Callable[..., Any]) ->
             "--format",
             file_format,
             "-o",
-            tmp_path / "o",
+            tmp_path / output,
         )
         assert answer.code == 0, answer.err
-        return (tmp_path / "o").read_bytes()
+        return (tmp_path / output).read_bytes()
 
     counts = np.loadtxt(io.BytesIO(make("csv")), delimiter=",", skiprows=1)[:, 1:6]
     assert (counts == np.round(counts)).all()
     assert np.array_equal(np.loadtxt(io.BytesIO(make("linuxcnc"))), counts)
     assert np.array_equal(np.frombuffer(make("twincat"), "<f8").reshape(-1, 5), counts)
     assert np.array_equal(np.load(io.BytesIO(make("npz")))["values"], counts)
-    assert np.array_equal([point["positions"] for point in json.loads(make("ros2-json"))["points"]], counts)
+    assert np.array_equal([point["positions"] for point in json.loads(make("ros2", "o.json"))["points"]], counts)
     found, _last = run_pvt(make("pvt"), counts[0], 0.001)
     assert np.abs(found - counts).max() < 1.2e-4 * 1e8
 
@@ -279,7 +279,52 @@ def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], mon
     assert "pip install 'verne-post[parquet]'" in answer.err
 
 
-def test_the_names_of_the_command_line_are_those_of_the_table() -> None:
-    from verne_post.cli.conversion import FORMAT_NAMES
+def test_the_table_has_the_files_of_the_folder(run: Callable[..., Any]) -> None:
+    assert tuple(FORMATS) == ("csv", "linuxcnc", "npz", "parquet", "pvt", "ros2", "twincat")
+    for name, one in FORMATS.items():
+        assert one.suffix.startswith("."), name
+    with pytest.raises(KeyError):
+        FORMATS["nothing"]
+    assert f"[{'|'.join(FORMATS)}]" in "".join(run("convert", "--help").out.split())
 
-    assert tuple(FORMATS) == FORMAT_NAMES
+
+@pytest.mark.parametrize("command", ["convert", "batch"])
+def test_a_former_name_says_what_to_do(command: str, tmp_path: Path, run: Callable[..., Any]) -> None:
+    answer = run(command, "p.nc", *PLACE, "--format", "ros2-json", "-o", tmp_path / "o")
+    assert answer.code == 2
+    assert "--format ros2-json: this is the format ros2 now" in answer.err
+    assert ".json" in answer.err
+
+
+DUMMY = """
+from verne_post.output.file_format import FileFormat
+
+
+def write(rows):
+    yield f"{len(rows.line)} rows\\n".encode()
+
+
+FORMAT = FileFormat(write, ".dummy")
+"""
+
+
+def test_one_file_makes_a_format(tmp_path: Path, environment: dict[str, str]) -> None:
+    """A module in the folder of the formats is a choice of the command line, and writes files; nothing else names it."""
+    import subprocess
+    import sys
+
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "dummy.py").write_text(DUMMY, encoding="utf-8")
+    (tmp_path / "p.nc").write_text(PROGRAM, encoding="utf-8")
+    code = (
+        "import sys, verne_post.output.formats as formats\n"
+        "formats.__path__.append(sys.argv.pop(1))\n"
+        "from verne_post.cli.main import main\n"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "folder"), "convert"]
+    shown = subprocess.run([*command, "--help"], capture_output=True, text=True, env=environment, check=True)
+    assert "dummy" in shown.stdout
+    words = ["p.nc", *map(str, PLACE), "--format", "dummy"]
+    done = subprocess.run([*command, *words], capture_output=True, text=True, env=environment, cwd=tmp_path, check=True)
+    assert re.fullmatch(r"\d+ rows\n", done.stdout)

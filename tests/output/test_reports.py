@@ -12,9 +12,7 @@ import pytest
 from verne_post.model.codes import CODES
 from verne_post.model.findings import finding
 from verne_post.output.findings import Report
-from verne_post.output.github import MAX_ANNOTATIONS, as_github
-from verne_post.output.junit import as_junit
-from verne_post.output.sarif import MAX_RESULTS, as_sarif
+from verne_post.output.reports import github, junit, sarif
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 TEXTS = {
@@ -47,9 +45,9 @@ def from_json(run: Callable[..., Any], files: list[str]) -> list[tuple[str, str,
 def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: list[str]) -> None:
     wanted = from_json(run, files)
     assert {code for _file, code, _line, _message in wanted} >= {"VP102", "VP006", "VP002"}
-    sarif = json.loads(reported(run, files, "sarif"))["runs"][0]["results"]
+    results = json.loads(reported(run, files, "sarif"))["runs"][0]["results"]
     found = []
-    for item in sarif:
+    for item in results:
         place = item["locations"][0]["physicalLocation"]
         found.append(
             (
@@ -60,8 +58,10 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
             )
         )
     assert sorted(found) == wanted
-    github = re.findall(r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github"))
-    assert sorted((file, code, int(line), text) for file, line, code, text in github) == wanted
+    annotations = re.findall(
+        r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github")
+    )
+    assert sorted((file, code, int(line), text) for file, line, code, text in annotations) == wanted
     cases = ElementTree.fromstring(reported(run, files, "junit").encode()).iter("testcase")
     text = "\n".join(node.text or "" for case in cases for node in case)
     for file, code, line, message in wanted:
@@ -111,11 +111,11 @@ def test_fingerprints_stay_when_other_lines_come_and_go(run: Callable[..., Any],
 
 
 def test_sarif_is_cut_where_hosts_stop_reading() -> None:
-    many = tuple(finding("VP202", f"m{i}", line=i + 1) for i in range(MAX_RESULTS)) + (
+    many = tuple(finding("VP202", f"m{i}", line=i + 1) for i in range(sarif.MAX_RESULTS)) + (
         finding("VP101", "gravest", line=1),
     )
-    (one,) = json.loads(as_sarif([Report("a.nc", many)]))["runs"]
-    assert len(one["results"]) == MAX_RESULTS
+    (one,) = json.loads(sarif.write([Report("a.nc", many)]))["runs"]
+    assert len(one["results"]) == sarif.MAX_RESULTS
     assert one["results"][0]["message"]["text"] == "gravest"
     assert "1 further findings" in one["invocations"][0]["toolExecutionNotifications"][0]["message"]["text"]
 
@@ -134,7 +134,7 @@ def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[s
 
 
 def test_warnings_do_not_fail_a_test_case() -> None:
-    xml = as_junit([Report("a.nc", (finding("VP202", "near", line=3),))])
+    xml = junit.write([Report("a.nc", (finding("VP202", "near", line=3),))])
     (case,) = ElementTree.fromstring(xml.encode()).iter("testcase")
     assert [node.tag for node in case] == ["system-out"]
 
@@ -142,17 +142,17 @@ def test_warnings_do_not_fail_a_test_case() -> None:
 def test_odd_characters_survive_every_format() -> None:
     odd = finding("VP001", "a\x00b & <c> \u00e4\n50%, x: y", line=1, column=2)
     reports = [Report("d,i:r/\u00e4 %.nc", (odd,), None, b"\x00\xff<&\n")]
-    assert ElementTree.fromstring(as_junit(reports).encode()) is not None
-    assert json.loads(as_sarif(reports))["runs"][0]["results"][0]["message"]["text"] == odd.message
-    (line,) = as_github(reports).splitlines()
+    assert ElementTree.fromstring(junit.write(reports).encode()) is not None
+    assert json.loads(sarif.write(reports))["runs"][0]["results"][0]["message"]["text"] == odd.message
+    (line,) = github.write(reports).splitlines()
     assert line.startswith("::error file=d%2Ci%3Ar/\u00e4 %25.nc,line=1,col=2,title=VP001 unreadable block::")
     assert line.endswith("<c> \u00e4%0A50%25, x: y")
 
 
 def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:
     many = tuple(finding("VP202", f"w{i}", line=i + 1) for i in range(13)) + (finding("VP101", "e", line=1),)
-    lines = as_github([Report("a.nc", many)]).splitlines()
+    lines = github.write([Report("a.nc", many)]).splitlines()
     assert lines[0].startswith("::error ")
-    assert len(lines) == 1 + MAX_ANNOTATIONS + 1
+    assert len(lines) == 1 + github.MAX_ANNOTATIONS + 1
     assert "3 further findings" in lines[-1]
-    assert as_github([Report("a.nc", ())]) == ""
+    assert github.write([Report("a.nc", ())]) == ""

@@ -144,9 +144,9 @@ def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyP
     margin = margin_functions(MACHINE)[0](tip, angles, np.full(len(q), 80.0)).min(axis=1)
     assert np.abs(seen.margin - margin[at]).max() < 1e-9
     begins = np.searchsorted(seen.trail.frame, np.arange(len(at)))
-    alpha = seen.curves["alpha"][0]
+    drawn_alpha = seen.curves["alpha"][0]
     shown = [(begins, seen.trail.margin, margin), *((begins, seen.trail.tip[:, k], tip[:, k]) for k in range(3)),
-             (np.searchsorted(np.round(alpha.x / 0.001).astype(int), at), alpha.values, np.degrees(alpha))]  # fmt: skip
+             (np.searchsorted(np.round(drawn_alpha.x / 0.001).astype(int), at), drawn_alpha.values, np.degrees(alpha))]  # fmt: skip
     for first, drawn, exact in shown:
         for extreme in (np.minimum, np.maximum):
             assert np.abs(extreme.reduceat(drawn, first) - extreme.reduceat(exact, at)).max() < 1e-9

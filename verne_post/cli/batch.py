@@ -16,6 +16,7 @@ from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import WRITING, GroupedCommand, build_options, options_of, program_options
 from verne_post.model.verdict import gravest
+from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
     from verne_post.cli.jobs import Job, Outcome
@@ -66,8 +67,7 @@ def command(
     from verne_post.cli.jobs import run_here, run_on_cluster
     from verne_post.model.findings import InputError
     from verne_post.output.findings import Report
-    from verne_post.output.junit import as_junit
-    from verne_post.output.sarif import as_sarif
+    from verne_post.output.reports import FORMATS as REPORTS
 
     files = RunFiles()
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
@@ -101,9 +101,9 @@ def command(
             Report(one.program, one.findings, one.cycle_time_s, _read_text(files, one.program)) for one in outcomes
         ]
         if junit is not None:
-            files.write(junit, "--junit", [as_junit(reports)])
+            files.write(junit, "--junit", [REPORTS["junit"](reports, machine)])
         if sarif is not None:
-            files.write(sarif, "--sarif", [as_sarif(reports)])
+            files.write(sarif, "--sarif", [REPORTS["sarif"](reports, machine)])
     files.write(output / "batch.json", _LIST, [_results_json(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
 
@@ -153,7 +153,6 @@ def _jobs(
 ) -> "list[Job]":
     """A job for every program, in the order of their names."""
     from verne_post.cli.jobs import Job
-    from verne_post.output.formats import FORMATS
 
     suffix = FORMATS[file_format].suffix
     found: dict[Path, str] = {}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from verne_post.cli.files import RunFiles
+from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
     from verne_post.app.result import Progress, Result
@@ -19,12 +20,32 @@ if TYPE_CHECKING:
     from verne_post.model.summary import Summary
     from verne_post.output.spool import WrittenRows
 
-#: Names of the formats; the table itself (output.formats) costs numpy.
-FORMAT_NAMES = ("csv", "linuxcnc", "pvt", "ros2", "ros2-json", "twincat", "npz", "parquet")
+#: Names that formats had before -> what to give now.
+_FORMER_FORMATS = {
+    "ros2-json": "this is the format ros2 now; it writes JSON to a file whose name ends in .json, else YAML"
+}
+
+
+class _FormatChoice(click.Choice):  # type: ignore[type-arg]  # generic only since click 8.2
+    """The formats, by the names of their modules; says what became of a former name."""
+
+    def __init__(self) -> None:
+        super().__init__(tuple(FORMATS))
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check a name.
+
+        Raises
+        ------
+        UsageError
+        """
+        if value in _FORMER_FORMATS:
+            raise click.UsageError(f"--format {value}: {_FORMER_FORMATS[value]}")
+        return super().convert(value, param, ctx)
 
 
 format_option = click.option(
-    "--format", "file_format", type=click.Choice(FORMAT_NAMES), default="csv", show_default=True,
+    "--format", "file_format", type=_FormatChoice(), default="csv", show_default=True,
     help="Format of the setpoint file.",
 )  # fmt: skip
 
@@ -74,8 +95,6 @@ class Outputs:
 
 def check_format(name: str) -> None:
     """Refuse a format whose package is not installed."""
-    from verne_post.output.formats import FORMATS
-
     needs = FORMATS[name].needs
     if needs is not None and importlib.util.find_spec(needs) is None:
         raise click.UsageError(
@@ -87,51 +106,49 @@ def convert_to_files(
     source: "Text", machine: "Machine", options: "Options", outputs: Outputs, files: RunFiles,
     progress: "Progress | None" = None,
 ) -> "tuple[Result, str]":  # fmt: skip
-    """Convert a program and write what was asked for, if it passes; also returns a note of the format."""
+    """Convert a program and write what was asked for, if it passes.
+
+    Returns
+    -------
+    Result
+    str
+        What the format adds to the summary.
+    """
     from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import parameter_file
-    from verne_post.output.controllers import pvt_knots
     from verne_post.output.events import events_text
-    from verne_post.output.formats import FORMATS
+    from verne_post.output.side_car import side_car_text
     from verne_post.output.spool import Spool
-    from verne_post.output.summary import meta as meta_text
 
-    note = ""
     spool = Spool(machine.columns)
     result = convert_source(source, machine, options, spool.take, progress)
     if not result.ok:
-        return result, note
+        return result, ""
     assert result.summary is not None
-    rows = spool.rows()
+    rows, file_format = spool.rows(), FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None
         _write_parts(files, outputs.rows, rows, result.summary)
     elif outputs.rows is None:
         sys.stdout.flush()
-        for part in FORMATS[outputs.file_format].write(rows):
+        for part in file_format.write(rows):
             sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
     else:
-        files.write(outputs.rows, "-o", FORMATS[outputs.file_format].write(rows))
-    if outputs.file_format == "pvt":
-        step, off = pvt_knots(rows)
-        note = f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most " + ", ".join(
-            f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(machine.columns, off, strict=True)
-        ) + ".\n"  # fmt: skip
+        files.write(outputs.rows, "-o", file_format.writer(outputs.rows.suffix)(rows))
     if outputs.meta is not None:
-        files.write(outputs.meta, "--meta", [meta_text(result.summary)])
+        files.write(outputs.meta, "--meta", [side_car_text(result.summary)])
     if outputs.events is not None:
         files.write(outputs.events, "--events", [events_text(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
         files.write(outputs.parameters, "--write-parameters", [parameter_file(dict(result.summary.parameters))])
-    return result, note
+    return result, "" if file_format.describe is None else file_format.describe(rows)
 
 
 def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:
-    """Write all parts beside their place, and then put them there in the stead of older ones; the index comes last."""
+    """Write all parts beside their place, and then put them in place of older ones; the index comes last."""
     from verne_post.model.findings import InputError
-    from verne_post.output.formats import FORMATS
-    from verne_post.output.parts import index, index_path, is_derived, part_path, parts_of
+    from verne_post.output.parts import index_path, index_text, is_derived, part_path, parts_of
 
     with tempfile.TemporaryDirectory(prefix=f".{output.name}.", dir=output.resolve().parent) as folder:
         names = [part_path(output, number) for number in range(1, len(summary.parts) + 1)]
@@ -151,4 +168,4 @@ def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "S
                 path.unlink(missing_ok=True)
         for name in names:
             files.place(Path(folder) / name.name, name, "-o")
-    files.write(index_path(output), "-o", [index(output, summary)])
+    files.write(index_path(output), "-o", [index_text(output, summary)])

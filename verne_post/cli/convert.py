@@ -65,8 +65,8 @@ def command(
     from verne_post.output.summary import paragraph
 
     with progress_bar() as progress:
-        result, said = convert_to_files(source, machine, options, outputs, files, progress)
+        result, remark = convert_to_files(source, machine, options, outputs, files, progress)
     print_findings(name, result.findings)
     if result.ok and result.summary is not None:
-        click.echo(paragraph(result.summary) + said, nl=False, err=True)
+        click.echo(paragraph(result.summary) + remark, nl=False, err=True)
     return result.exit_code

@@ -26,6 +26,7 @@ from pydantic import (
     model_validator,
 )
 
+from verne_post.base.modules import names_of_modules
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
@@ -96,15 +97,9 @@ class About:
     in_settings: bool = True
 
 
-def _names_of_modules(folder: str) -> tuple[str, ...]:
-    """Names of the modules of a package, without importing it: a new file there is a new name."""
-    package = Path(__file__).parents[1].joinpath(*folder.split("/"))
-    return tuple(sorted(path.stem for path in package.glob("*.py") if not path.stem.startswith("_")))
-
-
 def dialects() -> tuple[str, ...]:
     """Names of the controller dialects: the modules of :mod:`verne_post.gcode.dialects`."""
-    return ("auto", *_names_of_modules("gcode/dialects"))
+    return ("auto", *names_of_modules([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
 
 
 Finite = Field(allow_inf_nan=False)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _KINDS = {MoveKind.RAPID: "rapid", MoveKind.FEED: "feed", MoveKind.ARC: "arc", MoveKind.DWELL: "dwell"}
 _MODES = {FeedMode.PER_MINUTE: "per_min", FeedMode.INVERSE: "inverse", FeedMode.PER_REVOLUTION: "per_rev"}
-#: Points of a segment that is not straight in every joint: at most this far apart.
+#: Points of an element along which the tool turns: at most this far apart, mm and rad.
 _STEP_MM = 10.0
 _STEP_ANGLE = math.radians(5.0)
 
@@ -37,25 +37,26 @@ def moves(table: Moves) -> Iterator[str]:
 
 
 def _move(table: Moves, row: int) -> dict[str, object]:
+    """One move as JSON values."""
     kind = MoveKind(table.kind[row])
-    found: dict[str, object] = {"line": int(table.line[row]), "kind": _KINDS[kind], "end": table.end[row].tolist()}
+    record: dict[str, object] = {"line": int(table.line[row]), "kind": _KINDS[kind], "end": table.end[row].tolist()}
     if kind == MoveKind.DWELL:
         return {"line": int(table.line[row]), "kind": "dwell", "seconds": float(table.feed[row])}
-    found["feed"] = None if kind == MoveKind.RAPID else float(table.feed[row])
-    found["feed_mode"] = _MODES[FeedMode(table.feed_mode[row])]
+    record["feed"] = None if kind == MoveKind.RAPID else float(table.feed[row])
+    record["feed_mode"] = _MODES[FeedMode(table.feed_mode[row])]
     if np.isfinite(table.vector[row, 0]):
-        found["axis"] = table.vector[row].tolist()
+        record["axis"] = table.vector[row].tolist()
     if kind == MoveKind.ARC:
         arc = int(table.arc[row])
-        found["plane"] = PLANE_NAMES[table.arcs.plane[arc]]
-        found["center"] = table.arcs.center[arc].tolist()
-        found["turns"] = int(table.arcs.turns[arc])
-        found["sweep"] = float(table.arcs.sweep[arc])
-    return found
+        record["plane"] = PLANE_NAMES[table.arcs.plane[arc]]
+        record["center"] = table.arcs.center[arc].tolist()
+        record["turns"] = int(table.arcs.turns[arc])
+        record["sweep"] = float(table.arcs.sweep[arc])
+    return record
 
 
 def poses(joints: JointPath, table: Moves) -> Iterator[str]:
-    """Tip and tool axis in the work frame along every segment; s in mm along the segment's run."""
+    """Tip and tool axis in the work frame along every element; s in mm from the beginning of its section."""
     contour, path = joints.contour, joints.contour.path
     for element, w, s in _points(contour):
         solved = joints.solve(element, w)
@@ -76,7 +77,7 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
 
 
 def joints(joint_path: JointPath) -> Iterator[str]:
-    """Joint values, tilt and margins along every segment; units of the setpoint file."""
+    """Joint values, platform tilt and margins along every element; units of the setpoint file."""
     machine, contour = joint_path.machine, joint_path.contour
     names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]
     for element, w, s in _points(contour):
@@ -90,27 +91,27 @@ def joints(joint_path: JointPath) -> Iterator[str]:
                     solved.q[k, j] - machine.limits.lower[j], machine.limits.upper[j] - solved.q[k, j])))
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
-            shown = {name: _number(margins[k, j]) for j, name in enumerate(names)}
+            clearances = {name: _number(margins[k, j]) for j, name in enumerate(names)}
             yield _line({"line": int(line[k]), "s": float(s[k]), "q": q,
-                         "alpha_deg": _number(DEG_PER_RAD * solved.alpha[k]), "margins": {**travel, **shown}})  # fmt: skip
+                         "alpha_deg": _number(DEG_PER_RAD * solved.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
 
 
 def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
-    """Points along each element: its start where a run begins, enough between, its end."""
+    """Points along each element (element, w, s): its start where a section begins, enough between, its end."""
     s = 0.0
     for element in range(len(contour)):
         begins_section = element == 0 or contour.section[element] != contour.section[element - 1]
         if begins_section:
             s = 0.0
         length, turn = float(contour.length[element]), float(contour.turn[element])
-        straight = turn == 0.0
-        parts = 1 if straight else max(1, math.ceil(length / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
-        w = np.linspace(0.0, 1.0, parts + 1)[0 if begins_section else 1 :]
+        steps = 1 if turn == 0.0 else max(1, math.ceil(length / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
+        w = np.linspace(0.0, 1.0, steps + 1)[0 if begins_section else 1 :]
         yield np.full(len(w), element), w, s + w * length
         s += length
 
 
 def _number(value: float) -> float | None:
+    """JSON has no NaN."""
     return float(value) if math.isfinite(value) else None
 
 

@@ -12,42 +12,43 @@ SUFFIXES = (".csv", ".json")
 
 
 def events_text(summary: Summary, suffix: str) -> str:
-    """All events of a conversion as CSV or JSON; time counts from the beginning of the file that the row stands in."""
+    """Write all events of a conversion as CSV or JSON; time counts from the beginning of the file that has the row."""
     names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
-    placed = [(*_place(summary, one), one) for one in summary.timed]
+    placed = [(*_locate(summary, timed), timed) for timed in summary.timed]
     if suffix == ".csv":
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
         table.writerow(["t_s", "row", "part", "line", "kind", "data", *names])
-        for part, row, one in placed:
-            data = json.dumps(one.event.data, allow_nan=False)
+        for part, row, timed in placed:
+            data = json.dumps(timed.event.data, allow_nan=False)
             table.writerow(
-                [_time(summary, row), row, part, one.event.line, one.event.kind, data, *_numbers(summary, one)]
+                [_time(summary, row), row, part, timed.event.line, timed.event.kind, data, *_numbers(summary, timed)]
             )
         return text.getvalue()
     events = [
         {
-            "t_s": float(_time(summary, row)), "row": row, "part": part, "line": one.event.line, "kind": one.event.kind,
-            **one.event.data, "axes": {name: float(text) for name, text in zip(names, _numbers(summary, one), strict=True)},
+            "t_s": float(_time(summary, row)), "row": row, "part": part, "line": timed.event.line, "kind": timed.event.kind,
+            **timed.event.data, "axes": {name: float(text) for name, text in zip(names, _numbers(summary, timed), strict=True)},
         }
-        for part, row, one in placed
+        for part, row, timed in placed
     ]  # fmt: skip
     whole = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "events": events}
     return json.dumps(whole, indent=2, allow_nan=False) + "\n"
 
 
-def _place(summary: Summary, one: TimedEvent) -> tuple[int, int]:
-    """Number of the part that an event falls into, from 1, and its row there; at a stop, the end of the part before."""
+def _locate(summary: Summary, timed: TimedEvent) -> tuple[int, int]:
+    """Find the part of an event, from 1, and its row there; at a stop that is the end of the part before."""
     for number, part in enumerate(summary.parts, start=1):
-        if one.row <= part.last_row:
-            return number, one.row - part.first_row
-    raise AssertionError("an event behind the last row")
+        if timed.row <= part.last_row:
+            return number, timed.row - part.first_row
+    raise AssertionError("an event after the last row")
 
 
 def _time(summary: Summary, row: int) -> str:
+    """Time of a row as the setpoint file has it."""
     return f"{row * summary.format.cycle:.{summary.format.time_decimals}f}"
 
 
-def _numbers(summary: Summary, one: TimedEvent) -> list[str]:
+def _numbers(summary: Summary, timed: TimedEvent) -> list[str]:
     """The joints as the rows have them."""
-    return [f"{value:.{d}f}" for value, d in zip(one.numbers, summary.format.decimals, strict=True)]
+    return [f"{value:.{d}f}" for value, d in zip(timed.numbers, summary.format.decimals, strict=True)]

@@ -1,4 +1,4 @@
-"""What `fit` says: the work offset as an option and as a block, margins before and after, or what stands in the way."""
+"""The result of ``fit``: the work offset as an option and as a block, margins before and after, or what blocks it."""
 
 import json
 from collections.abc import Iterator
@@ -11,17 +11,17 @@ from verne_post.model.machine import Machine
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import worst
 from verne_post.output.findings import text_line
-from verne_post.toolpath.work_offset import DECIMALS, Place, Proposal
+from verne_post.toolpath.work_offset import DECIMALS, Proposal
 
 
-def wcs_option(proposal: Proposal) -> str:
+def _wcs_option(proposal: Proposal) -> str:
     """``G54=x,y,z,c`` for ``--wcs``."""
     place = proposal.after.place
-    return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in _shown(place))}"
+    return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in (place.x, place.y, place.z, place.c * DEG_PER_RAD))}"
 
 
-def block(proposal: Proposal, machine: Machine) -> str | None:
-    """The block that does the same in the program; None for a system that G10 L2 P cannot name."""
+def _g10_block(proposal: Proposal, machine: Machine) -> str | None:
+    """The block that sets the same offset in the program; None for a system that G10 L2 P cannot name."""
     if not 1 <= proposal.system <= 9:
         return None
     place = proposal.after.place
@@ -34,7 +34,7 @@ def block(proposal: Proposal, machine: Machine) -> str | None:
 
 
 def text(program: str, machine: Machine, proposal: Proposal) -> str:
-    """For a person."""
+    """The result for a person."""
     return "\n".join(_lines(program, machine, proposal)) + "\n"
 
 
@@ -43,13 +43,13 @@ def _lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
     fits = worst(proposal.findings) != "error"
     if fits:
         yield f"{program} on {machine.name} fits with this work offset:"
-        yield f"  --wcs {wcs_option(proposal)}"
-        same = block(proposal, machine)
+        yield f"  --wcs {_wcs_option(proposal)}"
+        same = _g10_block(proposal, machine)
         if same is not None:
             yield f"  {same}    (the same in the program, in place of --wcs)"
     else:
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
-        yield f"The best one, --wcs {wcs_option(proposal)}, is blocked by:"
+        yield f"The best one, --wcs {_wcs_option(proposal)}, is blocked by:"
         for item in _blocking(proposal.findings):
             yield f"  {text_line(program, item)}"
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
@@ -68,15 +68,15 @@ def _lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
 
 def _blocking(findings: tuple[Finding, ...]) -> list[Finding]:
     """The first error of every code and axis."""
-    found: dict[tuple[str, str | None], Finding] = {}
+    first: dict[tuple[str, str | None], Finding] = {}
     for item in findings:
         if item.severity == "error":
-            found.setdefault((item.code, item.axis), item)
-    return list(found.values())
+            first.setdefault((item.code, item.axis), item)
+    return list(first.values())
 
 
 def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
-    """The same for programs."""
+    """The result as JSON."""
     before, after = proposal.before, proposal.after
     fits = worst(proposal.findings) != "error"
     data = {
@@ -85,8 +85,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "machine": {"name": machine.name, "sha256": machine.sha256},
         "fits": fits,
         "system": SYSTEM_NAMES[proposal.system],
-        "wcs": wcs_option(proposal),
-        "block": block(proposal, machine),
+        "wcs": _wcs_option(proposal),
+        "block": _g10_block(proposal, machine),
         "seconds": {"before": proposal.seconds_before, "after": proposal.seconds},
         "margins": [
             {
@@ -106,12 +106,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
 
 
-def _shown(place: Place) -> tuple[float, float, float, float]:
-    return place.x, place.y, place.z, place.c * DEG_PER_RAD
-
-
 def _number(value: float) -> str:
-    """As short as it may be."""
+    """A number without trailing zeros."""
     text = f"{value:.{DECIMALS}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

@@ -25,11 +25,11 @@ def format_rows(table: Iterable[NDArray[Any]], decimals: Sequence[int], separato
     columns = [np.asarray(column, dtype=float) for column in table]
     ends = [*separator * (len(columns) - 1), "\n"]
     cells = [_cells(column, places, end) for column, places, end in zip(columns, decimals, ends, strict=True)]
-    found = [cell for cell in cells if cell is not None]
-    if len(found) < len(cells):
+    exact = [cell for cell in cells if cell is not None]
+    if len(exact) < len(cells):
         line = separator.join(f"%.{places}f" for places in decimals) + "\n"
         return (line * len(columns[0])) % tuple(np.column_stack(columns).ravel().tolist())
-    text, shown = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
+    text, shown = (np.concatenate(parts, axis=1) for parts in zip(*exact, strict=True))
     return text[shown].tobytes().decode("ascii")
 
 

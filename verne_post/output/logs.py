@@ -22,7 +22,7 @@ def read_log(
     ----------
     text : str
         Comma, semicolon or blanks between the cells; with a header, or without one as halsampler writes: the joints in their order, with
-        ``-t`` behind the number of the sample.
+        ``-t`` after the number of the sample.
     name : str
         For messages.
     columns : tuple of Column
@@ -34,11 +34,11 @@ def read_log(
     Raises
     ------
     InputError
-        VP020: a column that is not there, a cell that is no number, samples that were lost.
+        VP020: a missing column, a cell that is no number, samples that were lost.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines:
-        raise _wrong(f"{name}: the log is empty")
+        raise _error(f"{name}: the log is empty")
     top = lines[0][1]
     separator = ";" if ";" in top else "," if "," in top else None
     header = [cell.strip() for cell in top.split(separator)]
@@ -46,25 +46,23 @@ def read_log(
         header = []
     rows = lines[1:] if header else lines
     if not rows:
-        raise _wrong(f"{name}: no rows")
+        raise _error(f"{name}: no rows")
     width = len(rows[0][1].split(separator))
-    wanted = _places(name, columns, column_names, named, header, width)
+    joint_columns = _find_columns(name, columns, column_names, named, header, width)
     try:
         table = np.array([[float(cell) for cell in row.split(separator)] for _number, row in rows])
     except ValueError:
         table = np.empty((0, 0))
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
-        raise first_wrong(name, rows, separator, width) or _wrong(f"{name}: cannot be read")
+        raise first_wrong(name, rows, separator, width) or _error(f"{name}: cannot be read")
     if not header and table.shape[1] == len(columns) + 1 and not named:
         lost = np.flatnonzero(np.diff(table[:, 0]) != 1)
         if len(lost):
-            raise _wrong(
-                f"{name}: samples are missing behind number {table[lost[0], 0]:g}; a larger FIFO or fewer pins"
-            )
-    return table[:, wanted]
+            raise _error(f"{name}: samples are missing after number {table[lost[0], 0]:g}; a larger FIFO or fewer pins")
+    return table[:, joint_columns]
 
 
-def _places(
+def _find_columns(
     name: str,
     columns: tuple[Column, ...],
     column_names: tuple[str, ...],
@@ -72,31 +70,31 @@ def _places(
     header: list[str],
     width: int,
 ) -> list[int]:
-    """Which column of the log each joint is."""
+    """Find the column of each joint."""
     joints = [column.joint for column in columns]
     for joint in named:
         if joint not in joints:
-            raise _wrong(f"--columns: {joint!r} is no joint of this machine; they are {', '.join(joints)}")
+            raise _error(f"--columns: {joint!r} is no joint of this machine; they are {', '.join(joints)}")
     if header:
-        found = []
+        indices = []
         for joint, heading in zip(joints, column_names, strict=True):
-            tried = [named[joint]] if joint in named else [heading, joint]
-            at = next((header.index(one) for one in tried if one in header), None)
+            names = [named[joint]] if joint in named else [heading, joint]
+            at = next((header.index(one) for one in names if one in header), None)
             if at is None:
-                raise _wrong(
-                    f"{name}: no column {' or '.join(tried)} for {joint}; say which with --columns {joint}=NAME. There are {', '.join(header)}"
+                raise _error(
+                    f"{name}: no column {' or '.join(names)} for {joint}; say which with --columns {joint}=NAME. There are {', '.join(header)}"
                 )
-            found.append(at)
-        return found
+            indices.append(at)
+        return indices
     if named:
         numbers = [named.get(joint, "") for joint in joints]
         if not all(number.isdecimal() and 1 <= int(number) <= width for number in numbers):
-            raise _wrong(f"{name}: without a header --columns takes the number of every joint's column, 1 to {width}")
+            raise _error(f"{name}: without a header --columns takes the number of every joint's column, 1 to {width}")
         return [int(number) - 1 for number in numbers]
     if width not in (len(joints), len(joints) + 1):
-        raise _wrong(f"{name}: {width} columns without a header; expected {len(joints)}, or say which with --columns")
+        raise _error(f"{name}: {width} columns without a header; expected {len(joints)}, or say which with --columns")
     return list(range(width - len(joints), width))
 
 
-def _wrong(text: str) -> InputError:
+def _error(text: str) -> InputError:
     return InputError(finding("VP020", text))

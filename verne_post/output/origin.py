@@ -1,4 +1,4 @@
-"""Was a setpoint file made from what lies before us? Its side-car against program, machine file, offsets, tools, options."""
+"""Is a setpoint file up to date? Its side-car is compared with program, machine file, offsets, tools and options."""
 
 import json
 from collections.abc import Iterator
@@ -8,14 +8,14 @@ from verne_post.base.long_text import Text, sha256
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Changes, Options, about, key_of
-from verne_post.output.summary import SIDE_CAR_SCHEMA
+from verne_post.output.side_car import SIDE_CAR_SCHEMA
 
-#: How options are called in messages, where their key does not say it.
+#: Names of options in messages, where the key does not say it.
 _NAMES = {"wcs": "work offset", "tools": "tool"}
 
 
 def read_side_car(text: str, name: str) -> dict[str, Any]:
-    """What ``--meta`` wrote.
+    """Read what ``--meta`` wrote.
 
     Raises
     ------
@@ -34,33 +34,34 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
 
 
 def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
-    """VP414 for everything that is not what it was when the side-car was written.
+    """Report each difference from the time when the side-car was written as VP414.
 
-    Options that change the tool's motion are compared; each is named with both values.
+    Options that change the tool's motion are compared. The message has both values.
     """
-    found = []
+    texts = []
     if side_car["program"]["sha256"] != sha256(source):
-        found.append(f"the program is not the one that it was made from ({side_car['program'].get('name')})")
+        texts.append(f"the program is not the one that it was made from ({side_car['program'].get('name')})")
     if side_car["machine"]["sha256"] != machine.sha256:
-        found.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")
+        texts.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")
     now = options.record()
     for name in Options.model_fields:
         key = key_of(name)
         if about(name).changes == Changes.MOTION and key in now:
-            found += _differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
-    return [finding("VP414", f"the setpoint file is out of date: {text}") for text in found]
+            texts += _differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
+    return [finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]
 
 
 def _differences(name: str, before: object, now: object) -> Iterator[str]:
+    """Say what changed in one option, key by key."""
     if before == now:
         return
     if isinstance(before, dict) and isinstance(now, dict):
         for key in sorted({*before, *now}):
             if before.get(key) != now.get(key):
-                yield f"{name} {key} was {_shown(before.get(key))}, and is {_shown(now.get(key))}"
+                yield f"{name} {key} was {_show(before.get(key))}, and is {_show(now.get(key))}"
     else:
-        yield f"{name} was {_shown(before)}, and is {_shown(now)}"
+        yield f"{name} was {_show(before)}, and is {_show(now)}"
 
 
-def _shown(value: object) -> str:
+def _show(value: object) -> str:
     return "not given" if value is None else json.dumps(value)

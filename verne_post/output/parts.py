@@ -28,25 +28,25 @@ def index_path(output: Path) -> Path:
     return output.with_name(f"{output.stem}.index.json")
 
 
-def index(output: Path, summary: Summary) -> str:
-    """The index as JSON: each part with its file, and what happens behind it."""
+def index_text(output: Path, summary: Summary) -> str:
+    """Write the index as JSON: each part with its file, and what happens after it."""
     parts = [
         {
             "file": part_path(output, number).name,
             "rows": part.last_row - part.first_row + 1,
             "duration_s": round((part.last_row - part.first_row) * summary.format.cycle, summary.format.time_decimals),
-            "then": _shown(part.then),
+            "then": _list_events(part.then),
         }
         for number, part in enumerate(summary.parts, start=1)
     ]
     data = {
         "schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle,
-        "before": _shown(summary.before), "parts": parts,
+        "before": _list_events(summary.before), "parts": parts,
     }  # fmt: skip
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
 
 
-def _shown(events: tuple[Event, ...]) -> list[dict[str, object]]:
+def _list_events(events: tuple[Event, ...]) -> list[dict[str, object]]:
     return [{"line": event.line, "kind": event.kind, **event.data} for event in events]
 
 
@@ -78,12 +78,12 @@ def parts_of(index_file: Path) -> list[Path]:
 def read_parts(
     path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...] = ()
 ) -> Iterator[SetpointBlock]:
-    """Rows of all parts of an index, one behind the other; ``stop_lines`` are where the program is to be cut.
+    """Read the rows of all parts of an index, one after the other; ``stop_lines`` are where the program is to be cut.
 
     Raises
     ------
     InputError
-        VP020: not an index, a part that cannot be read, or one that does not begin where the last one ended.
+        VP020: not an index, a part that cannot be read, or one that does not begin where the part before it ended.
     """
     files = parts_of(path)
     if len(files) != len(stop_lines) + 1:

@@ -1,4 +1,4 @@
-"""Which findings count: codes that are selected, ignored or weighed otherwise, and findings that are known already."""
+"""Which findings count: codes that are selected, ignored or given another severity, and findings that are known already."""
 
 import hashlib
 import json
@@ -36,45 +36,48 @@ class Policy:
 
 
 def mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:
-    """What is wrong with codes of a policy, as sentences."""
-    found = []
+    """List what is wrong with the codes of a policy, as sentences."""
+    sentences = []
     for what, codes in (("select", select), ("ignore", ignore), ("severity", tuple(severity))):
         for code in codes:
             if not any(known.startswith(code) for known in CODES) or not code.startswith("VP"):
-                found.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
+                sentences.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
             elif what != "select" and not is_deniable(code):
-                found.append(f"{what}: {code}: programs that cannot be read or judged are errors whatever one wishes")
-    return found
+                sentences.append(f"{what}: {code}: programs that cannot be read or checked are errors, always")
+    return sentences
 
 
 def apply_policy(report: Report, policy: Policy) -> Report:
-    """The findings that count, with the severity that they have here; how many were left out is a remark."""
+    """Keep the findings that count, with the severity of the policy; a remark says how many do not."""
     counts: Counter[str] = Counter()
     kept, ignored, known = [], 0, 0
     for item in report.findings:
         fingerprint = fingerprint_of(report, item, counts)
-        undeniable = not is_deniable(item.code)
+        deniable = is_deniable(item.code)
         selected = not policy.select or item.code.startswith(policy.select)
-        if not undeniable and (not selected or item.code.startswith(policy.ignore or ("none",))):
+        if deniable and (not selected or item.code.startswith(policy.ignore)):
             ignored += 1
-        elif not undeniable and fingerprint in policy.baseline:
+        elif deniable and fingerprint in policy.baseline:
             known += 1
         else:
             kept.append(replace(item, severity=_severity(item, policy)))
-    said = [f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count]
-    remarks = (f"Not counted: {', '.join(said)}; convert refuses them all the same.",) if said else ()
+    not_counted = [
+        f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count
+    ]
+    remarks = (f"Not counted: {', '.join(not_counted)}; convert refuses them all the same.",) if not_counted else ()
     return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks))
 
 
 def _severity(item: Finding, policy: Policy) -> Severity:
+    """The severity that the longest matching code of the policy gives, else its own."""
     matching = [code for code in policy.severity if item.code.startswith(code)]
     return policy.severity[max(matching, key=len)] if matching and is_deniable(item.code) else item.severity
 
 
 def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
-    """The same for the same mistake when lines before it are added or removed: made of the text of its line.
+    """Make a fingerprint from the text of a finding's line: it stays when lines before it are added or removed.
 
-    ``seen`` counts those of one report or run, so that the same mistake twice has two fingerprints.
+    ``seen`` counts the fingerprints of one report, so that the same mistake twice has two of them.
     """
     line = line_of(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
@@ -85,13 +88,13 @@ def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
 
 
 def uri(program: str) -> str:
-    """A path as a relative or file reference of a URI."""
+    """A path as a URI: relative, or with the scheme file."""
     path = PurePath(program)
     return path.as_uri() if path.is_absolute() else quote(path.as_posix())
 
 
 def baseline_text(reports: list[Report]) -> str:
-    """All findings of programs that can be judged as a baseline."""
+    """Write all findings that may be ignored as a baseline."""
     known = {}
     for report in reports:
         counts: Counter[str] = Counter()

@@ -69,19 +69,19 @@ def heading(column: Column, drives: tuple[Drive, ...], index: int) -> str:
 
 
 def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: bool) -> SetpointFormat:
-    """How a file was rounded, as far as verification may allow for it.
+    """Choose the rounding for which verification may make an allowance.
 
-    Where the decimals seen in a column would excuse more jerk than its limit, they excuse nothing, unless
-    ``accept_rounding`` says that they may: few decimals may also just be zeros left out.
+    Few decimals in a column may be coarse rounding, or zeros that were left out. Where they would excuse more jerk than
+    the limit, the decimals of ``--decimals auto`` count instead, unless ``accept_rounding`` is True.
     """
     if accept_rounding:
         return seen
     fine_drives = tuple(replace(drive, integer=False) for drive in seen.drives)
     auto = setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
     jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
-    coarse = rounding_noise(machine, seen)[1] > jerk
+    too_coarse = rounding_noise(machine, seen)[1] > jerk
     decimals = tuple(
-        fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, coarse, strict=True)
+        fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, too_coarse, strict=True)
     )
     return replace(seen, decimals=decimals)
 
@@ -92,15 +92,25 @@ def rounding_noise(machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array]
 
 
 def time_decimals(cycle: float) -> int:
-    """As many decimals as the cycle needs."""
+    """Decimals of t_s: as many as the cycle needs."""
     exponent = Decimal(repr(cycle)).normalize().as_tuple().exponent
     return min(max(-int(exponent), 0), MAX_DECIMALS)
 
 
 def round_setpoints(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array | None]:
-    """Joint values (n, n_joints) in mm and rad -> what will be written: places in mm and degrees, and the numbers.
+    """Round joint values to what will be written.
 
-    The numbers are None where they are the places themselves.
+    Parameters
+    ----------
+    q : ndarray, shape (n, n_joints)
+        mm and rad.
+
+    Returns
+    -------
+    ndarray, shape (n, n_joints)
+        The positions, mm and degrees, that the written numbers stand for.
+    ndarray, shape (n, n_joints), or None
+        The numbers; None where they are the positions themselves.
     """
     values = q * np.array([column.factor for column in machine.columns])
     for joint, drive in enumerate(fmt.drives):
@@ -114,7 +124,7 @@ def round_setpoints(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Ar
 
 
 def positions_of(numbers: Array, fmt: SetpointFormat) -> Array:
-    """Numbers (n, n_joints) of a file -> mm and degrees."""
+    """Convert numbers (n, n_joints) of a file to mm and degrees."""
     if not fmt.drives:
         return numbers
     return np.stack([drive.places(numbers[:, joint]) for joint, drive in enumerate(fmt.drives)], axis=1)

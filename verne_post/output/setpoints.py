@@ -71,9 +71,9 @@ def read_csv(
             fmt = _format_of(lines, cycle, drives)
         _check_time(table[:, 0], name, first, fmt)
         line = table[:, -1]
-        strange = (line != np.round(line)) | (line < 0) | (line > np.iinfo(np.int32).max)
-        if strange.any():
-            row = int(np.argmax(strange))
+        bad = (line != np.round(line)) | (line < 0) | (line > np.iinfo(np.int32).max)
+        if bad.any():
+            row = int(np.argmax(bad))
             raise InputError(finding("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number"))
         numbers = table[:, 1:-1]
         yield SetpointBlock(first, positions_of(numbers, fmt), line.astype(np.int32), fmt, numbers)
@@ -81,6 +81,7 @@ def read_csv(
 
 
 def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.float64]:
+    """Parse rows (n, width), the first of which is row ``first`` of the file."""
     try:
         table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
         if table.shape == (len(lines), width) and np.isfinite(table).all():
@@ -88,12 +89,13 @@ def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.
     except ValueError:
         pass
     numbered = enumerate(lines, start=first + 2)
-    wrong = first_wrong(name, numbered, ",", width)
-    raise wrong or InputError(finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"))
+    raise first_wrong(name, numbered, ",", width) or InputError(
+        finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read")
+    )
 
 
 def _format_of(lines: list[str], cycle: float, drives: tuple[Drive, ...]) -> SetpointFormat:
-    """Decimals as written: the most that a column shows in the first rows."""
+    """Decimals as written: the most that a column has in the first rows."""
     counts = np.array([[len(cell.partition(".")[2]) for cell in line.strip().split(",")] for line in lines[:64]]).max(
         axis=0
     )
@@ -101,6 +103,7 @@ def _format_of(lines: list[str], cycle: float, drives: tuple[Drive, ...]) -> Set
 
 
 def _check_time(t: NDArray[np.float64], name: str, first: int, fmt: SetpointFormat) -> None:
+    """Refuse rows that are not at their time."""
     expected = (first + np.arange(len(t))) * fmt.cycle
     # half a unit of the last decimal that the cycle has; a time that leaves it out cannot tell rows apart
     allowed = 0.51 * 10.0 ** -max(time_decimals(fmt.cycle), 3) if fmt.time_decimals >= time_decimals(fmt.cycle) else 0.0

@@ -1,4 +1,4 @@
-"""Rows of a conversion until it has passed: written once, read as often as a format needs, never all in memory."""
+"""The rows of a conversion until it has passed: on disk, read as often as a format needs, never all in memory."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -42,7 +42,7 @@ class WrittenRows:
 
 
 class Spool:
-    """Takes blocks, and gives them back as rows."""
+    """Collects blocks, and gives them back as rows."""
 
     def __init__(self, columns: tuple[Column, ...]) -> None:
         self.columns = columns
@@ -50,11 +50,11 @@ class Spool:
         self._rows = GrowingTable(numbers=(float, len(columns)), line=(np.int32,))
 
     def take(self, block: SetpointBlock) -> None:
-        """The next rows."""
+        """Append the next rows."""
         self.format = block.format
         self._rows.extend(numbers=block.written, line=block.line)
 
     def rows(self) -> WrittenRows:
-        """Everything that was taken."""
+        """All rows that were collected."""
         assert self.format is not None
         return WrittenRows(**self._rows.columns(), columns=self.columns, format=self.format)

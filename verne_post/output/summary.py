@@ -1,14 +1,10 @@
-"""The paragraph that a conversion prints, and the side-car file of `--meta`."""
+"""What commands say in plain sentences: the summary of a conversion, the verdict on a file, the evaluation of a log."""
 
-import json
 import textwrap
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.long_text import sha256
-from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import SYSTEM_NAMES
@@ -18,148 +14,159 @@ from verne_post.output.rounding import rounding_noise
 from verne_post.output.setpoints import column_names
 from verne_post.verify.following import Following
 
-#: Version of the layout of the side-car file.
-SIDE_CAR_SCHEMA: Final = 2
+#: A work offset of the program differs from the one of ``--wcs`` when it is farther off than this, mm: noise of two sums.
+_OFFSET_NOISE = 1e-9
+#: Limits that are named as reasons for a speed below the feed rate.
+_REASONS = 3
 
 
 def remarks(summary: Summary) -> list[str]:
-    """What a person must compare with the machine in front of him: tools, offsets, bodies."""
-    return [*_tools(summary), *_offsets(summary), *_keep_out(summary)]
+    """What a person must compare with the machine: tools, offsets, bodies."""
+    return [_tools(summary), _offsets(summary), *_keep_out(summary)]
 
 
 def paragraph(summary: Summary) -> str:
-    """One paragraph of plain sentences, wrapped at 100 columns."""
-    machine, options = summary.machine, summary.options
-    joints = [column.joint for column in machine.columns]
-    names = column_names(machine.columns, summary.format.drives)
-    start = ", ".join(
-        f"{name} {value:.{min(d, 4)}f}"
-        for name, value, d in zip(names[1:-1], summary.start, summary.format.decimals, strict=True)
+    """One paragraph of sentences, wrapped at 100 columns."""
+    sentences = [
+        _motion(summary), _first_row(summary), *_restart(summary), *_dry_run(summary), *_bound(summary),
+        *_verification(summary), *_feed(summary), *_free_turn(summary), *remarks(summary), *_manual_stops(summary),
+        *_rounding(summary), *_provisional(summary),
+    ]  # fmt: skip
+    return _wrap(" ".join(sentences))
+
+
+def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
+    """Say in one sentence what ``verify`` found in a file."""
+    word = "passes" if verdict.ok else "FAILS"
+    return (
+        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_worst_ratios(verdict, machine)}, "
+        f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg "
+        "from the programmed path."
     )
-    parts = [
-        f"{options.source_name} on {machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
-        f"{1e3 * summary.format.cycle:g} ms, {summary.n_segments} segments, {summary.n_blended} corners rounded"
-        + (
-            f" within {summary.tolerance[0]:g} mm and {DEG_PER_RAD * summary.tolerance[1]:g} deg"
-            if summary.n_blended
-            else ""
+
+
+def following_text(name: str, following: Following, lines: NDArray[np.int32], cycle: float, machine: Machine) -> str:
+    """Say in sentences how a log differs from the setpoints."""
+    size = [abs(column.factor) for column in machine.columns]
+    joints = ", ".join(
+        f"{column.joint} {worst * factor:.6f} {column.unit} (rms {rms * factor:.6f})"
+        for column, worst, rms, factor in zip(
+            machine.columns, following.joint_worst, following.joint_rms, size, strict=True
         )
-        + f", {summary.n_stops} stops between them.",
-        f"The machine must stand at the first row: {start}.",
+    )
+
+    def at(row: int) -> str:
+        return f"line {lines[row]}, {row * cycle:.3f} s"
+
+    delay = following.delay
+    return _wrap(
+        f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) behind the setpoints. "
+        f"Following error of the joints at most: {joints}. "
+        f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time ({at(following.tip_row)}), "
+        f"and {following.path_worst:.6f} mm from the commanded path ({at(following.path_row)}); "
+        f"the axis at most {DEG_PER_RAD * following.axis_worst:.6f} deg ({at(following.axis_row)})."
+    )
+
+
+def _wrap(text: str) -> str:
+    return textwrap.fill(text, width=100, break_on_hyphens=False) + "\n"
+
+
+# --- sentences about the motion ----------------------------------------------------------------------
+
+
+def _motion(summary: Summary) -> str:
+    tip, axis = summary.tolerance
+    within = f" within {tip:g} mm and {DEG_PER_RAD * axis:g} deg" if summary.n_blended else ""
+    return (
+        f"{summary.options.source_name} on {summary.machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
+        f"{1e3 * summary.format.cycle:g} ms, {summary.n_segments} segments, {summary.n_blended} corners blended{within}, "
+        f"{summary.n_stops} stops between them."
+    )
+
+
+def _first_row(summary: Summary) -> str:
+    names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
+    values = [
+        f"{name} {value:.{min(decimals, 4)}f}"
+        for name, value, decimals in zip(names, summary.start, summary.format.decimals, strict=True)
     ]
-    as_planned = options.override == 1.0 and options.slow_start == 0.0
-    parts += _taken_up(summary)
-    parts += _dry_run(summary)
-    if summary.second_order_bound_s > 0 and as_planned:
-        gap = 100 * (summary.continuous_time / summary.second_order_bound_s - 1)
-        text = f"Motion with rounded corners takes {summary.continuous_time:.3f} s, {gap:.1f} % more than without jerk limits"
-        if summary.toppra_bound_s is not None:
-            apart = summary.toppra_bound_s / summary.second_order_bound_s - 1
-            text += f" ({summary.second_order_bound_s:.4f} s; toppra finds the same to {apart:+.1e})"
-        parts.append(text + ".")
-    verdict = summary.verification
-    if verdict is not None:
-        worst = []
-        for name, ratios in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
-                             ("jerk", verdict.jerk_ratio)):  # fmt: skip
-            at = int(np.argmax(ratios))
-            worst.append(f"{name} {ratios[at]:.4f} ({joints[at]})")
-        parts.append(f"Worst of the limits in the written numbers: {', '.join(worst)}; feed {verdict.feed_ratio:.4f}.")
-        parts.append(
-            f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
-            f"axis {verdict.axis_deviation_deg:.6f} deg."
-        )
-    if summary.feed_segments and as_planned:
-        text = f"The programmed feed is reached on {summary.feed_reached} of {summary.feed_segments} feed moves"
-        if verdict is not None and verdict.slow:
-            first = sorted(verdict.slow.items(), key=lambda item: -item[1])[:3]
-            why = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in first)
-            text += f"; {sum(verdict.slow.values()):.3f} s are below it, nearest to its limit then: {why}"
-        parts.append(text + ".")
-    parts += _free_turn(summary)
-    parts += remarks(summary)
-    parts += _stops(summary)
-    if options.decimals is not None or any(drive.integer for drive in summary.format.drives):
-        parts.append(_rounding(summary))
-    assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
-    if assumed:
-        parts.append(f"Assumed values of the machine file, not measured ones: {', '.join(assumed)}.")
-    return textwrap.fill(" ".join(parts), width=100, break_on_hyphens=False) + "\n"
+    return f"The machine must stand at the first row: {', '.join(values)}."
 
 
-def _taken_up(summary: Summary) -> list[str]:
+def _restart(summary: Summary) -> list[str]:
     """Where a restart begins, and what must be as the skipped blocks would have left it."""
     if summary.options.from_line is None:
         return []
-    shown = {"tool": "tool {number}", "spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
+    forms = {"tool": "tool {number}", "spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    on = [shown[event.kind].format(line=event.line, **event.data) for event in summary.switched]
-    said = f"; before the start there must be: {', '.join(on)}" if on else ""
-    return [f"Taken up at line {summary.options.from_line}{said}."]
+    states = [forms[event.kind].format(line=event.line, **event.data) for event in summary.switched]
+    needed = f"; before the start there must be: {', '.join(states)}" if states else ""
+    return [f"Taken up at line {summary.options.from_line}{needed}."]
 
 
 def _dry_run(summary: Summary) -> list[str]:
-    options, said = summary.options, []
+    options, sentences = summary.options, []
     if options.air:
         along = "the tool axis" if options.air_along == "tool" else "the table's normal"
-        said.append(f"Dry run: everything is lifted by {options.air:g} mm along {along}.")
+        sentences.append(f"Dry run: everything is lifted by {options.air:g} mm along {along}.")
     if options.override != 1.0:
-        said.append(f"All motion is played at {100 * options.override:g} % of its planned speed.")
+        sentences.append(f"Feed override: all motion is executed at {100 * options.override:g} % of the planned speed.")
     if options.slow_start:
-        said.append(f"It begins at a tenth of its speed, and reaches it within {options.slow_start:g} s.")
-    return said
+        sentences.append(f"Slow start: a tenth of the speed at first, the whole of it after {options.slow_start:g} s.")
+    return sentences
 
 
-def _keep_out(summary: Summary) -> list[str]:
-    """What was kept out of, and which bodies nobody has told the size of."""
-    options, bodies = summary.options, summary.machine.bodies
-    names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
-    if not names:
+def _is_as_planned(summary: Summary) -> bool:
+    """Whether the motion is executed at the planned speed."""
+    return summary.options.override == 1.0 and summary.options.slow_start == 0.0
+
+
+def _bound(summary: Summary) -> list[str]:
+    """How near continuous motion is to the shortest time without jerk limits."""
+    bound = summary.second_order_bound_s
+    if bound <= 0 or not _is_as_planned(summary):
         return []
-    used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
-    tools = options.tools or {}
-    thin = [f"tool {number}" if number else "the tool" for number in sorted(used)
-            if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
-    unknown = [what for what, known in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
-               if not known]  # fmt: skip
-    said = f"Kept out of: {', '.join(names)}"
-    if thin:
-        said += f"; without a diameter, and so taken as a thin line: {', '.join(thin)}"
-    if unknown:
-        said += f"; without a size in the machine file, and so not looked at: {', '.join(unknown)}"
-    return [said + "."]
+    gap = 100 * (summary.continuous_time / bound - 1)
+    text = f"Continuous motion takes {summary.continuous_time:.3f} s, {gap:.1f} % more than without jerk limits"
+    if summary.toppra_bound_s is not None:
+        text += f" ({bound:.4f} s; toppra finds the same to {summary.toppra_bound_s / bound - 1:+.1e})"
+    return [text + "."]
 
 
-def _tools(summary: Summary) -> list[str]:
-    """Lengths of the tools: nobody may have said one."""
-    said = [(f"tool {number} " if number else "") + f"{length:g} mm" for number, length in summary.tools]
-    where = " (--tool-length)" if summary.options.tool_length is not None else ""
-    if any(length == 0 for _number, length in summary.tools):
-        where = (
-            " (--tool-length)"
-            if summary.options.tool_length == 0
-            else " (no length is in force: G49, or none was said)"
-        )
-    return [f"Tool length: {', '.join(said)}{where}."]
+def _worst_ratios(verdict: Verification, machine: Machine) -> str:
+    """The largest ratio to a limit of each kind, with its joint."""
+    return ", ".join(
+        f"{name} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
+        for name, ratio in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
+                            ("jerk", verdict.jerk_ratio))
+    )  # fmt: skip
 
 
-def _offsets(summary: Summary) -> list[str]:
-    said = []
-    for frame in summary.frames:
-        name = SYSTEM_NAMES[frame.system]
-        x, y, z = (value - origin for value, origin in zip(
-            frame.origin[:3], summary.machine.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True))  # fmt: skip
-        turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
-        place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
-        given = summary.options.wcs.get(frame.system)
-        if given is not None and max(abs(a - b) for a, b in zip((x, y, z), given.origin_mm, strict=True)) > 1e-9:
-            place += " (the program sets it with G10: --wcs does not hold)"
-        if (x, y, z) == (0.0, 0.0, 0.0) and not frame.part_turn and given is None:
-            place = f"{name} at the rotary centre on the table face (no offset was said)"
-        if place not in said:
-            said.append(place)
-    return [f"Work offset: {'; '.join(said)}."]
+def _verification(summary: Summary) -> list[str]:
+    verdict = summary.verification
+    if verdict is None:
+        return []
+    return [
+        f"Worst of the limits in the written numbers: {_worst_ratios(verdict, summary.machine)}; "
+        f"feed {verdict.feed_ratio:.4f}.",
+        f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
+        f"axis {verdict.axis_deviation_deg:.6f} deg.",
+    ]
+
+
+def _feed(summary: Summary) -> list[str]:
+    """How often the programmed feed rate is reached, and which limits are near where it is not."""
+    if not summary.feed_segments or not _is_as_planned(summary):
+        return []
+    text = f"The programmed feed rate is reached on {summary.feed_reached} of {summary.feed_segments} feed moves"
+    slow = summary.verification.slow if summary.verification is not None else {}
+    if slow:
+        longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
+        reasons = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in longest)
+        text += f"; {sum(slow.values()):.3f} s are below it, nearest limits there: {reasons}"
+    return [text + "."]
 
 
 def _free_turn(summary: Summary) -> list[str]:
@@ -179,120 +186,93 @@ def _free_turn(summary: Summary) -> list[str]:
     ]
 
 
-def _stops(summary: Summary) -> list[str]:
+# --- sentences about the set-up ----------------------------------------------------------------------
+
+
+def _tools(summary: Summary) -> str:
+    """Lengths of the tools, and where they are from when nobody may have given one."""
+    lengths = [(f"tool {number} " if number else "") + f"{length:g} mm" for number, length in summary.tools]
+    source = " (--tool-length)" if summary.options.tool_length is not None else ""
+    if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
+        source = " (no length is in force: G49, or none was given)"
+    return f"Tool length: {', '.join(lengths)}{source}."
+
+
+def _offsets(summary: Summary) -> str:
+    """Where the work systems in use are on the table, and who put them there."""
+    places: dict[str, None] = {}
+    for frame in summary.frames:
+        name = SYSTEM_NAMES[frame.system]
+        x, y, z = (value - origin for value, origin in zip(
+            frame.origin[:3], summary.machine.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True))  # fmt: skip
+        turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
+        place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
+        given = summary.options.wcs.get(frame.system)
+        if given is None:
+            if (x, y, z) == (0.0, 0.0, 0.0) and not frame.part_turn:
+                place = f"{name} at the rotary centre on the table face (no offset was given)"
+        elif max(abs(a - b) for a, b in zip((x, y, z), given.origin_mm, strict=True)) > _OFFSET_NOISE:
+            place += " (the program sets it with G10: --wcs does not hold)"
+        places[place] = None
+    return f"Work offset: {'; '.join(places)}."
+
+
+def _keep_out(summary: Summary) -> list[str]:
+    """The boxes that are kept out of, and the bodies whose size is not known."""
+    options, bodies = summary.options, summary.machine.bodies
+    names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
+    if not names:
+        return []
+    used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
+    tools = options.tools or {}
+    thin = [f"tool {number}" if number else "the tool" for number in sorted(used)
+            if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
+    unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
+               if not size]  # fmt: skip
+    text = f"Kept out of: {', '.join(names)}"
+    if thin:
+        text += f"; without a diameter, checked as a thin line: {', '.join(thin)}"
+    if unknown:
+        text += f"; without a size in the machine file, not checked: {', '.join(unknown)}"
+    return [text + "."]
+
+
+def _manual_stops(summary: Summary) -> list[str]:
+    """What a person must do before the start, between the parts, and at the end."""
     skipped = {id(event) for event in summary.switched}
     stops = [
         event
         for event in summary.events
         if id(event) not in skipped and event.waits(optional_stop=summary.options.optional_stop)
     ]
-    if not stops:
-        return []
-    shown = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}
-    names = [f"line {event.line} {shown[event.kind].format(**event.data)}" for event in stops]
+    forms = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}
     between = {id(event) for part in summary.parts[:-1] for event in part.then}
-    behind = {id(event) for part in summary.parts[-1:] for event in part.then}
-    groups: tuple[list[str], list[str], list[str]] = ([], [], [])
-    for event, text in zip(stops, names, strict=True):
-        groups[1 if id(event) in between else 2 if id(event) in behind else 0].append(text)
-    heads = (
-        "For a person to do before the start", f"Cut into {len(summary.parts)} parts; for a person to do between them",
-        "For a person to do at the end",
-    )  # fmt: skip
-    return [f"{head}: {'; '.join(texts)}." for head, texts in zip(heads, groups, strict=True) if texts]
-
-
-def _rounding(summary: Summary) -> str:
-    acceleration, jerk = rounding_noise(summary.machine, summary.format)
-    parts = [
-        f"{column.joint} {a:.3g} {column.unit}/s2 and {j:.3g} {column.unit}/s3"
-        for column, a, j in zip(summary.machine.columns, acceleration, jerk, strict=True)
-    ]
-    return f"Rounding of the written numbers may add {'; '.join(parts)} to the differences."
-
-
-def meta(summary: Summary) -> str:
-    """Side-car JSON: what was made from what, and how well. The same input gives the same bytes."""
-    from verne_post import __version__
-
-    machine, verdict = summary.machine, summary.verification
-    joints = [column.joint for column in machine.columns]
-    data: dict[str, object] = {
-        "schema": SIDE_CAR_SCHEMA,
-        "version": __version__,
-        "program": {"name": summary.options.source_name, "sha256": sha256(summary.source)},
-        "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
-        "options": summary.options.record(),
-        "columns": {
-            "names": list(column_names(machine.columns, summary.format.drives)),
-            "decimals": list(summary.format.decimals),
-            "rounding_jerk_share": ROUNDING_SHARES[2],
-        },
-        "cycle_s": summary.format.cycle,
-        "rows": summary.n_rows,
-        "machining_time_s": summary.cycle_time,
-        "segments": summary.n_segments,
-        "stops": summary.n_stops,
-        "corners_rounded": summary.n_blended,
-        "flowing_s": summary.continuous_time,
-        "second_order_bound_s": summary.second_order_bound_s,
-        "second_order_bound_toppra_s": summary.toppra_bound_s,
-        "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
-        "first_row": list(summary.start),
-        "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
+    last = {id(event) for part in summary.parts[-1:] for event in part.then}
+    groups: dict[str, list[str]] = {
+        "For a person to do before the start": [],
+        f"Cut into {len(summary.parts)} parts; for a person to do between them": [],
+        "For a person to do at the end": [],
     }
-    if (turn := summary.free_turn) is not None:
-        factor = machine.columns[-1].factor
-        data["free_c"] = {
-            "c_deg_before": turn.before * factor,
-            "c_deg": turn.chosen * factor,
-            "margin_before": turn.margin_before if np.isfinite(turn.margin_before) else None,
-            "margin": turn.margin,
-            "nearest": turn.nearest,
-        }
-    if verdict is not None:
-        data["verification"] = {
-            "velocity_ratio": dict(zip(joints, verdict.velocity_ratio.tolist(), strict=True)),
-            "acceleration_ratio": dict(zip(joints, verdict.acceleration_ratio.tolist(), strict=True)),
-            "jerk_ratio": dict(zip(joints, verdict.jerk_ratio.tolist(), strict=True)),
-            "feed_ratio": verdict.feed_ratio,
-            "feed_line": verdict.feed_line,
-            "below_feed_s": {f"{kind} of {joint}": seconds for (kind, joint), seconds in sorted(verdict.slow.items())},
-            "tip_deviation_mm": verdict.tip_deviation_mm,
-            "axis_deviation_deg": verdict.axis_deviation_deg,
-        }
-    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    heads = list(groups)
+    for event in stops:
+        head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
+        groups[head].append(f"line {event.line} {forms[event.kind].format(**event.data)}")
+    return [f"{head}: {'; '.join(texts)}." for head, texts in groups.items() if texts]
 
 
-def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
-    """What `verify` says of a file."""
-    word = "passes" if verdict.ok else "FAILS"
-    ratios = [
-        f"{what} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
-        for what, ratio in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
-                            ("jerk", verdict.jerk_ratio))
-    ]  # fmt: skip
-    return (
-        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {', '.join(ratios)}, feed {verdict.feed_ratio:.4f}; "
-        f"tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg from the programmed path."
-    )
+def _rounding(summary: Summary) -> list[str]:
+    """What rounding may add, where it was not chosen by the limits."""
+    if summary.options.decimals is None and not any(drive.integer for drive in summary.format.drives):
+        return []
+    parts = [
+        f"{column.joint} {acceleration:.3g} {column.unit}/s2 and {jerk:.3g} {column.unit}/s3"
+        for column, acceleration, jerk in zip(
+            summary.machine.columns, *rounding_noise(summary.machine, summary.format), strict=True
+        )
+    ]
+    return [f"Rounding of the written numbers may add {'; '.join(parts)} to the differences."]
 
 
-def following_text(name: str, found: Following, lines: NDArray[np.int32], cycle: float, machine: Machine) -> str:
-    """What a log says, in plain sentences."""
-    size = [abs(column.factor) for column in machine.columns]
-    joints = ", ".join(
-        f"{column.joint} {worst * factor:.6f} {column.unit} (rms {rms * factor:.6f})"
-        for column, worst, rms, factor in zip(machine.columns, found.joint_worst, found.joint_rms, size, strict=True)
-    )
-
-    def at(row: int) -> str:
-        return f"line {lines[row]}, {row * cycle:.3f} s"
-
-    text = (
-        f"{name}: {found.rows} rows, {found.delay} rows ({found.delay * cycle:g} s) behind the setpoints. Following error of the joints at "
-        f"most: {joints}. The tip was at most {found.tip_worst:.6f} mm from where it was told to be at that time ({at(found.tip_row)}), and "
-        f"{found.path_worst:.6f} mm from the commanded path ({at(found.path_row)}); the axis at most "
-        f"{DEG_PER_RAD * found.axis_worst:.6f} deg ({at(found.axis_row)})."
-    )
-    return textwrap.fill(text, width=100, break_on_hyphens=False) + "\n"
+def _provisional(summary: Summary) -> list[str]:
+    assumed = [group for group, source in summary.machine.provenance.items() if source.startswith("assumed")]
+    return [f"Assumed values of the machine file, not measured ones: {', '.join(assumed)}."] if assumed else []

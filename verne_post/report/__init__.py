@@ -1,1 +1,1 @@
-"""The report page: a program looked at from all sides, as one HTML file or picture."""
+"""The report: one program as an HTML page or a picture."""

@@ -1,6 +1,6 @@
-"""The report page: findings, tool path, axes against time, workspace and the moving mechanism, in one file without a network.
+"""The report page: findings, tool path, axes against time, workspace and the moving mechanism, in one file that needs no network.
 
-The figures are plotly's (extra ``report``); the script below only links them: one cursor moves through all of them.
+The figures are plotly's (extra ``report``). The script in page.html links them: one cursor moves through all.
 """
 
 import html
@@ -28,17 +28,18 @@ Array = NDArray[np.float64]
 _DIGITS: Final = 4
 #: Times are those of the rows, at any cycle; further digits would be noise.
 _TIME_DIGITS: Final = 9
-#: Points along each side of the workspace slice, and room around the path, mm.
-_SLICE: Final = 61
-_ROOM_MM: Final = 120.0
+#: Points along each side of the workspace slice.
+_SLICE_POINTS: Final = 61
+#: The slice goes so far beyond the path, mm.
+_SLICE_BORDER: Final = 120.0
 #: Points of the tool path that turn with the table in the mechanism.
-_TURNING: Final = 600
-_COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#d62728")
-_GRAVITY: Final = {"error": "#c0392b", "warning": "#d68910", "note": "#566573"}
+_TABLE_PATH_POINTS: Final = 600
+_JOINT_COLOURS: Final = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#d62728")
+_SEVERITY_COLOURS: Final = {"error": "#c0392b", "warning": "#d68910", "note": "#566573"}
 
 
 def page(program: str, source: Text, machine: Machine, study: Study) -> str:
-    """The page as text.
+    """Write the page.
 
     Parameters
     ----------
@@ -60,18 +61,18 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         "unit": "s" if study.timed else "mm",
         "line": study.line.tolist(),
         "text": {str(line): lines[line - 1].decode("utf-8", errors="replace").strip()[:160] for line in used},
-        "q": _rounded(study.q),
+        "q": _round_values(study.q),
         "joints": [{"name": column.joint, "unit": column.unit} for column in machine.columns],
-        "tip": _rounded(study.tip),
-        "speed": _rounded(study.speed),
-        "margin": _rounded(study.margin),
-        "alpha": _rounded(study.lean_deg),
-        "nose": _rounded(study.nose),
-        "platform": _rounded(study.platform),
-        "axis": _rounded(study.axis),
-        "rods": _rounded(study.rods),
-        "tilt": _rounded(study.tilt),
-        "turn": _rounded(study.turn),
+        "tip": _round_values(study.tip),
+        "speed": _round_values(study.speed),
+        "margin": _round_values(study.margin),
+        "alpha": _round_values(study.alpha_deg),
+        "nose": _round_values(study.nose),
+        "platform": _round_values(study.platform),
+        "axis": _round_values(study.axis),
+        "rods": _round_values(study.rods),
+        "tilt": _round_values(study.tilt),
+        "turn": _round_values(study.turn),
         "table": _table_geometry(machine, study),
     }
     parts = {
@@ -81,33 +82,33 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         "data": _json_in_html(data),
         "plotly": get_plotlyjs(),
     }
-    text = Path(__file__).with_name("report_page.html").read_text("utf-8")
-    # in one pass: what is put in is never searched for places again
-    return re.sub(r"<!--(\w+)-->", lambda place: parts[place[1]], text)
+    text = Path(__file__).with_name("page.html").read_text("utf-8")
+    # in one pass: what is filled in is never searched for marks again
+    return re.sub(r"<!--(\w+)-->", lambda mark: parts[mark[1]], text)
 
 
 def shown(text: str) -> str:
-    """A text as it can be drawn: what is no character, as in some names of files, or none that shows, is replaced."""
+    """Replace what cannot be drawn: bytes that are no character, as in some file names, and control characters."""
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
 
 
 def _text(text: str) -> str:
-    """Text that means nothing to a reader of HTML."""
+    """Escape text for HTML."""
     return html.escape(shown(text))
 
 
 def _json_in_html(data: Any) -> str:
-    """JSON that means nothing to a reader of HTML: in ASCII, and without the characters that begin tags, comments and entities."""
+    """Write JSON for an HTML page: ASCII, without the characters that begin tags, comments and entities."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return re.sub("[<>&]", lambda character: f"\\u{ord(character[0]):04x}", text)
 
 
-def _rounded(values: Array) -> Any:
-    """Lists with null for what is not known."""
-    shown = np.round(values, _DIGITS)
-    known = shown.astype(object)
-    known[~np.isfinite(shown)] = None
-    return known.tolist()
+def _round_values(values: Array) -> Any:
+    """Round to lists; null where a value is not finite."""
+    digits = np.round(values, _DIGITS)
+    cells = digits.astype(object)
+    cells[~np.isfinite(digits)] = None
+    return cells.tolist()
 
 
 def _summary(program: str, summary: Summary | None, findings: tuple[Finding, ...]) -> str:
@@ -118,12 +119,12 @@ def _summary(program: str, summary: Summary | None, findings: tuple[Finding, ...
 
 
 def _findings(program: str, study: Study) -> str:
-    """The list: each entry knows the frame that it leads to."""
+    """The list of findings; each entry has the frame that a click leads to."""
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
     for item, frame in zip(study.findings, study.place, strict=True):
-        colour = _GRAVITY[item.severity]
+        colour = _SEVERITY_COLOURS[item.severity]
         entries.append(
             f'<li data-frame="{frame}" class="{item.severity}" style="border-color:{colour}" tabindex="0">'
             f"{_text(text_line(program, item))}</li>"
@@ -134,12 +135,12 @@ def _findings(program: str, study: Study) -> str:
 def _table_geometry(machine: Machine, study: Study) -> dict[str, Any]:
     """What turns with the table: pivot and rotary offset with z up, the rim, and the tool path on it."""
     coordinates: Any = machine.coordinates
-    step = max(len(study.tip) // _TURNING, 1)
+    step = max(len(study.tip) // _TABLE_PATH_POINTS, 1)
     return {
         "pivot": (np.asarray(coordinates.pivot) * [1.0, -1.0, -1.0]).tolist(),
         "offset": np.asarray(coordinates.rotary_offset).tolist(),
         "radius": machine.table_radius,
-        "path": _rounded(study.tip[::step]),
+        "path": _round_values(study.tip[::step]),
     }
 
 
@@ -147,6 +148,7 @@ def _table_geometry(machine: Machine, study: Study) -> dict[str, Any]:
 
 
 def _figures(machine: Machine, study: Study) -> dict[str, Any]:
+    """All figures by the name of their place in page.html."""
     if not len(study.x):
         return {}
     return {
@@ -158,17 +160,17 @@ def _figures(machine: Machine, study: Study) -> dict[str, Any]:
 
 
 def _path_figure(study: Study) -> Any:
-    """The tool path on the table, coloured by margin or speed; places with errors marked; the cursor last."""
+    """The tool path on the table, coloured by margin or speed; errors marked; the cursor last."""
     import plotly.graph_objects as go
 
     trail = study.trail
     x, y, z = trail.tip.astype(np.float32).T
     margin = {"color": trail.margin.astype(np.float32), "colorscale": "RdYlGn", "cmin": 0.0, "cmax": 1.0, "width": 5,
               "colorbar": {"title": "margin", "len": 0.7}}  # fmt: skip
-    # the frame is where a click leads
-    told = np.stack([trail.line, trail.frame], axis=1).astype(np.int32)
+    # a click leads to the frame
+    custom = np.stack([trail.line, trail.frame], axis=1).astype(np.int32)
     figure = go.Figure(
-        go.Scatter3d(x=x, y=y, z=z, mode="lines", line=margin, customdata=told, name="path",
+        go.Scatter3d(x=x, y=y, z=z, mode="lines", line=margin, customdata=custom, name="path",
                      hovertemplate="line %{customdata[0]}<extra></extra>")
     )  # fmt: skip
     bad = np.round(violations(study), _DIGITS).T
@@ -196,7 +198,7 @@ def _path_figure(study: Study) -> Any:
 
 
 def violations(study: Study) -> Array:
-    """Tips (n, 3) of frames on lines with errors, and of the worst place of every error."""
+    """Tips (n, 3) of frames on lines with errors, and of the worst point of every error."""
     bad, worst = np.zeros(len(study.x), dtype=bool), np.zeros(len(study.findings), dtype=bool)
     for index, item in enumerate(study.findings):
         if item.severity == "error" and item.line is not None:
@@ -206,7 +208,7 @@ def violations(study: Study) -> Array:
 
 
 def shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
-    """For each joint x and per cent of its limit on velocity, acceleration or jerk."""
+    """Yield x and per cent of the limit on velocity, acceleration or jerk, joint by joint."""
     limit: Array = getattr(machine.limits, name)
     for column, most, curve in zip(machine.columns, limit, study.curves[name], strict=True):
         yield curve.x, 100.0 * curve.values / (most * abs(column.factor))
@@ -224,7 +226,7 @@ def _axes_figure(machine: Machine, study: Study) -> Any:
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.02)
     limits, n = machine.limits, len(machine.columns)
     styles = [
-        {"mode": "lines", "line": {"width": 1, "color": _COLOURS[joint % len(_COLOURS)]}, "name": column.joint,
+        {"mode": "lines", "line": {"width": 1, "color": _JOINT_COLOURS[joint % len(_JOINT_COLOURS)]}, "name": column.joint,
          "legendgroup": column.joint} for joint, column in enumerate(machine.columns)
     ]  # fmt: skip
     for joint, column in enumerate(machine.columns):
@@ -234,7 +236,7 @@ def _axes_figure(machine: Machine, study: Study) -> Any:
         ends = sorted((limits.lower[joint] * column.factor, limits.upper[joint] * column.factor))
         low, high = np.nanmin(position.values, initial=0.0), np.nanmax(position.values, initial=0.0)
         for end in ends:
-            # a limit that is far from what is used would only flatten the curves
+            # a limit far from the values would only flatten the curves
             if np.isfinite(end) and low - (high - low) - 50 < end < high + (high - low) + 50:
                 figure.add_hline(y=float(end), row=row, col=1, line={"color": "#c0392b", "dash": "dot", "width": 1})
     for row, name in enumerate(("velocity", "acceleration", "jerk") if study.timed else (), start=3):
@@ -263,24 +265,23 @@ def _slice_figure(machine: Machine, study: Study) -> Any:
 
     reached = np.flatnonzero(np.isfinite(study.margin))
     at = int(reached[len(reached) // 2]) if len(reached) else len(study.x) // 2
-    alpha = 0.0 if np.isnan(study.lean_deg[at]) else np.radians(study.lean_deg[at])
+    alpha = 0.0 if np.isnan(study.alpha_deg[at]) else np.radians(study.alpha_deg[at])
     angles = np.array([study.tilt[at] - alpha, study.turn[at]])
     angles = np.where(np.isfinite(angles), angles, 0.0)
     height = float(study.tip[at, 2])
-    # the nose stands where the tool ends: its distance from the tip is the tool's length
-    seen = study.trail.tip[:, :2]
-    low, high = seen.min(axis=0) - _ROOM_MM, seen.max(axis=0) + _ROOM_MM
-    x, y = np.linspace(low[0], high[0], _SLICE), np.linspace(low[1], high[1], _SLICE)
+    path = study.trail.tip[:, :2]
+    low, high = path.min(axis=0) - _SLICE_BORDER, path.max(axis=0) + _SLICE_BORDER
+    x, y = np.linspace(low[0], high[0], _SLICE_POINTS), np.linspace(low[1], high[1], _SLICE_POINTS)
     across, up = np.meshgrid(x, y)
     tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
-    reach = classify(machine, tips, angles, _length(machine, study, at))
+    reach = classify(machine, tips, angles, _tool_length(machine, study, at))
     margin = np.where(reach.reached, reach.margin, np.nan).reshape(across.shape)
     a, c = np.degrees(angles)
     figure = go.Figure(
         go.Heatmap(x=np.round(x, 2), y=np.round(y, 2), z=np.round(margin, 2), colorscale="Greens", zmin=0.0,
                    colorbar={"title": "mm to a limit", "len": 0.8}, hoverinfo="x+y+z")
     )  # fmt: skip
-    figure.add_scattergl(x=seen[:, 0].astype(np.float32), y=seen[:, 1].astype(np.float32), mode="lines",
+    figure.add_scattergl(x=path[:, 0].astype(np.float32), y=path[:, 1].astype(np.float32), mode="lines",
                          line={"width": 1, "color": "#2c3e50"}, hoverinfo="skip")  # fmt: skip
     figure.add_scatter(x=[float(study.tip[0, 0])], y=[float(study.tip[0, 1])], mode="markers",
                        marker={"color": "#000", "size": 9})  # fmt: skip
@@ -291,19 +292,19 @@ def _slice_figure(machine: Machine, study: Study) -> Any:
     return figure
 
 
-def _length(machine: Machine, study: Study, at: int) -> float:
+def _tool_length(machine: Machine, study: Study, at: int) -> float:
     """Tool length at a frame: from the tip to the nose, both on the table."""
     coordinates: Any = machine.coordinates
-    angles = np.array([study.tilt[at] - np.radians(np.nan_to_num(study.lean_deg[at])), study.turn[at]])
+    angles = np.array([study.tilt[at] - np.radians(np.nan_to_num(study.alpha_deg[at])), study.turn[at]])
     gauge = coordinates.gauge_point(study.tip[at], np.nan_to_num(angles), 0.0)
-    alpha = np.radians(np.nan_to_num(study.lean_deg[at]))
+    alpha = np.radians(np.nan_to_num(study.alpha_deg[at]))
     pivot = np.asarray(coordinates.pivot) * [1.0, -1.0, -1.0]
     turned = study.nose[at] - pivot
-    # the upright frame alphas back by the alpha about x
+    # into the frame of the base: back by the platform tilt about x
     upright = np.array([turned[0], np.cos(alpha) * turned[1] + np.sin(alpha) * turned[2],
                         -np.sin(alpha) * turned[1] + np.cos(alpha) * turned[2]])  # fmt: skip
-    found = float(upright[2] - gauge[2])
-    return found if np.isfinite(found) and found >= 0 else 0.0
+    length = float(upright[2] - gauge[2])
+    return length if np.isfinite(length) and length >= 0 else 0.0
 
 
 def _mechanism_figure() -> Any:

@@ -1,7 +1,7 @@
-"""A program looked at from all sides: what a report page shows. Rows when it converts, poses along the path when it does not.
+"""Collect what a report shows of a program: its rows when it converts, else poses along its path.
 
-Frames are evenly spaced over the whole program, so that what moves through them moves truly; what happens between two of them is
-kept as the lowest and highest values of every curve.
+Frames are evenly spaced over the whole program, so a cursor that goes from frame to frame shows the motion at a constant scale.
+What happens between two frames is kept as the lowest and highest values of every curve.
 """
 
 from collections.abc import Iterable, Iterator
@@ -32,13 +32,16 @@ Mask = NDArray[np.bool_]
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
 #: shows, and no stretch is longer than a thousandth of the program (or a cycle).
 FRAMES: Final = 2000
-#: Where a program that is refused is looked at between frames: points of each segment, ends included.
-_ALONG: Final = 9
+#: Points of each element of a program that is refused, ends included.
+_ELEMENT_POINTS: Final = 9
 _RATES: Final = ("velocity", "acceleration", "jerk")
 
 
 def study(source: Text, machine: Machine, options: Options, progress: Progress | None = None) -> Study:
-    """Look at a program: convert it, or where that is refused, follow it as far as it can be read."""
+    """Convert a program and collect its rows; where it is refused, follow its path as far as it can be read.
+
+    Raises nothing for a bad program: its findings are in the study.
+    """
     table = GrowingTable(values=(float, len(machine.columns)), line=(np.int32,), tool_length=(float,))
 
     def take(block: SetpointBlock) -> None:
@@ -47,72 +50,74 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
 
     result = convert_source(source, machine, options, take, progress)
     if result.ok:
-        return _of_rows(machine, result, **table.columns())
+        return _study_rows(machine, result, **table.columns())
     try:
         program = assemble(source, machine, options)
     except InputError as error:
-        return _nothing(machine, refused(error).findings)
+        return _study_findings(machine, refused(error).findings)
     if not len(program.contour):
-        return _nothing(machine, result.findings)
-    return _of_path(machine, result, program)
+        return _study_findings(machine, result.findings)
+    return _study_path(machine, result, program)
 
 
-def _of_rows(machine: Machine, result: Result, values: Array, line: Ints, tool_length: Array) -> Study:
-    """Frames are rows: every so many from the first on, and the last."""
+def _study_rows(machine: Machine, result: Result, values: Array, line: Ints, tool_length: Array) -> Study:
+    """Take rows at a constant interval as frames, and the last row."""
     assert result.summary is not None
     n, cycle = len(line), result.summary.format.cycle
     frames = np.append(np.arange(0, n - 1, max(-(-(n - 1) // FRAMES), 1)), n - 1)
     factor = np.array([column.factor for column in machine.columns])
-    seen = _Seen(machine, result.findings)
+    collector = _Collector(machine, result.findings)
     for first, last in blocks(n):
         row = np.arange(first, last)
-        near = values[np.maximum(np.arange(first - 3, last), 0)]
-        rates = {name: np.diff(near, k, axis=0)[3 - k :] / cycle**k for k, name in enumerate(_RATES, start=1)}
-        q, length = near / factor, tool_length[first:last]
+        recent = values[np.maximum(np.arange(first - 3, last), 0)]
+        rates = {name: np.diff(recent, k, axis=0)[3 - k :] / cycle**k for k, name in enumerate(_RATES, start=1)}
+        q, length = recent / factor, tool_length[first:last]
         tip, angles, ok = machine.five_axis.nominal(q[3:], length)
-        # a step of the tool's length is no motion: both ends of a step in time have the tool of the later one
-        fresh = np.flatnonzero(np.append(True, length[1:] != length[:-1]))
+        # a change of the tool's length is no motion: both ends of a step in time are solved with the later tool
+        changed = np.flatnonzero(np.append(True, length[1:] != length[:-1]))
         before = np.concatenate([tip[:1], tip[:-1]])
-        before[fresh] = machine.five_axis.nominal(q[2:-1][fresh], length[fresh])[0]
+        before[changed] = machine.five_axis.nominal(q[2:-1][changed], length[changed])[0]
         speed = np.linalg.norm(tip - before, axis=1) / cycle
         stretch = np.searchsorted(frames, row, side="right") - 1
-        seen.take(
+        collector.add(
             _Samples(np.asarray(row * cycle), line[first:last], q[3:], length, tip, angles, ok, speed, stretch),
-            frames[stretch] == row, {"position": near[3:], **rates},
+            frames[stretch] == row, {"position": recent[3:], **rates},
         )  # fmt: skip
-    return seen.finished(result)
+    return collector.finish(result)
 
 
-def _of_path(machine: Machine, result: Result, program: Program) -> Study:
-    """Frames are evenly spaced along the path; between them every segment is looked at in some points."""
+def _study_path(machine: Machine, result: Result, program: Program) -> Study:
+    """Take points evenly spaced along the path as frames; between them, some points of every element."""
     contour, n = program.contour, len(program.contour)
     joints, factor = program.joints(), np.array([column.factor for column in machine.columns])
     begins = running_sums(contour.length)
     frames = np.linspace(0.0, begins[-1], FRAMES + 1)
     owner = np.minimum(np.searchsorted(begins, frames, side="right") - 1, n - 1)
-    seen = _Seen(machine, result.findings)
-    for first, last in ((at, min(at + BLOCK_ROWS // _ALONG, n)) for at in range(0, n, BLOCK_ROWS // _ALONG)):
-        some = np.flatnonzero((owner >= first) & (owner < last))
-        share = np.clip((frames[some] - begins[owner[some]]) / contour.length[owner[some]], 0.0, 1.0)
-        segment = np.append(owner[some], np.repeat(np.arange(first, last), _ALONG))
-        w = np.append(share, np.tile(np.linspace(0.0, 1.0, _ALONG), last - first))
-        order = np.lexsort((w, segment))
-        segment, w, frame = segment[order], w[order], order < len(some)
-        solved = joints.solve(segment, w)
-        x = begins[segment] + w * contour.length[segment]
+    collector = _Collector(machine, result.findings)
+    for first, last in (
+        (at, min(at + BLOCK_ROWS // _ELEMENT_POINTS, n)) for at in range(0, n, BLOCK_ROWS // _ELEMENT_POINTS)
+    ):
+        here = np.flatnonzero((owner >= first) & (owner < last))
+        share = np.clip((frames[here] - begins[owner[here]]) / contour.length[owner[here]], 0.0, 1.0)
+        element = np.append(owner[here], np.repeat(np.arange(first, last), _ELEMENT_POINTS))
+        w = np.append(share, np.tile(np.linspace(0.0, 1.0, _ELEMENT_POINTS), last - first))
+        order = np.lexsort((w, element))
+        element, w, frame = element[order], w[order], order < len(here)
+        solved = joints.solve(element, w)
+        x = begins[element] + w * contour.length[element]
         stretch = np.searchsorted(owner, first) + np.cumsum(frame) - 1
         speed = np.full(len(x), np.nan)
-        line, length = contour.line(segment), contour.tool_length(segment)
-        seen.take(
+        line, length = contour.line(element), contour.tool_length(element)
+        collector.add(
             _Samples(x, line, solved.q, length, solved.tip, solved.angles, solved.ok, speed, stretch),
             frame, {"position": solved.q * factor},
         )  # fmt: skip
-    return seen.finished(result)
+    return collector.finish(result)
 
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Places of a program in order (n,), joints in mm and rad; each lies in a stretch, which its frame opens."""
+    """Points of a program in order (n,), joints in mm and rad; each lies in a stretch, which begins with a frame."""
 
     x: Array
     line: Ints
@@ -125,8 +130,8 @@ class _Samples:
     stretch: Ints
 
 
-class _Seen:
-    """Takes samples block by block, and keeps frames, curves, the way of the tip, and the places of findings."""
+class _Collector:
+    """Takes samples block by block, and keeps frames, curves, the path of the tip, and the worst points of findings."""
 
     def __init__(self, machine: Machine, findings: tuple[Finding, ...]) -> None:
         self.machine, self.findings = machine, findings
@@ -137,65 +142,76 @@ class _Seen:
         self._wanted = np.array(sorted({_worst_line(item) for item in findings} - {-1}), dtype=np.int64)
         self._worst: dict[int, tuple[float, float, Array]] = {}
 
-    def take(self, some: _Samples, frame: Mask, curves: dict[str, Array]) -> None:
-        """The next samples, which of them are frames, and what is drawn against x: columns (n, k) by name."""
-        reached = some.ok & np.isfinite(some.q).all(axis=1)
-        margin = self._margins(some.tip, some.angles, some.tool_length).min(axis=1)
+    def add(self, samples: _Samples, frame: Mask, curves: dict[str, Array]) -> None:
+        """Add the next samples: which of them are frames, and what is drawn against x, columns (n, k) by name."""
+        reached = samples.ok & np.isfinite(samples.q).all(axis=1)
+        margin = self._margins(samples.tip, samples.angles, samples.tool_length).min(axis=1)
         margin[~(reached & np.isfinite(margin))] = np.nan
-        alpha = np.where(reached, np.degrees(some.q[:, -2] - some.angles[:, 0]), np.nan)
+        alpha = np.where(reached, np.degrees(samples.q[:, -2] - samples.angles[:, 0]), np.nan)
         self._frames.append(
             tuple(
-                all_of[frame]
-                for all_of in (some.x, some.line, some.q, some.tip, some.angles, some.speed, margin, alpha)
+                column[frame]
+                for column in (
+                    samples.x,
+                    samples.line,
+                    samples.q,
+                    samples.tip,
+                    samples.angles,
+                    samples.speed,
+                    margin,
+                    alpha,
+                )
             )
         )
-        begins = np.flatnonzero(np.append(True, some.stretch[1:] != some.stretch[:-1]))
+        begins = np.flatnonzero(np.append(True, samples.stretch[1:] != samples.stretch[:-1]))
         for name, columns in {**curves, "alpha": alpha[:, None]}.items():
             parts = self._curves.setdefault(name, [[] for _ in columns.T])
             for part, column in zip(parts, columns.T, strict=True):
-                shown = _telling(column, begins)
-                part.append((some.x[shown], column[shown]))
-        shown = np.unique(np.concatenate([_telling(column, begins) for column in (*some.tip.T, margin)]))
-        self._trail.append(tuple(all_of[shown] for all_of in (some.stretch, some.line, some.tip, some.speed, margin)))
-        self._note(some, np.nan_to_num(margin, nan=-np.inf))
+                at = _extremes(column, begins)
+                part.append((samples.x[at], column[at]))
+        at = np.unique(np.concatenate([_extremes(column, begins) for column in (*samples.tip.T, margin)]))
+        self._trail.append(
+            tuple(column[at] for column in (samples.stretch, samples.line, samples.tip, samples.speed, margin))
+        )
+        self._note_worst(samples, np.nan_to_num(margin, nan=-np.inf))
 
-    def _note(self, some: _Samples, margin: Array) -> None:
-        """Where the lines of the findings have the smallest margin."""
-        at = np.flatnonzero(np.isin(some.line, self._wanted))
-        at = at[np.lexsort((margin[at], some.line[at]))]
-        for k in at[np.unique(some.line[at], return_index=True)[1]]:
-            line = int(some.line[k])
+    def _note_worst(self, samples: _Samples, margin: Array) -> None:
+        """Keep the point with the smallest margin on each line that has a finding."""
+        at = np.flatnonzero(np.isin(samples.line, self._wanted))
+        at = at[np.lexsort((margin[at], samples.line[at]))]
+        for k in at[np.unique(samples.line[at], return_index=True)[1]]:
+            line = int(samples.line[k])
             if line not in self._worst or margin[k] < self._worst[line][0]:
-                self._worst[line] = float(margin[k]), float(some.x[k]), some.tip[k]
+                self._worst[line] = float(margin[k]), float(samples.x[k]), samples.tip[k]
 
-    def finished(self, result: Result) -> Study:
-        """Everything that follows for the frames."""
+    def finish(self, result: Result) -> Study:
+        """Solve the mechanism at the frames, and join all blocks."""
         machine, module, timed = self.machine, self.machine.module, result.ok
-        x, line, q, tip, angles, speed, margin, alpha = _joined(self._frames)
+        x, line, q, tip, angles, speed, margin, alpha = _join(self._frames)
         position, alpha, _ok = module.forward(np.where(np.isfinite(q[:, :-2]), q[:, :-2], 0.0))
         up = np.array([1.0, -1.0, -1.0])
         down = np.stack([np.zeros(len(alpha)), -np.sin(alpha), np.cos(alpha)], axis=1)
         rods = np.empty((len(x), 0, 2, 3))
         if isinstance(module, Drawable):
             rods = module.sketch(position, alpha, q[:, :-2]) * up
-        curves = {name: tuple(Curve(*_joined(part)) for part in parts) for name, parts in self._curves.items()}
+        curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
         place, place_tip = self._places(x, line)
         return Study(
             self.findings, result.summary if timed else None, timed, x, line.astype(np.int64),
-            q * [column.factor for column in machine.columns], curves, Trail(*_joined(self._trail)), tip,
+            q * [column.factor for column in machine.columns], curves, Trail(*_join(self._trail)), tip,
             axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, alpha,
             (position + machine.five_axis.nose_offset * down) * up, position * up, rods, q[:, -2], q[:, -1], place, place_tip,
         )  # fmt: skip
 
     def _places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
-        """The frame and the tip of each finding."""
+        """Find the frame and the tip of each finding."""
         place, tips = np.full(len(self.findings), -1, dtype=np.intp), np.full((len(self.findings), 3), np.nan)
         for index, item in enumerate(self.findings):
             worst = self._worst.get(_worst_line(item))
             if worst is not None:
-                own = np.flatnonzero(line == _worst_line(item))
-                among = own if len(own) else np.arange(len(x))
-                place[index], tips[index] = among[np.abs(x[among] - worst[1]).argmin()], worst[2]
+                on_line = np.flatnonzero(line == _worst_line(item))
+                candidates = on_line if len(on_line) else np.arange(len(x))
+                place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
         return place, tips
 
 
@@ -203,23 +219,24 @@ def _worst_line(item: Finding) -> int:
     return item.worst_line or item.line or -1
 
 
-def _joined(parts: Iterable[tuple[NDArray[Any], ...]]) -> Iterator[NDArray[Any]]:
+def _join(parts: Iterable[tuple[NDArray[Any], ...]]) -> Iterator[NDArray[Any]]:
+    """Concatenate blocks, column by column."""
     return (np.concatenate(each) for each in zip(*parts, strict=True))
 
 
-def _telling(values: Array, begins: Ints) -> Ints:
-    """Of values (n,) in groups that begin at ``begins``: where each has its first, lowest and highest, and its first NaN."""
+def _extremes(values: Array, begins: Ints) -> Ints:
+    """Indices of the first, lowest and highest value and the first NaN in each group of values (n,); groups begin at ``begins``."""
     group = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(values))))
     low, high = np.fmin.reduceat(values, begins), np.fmax.reduceat(values, begins)
     chosen: list[Any] = [begins]
-    for told in (values == low[group], values == high[group], np.isnan(values)):
-        at = np.flatnonzero(told)
+    for matches in (values == low[group], values == high[group], np.isnan(values)):
+        at = np.flatnonzero(matches)
         chosen.append(at[np.unique(group[at], return_index=True)[1]])
     return np.unique(np.concatenate(chosen))
 
 
-def _nothing(machine: Machine, findings: tuple[Finding, ...]) -> Study:
-    """A program that cannot be read has nothing but findings."""
+def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
+    """Study a program that cannot be read: it has nothing but findings."""
     none, three, whole = np.empty(0), np.empty((0, 3)), np.empty(0, dtype=np.int64)
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}

@@ -1,4 +1,4 @@
-"""A program looked at from all sides: what a report page draws, frame by frame."""
+"""What a report draws: the frames of a program, its curves, the path of its tip, and the places of its findings."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One quantity over the program: between two frames the first, the lowest and the highest value, each at its own place.
+    """One quantity over the program: between two frames the first, the lowest and the highest value, each where it occurs.
 
     Attributes
     ----------
@@ -29,12 +29,12 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Trail:
-    """The way of the tip: between two frames where x, y, z and the margin are first, lowest and highest.
+    """The path of the tip: between two frames the points where x, y, z and the margin are first, lowest and highest.
 
     Attributes
     ----------
     frame : ndarray of int, shape (m,)
-        The last frame at or before each place.
+        The last frame at or before each point.
     line : ndarray of int, shape (m,)
     tip : ndarray, shape (m, 3)
     speed, margin : ndarray, shape (m,)
@@ -69,8 +69,9 @@ class Study:
     speed : ndarray, shape (n,)
         Tip, mm/s; NaN where the program is refused.
     margin : ndarray, shape (n,)
-        Smallest room to a limit (toolpath.room), NaN out of reach.
-    lean_deg : ndarray, shape (n,)
+        Smallest margin to a limit (toolpath.margins), NaN out of reach.
+    alpha_deg : ndarray, shape (n,)
+        Platform tilt.
     nose, platform : ndarray, shape (n, 3)
         Spindle nose and P with z up, mm.
     rods : ndarray, shape (n, k, 2, 3)
@@ -78,9 +79,9 @@ class Study:
     tilt, turn : ndarray, shape (n,)
         Where the table stands, rad, workpiece sense.
     place : ndarray of int, shape (n_findings,)
-        The frame that shows each finding: the nearest to its worst place, of its own line if that has any; -1 for none.
+        The frame that shows each finding: the nearest to its worst point, on its line if that has a frame; -1 for none.
     place_tip : ndarray, shape (n_findings, 3)
-        The tip at the worst place itself; NaN where there is none.
+        The tip at the worst point itself; NaN where there is none.
     """
 
     findings: tuple[Finding, ...]
@@ -95,7 +96,7 @@ class Study:
     axis: Array
     speed: Array
     margin: Array
-    lean_deg: Array
+    alpha_deg: Array
     nose: Array
     platform: Array
     rods: Array

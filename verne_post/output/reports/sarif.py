@@ -7,22 +7,24 @@ from typing import Any, Final
 
 from verne_post.model.codes import CODES, PARAMETERS, response
 from verne_post.model.findings import Finding
+from verne_post.model.machine import Machine
+from verne_post.model.verdict import SEVERITIES
 from verne_post.output.findings import Report
 from verne_post.output.policy import fingerprint_of, uri
 
 #: Code hosts read no more results of a run.
 MAX_RESULTS: Final = 5_000
 _SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
-#: The way in which fingerprints are made; a new way needs a new name.
+#: How fingerprints are made; another rule needs another name.
 _FINGERPRINT: Final = "verneFinding/v1"
 
 
-def as_sarif(reports: Sequence[Report]) -> str:
+def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One run: a rule for each code that occurs, a result for each finding."""
     from verne_post import __version__
 
     everything = [(report, item) for report in reports for item in report.findings]
-    everything.sort(key=lambda pair: ("error", "warning", "note").index(pair[1].severity))
+    everything.sort(key=lambda pair: SEVERITIES.index(pair[1].severity))
     shown = everything[:MAX_RESULTS]
     rules = sorted({item.code for _report, item in shown})
     seen: Counter[str] = Counter()
@@ -63,7 +65,7 @@ def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str])
         if item.last_line is not None and item.last_line > item.line:
             region["endLine"] = item.last_line
         location["region"] = region
-    named = ("axis", "value", "limit", "unit", "count", "worst_line")
+    properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
         "ruleId": item.code,
         "ruleIndex": rules.index(item.code),
@@ -71,5 +73,5 @@ def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str])
         "message": {"text": item.message},
         "locations": [{"physicalLocation": location}],
         "partialFingerprints": {_FINGERPRINT: fingerprint_of(report, item, seen)},
-        "properties": {name: getattr(item, name) for name in named if getattr(item, name) is not None},
+        "properties": {name: getattr(item, name) for name in properties if getattr(item, name) is not None},
     }

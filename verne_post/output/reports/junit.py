@@ -3,15 +3,16 @@
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from verne_post.model.verdict import worst
-from verne_post.output.findings import Report, quoted, text_line
+from verne_post.model.machine import Machine
+from verne_post.model.verdict import concerns_pose, worst
+from verne_post.output.findings import Report, quote_line, text_line
 
 #: Characters that XML cannot hold, made visible.
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
 
 
-def as_junit(reports: Sequence[Report]) -> str:
-    """A program that breaks limits has failed; one that cannot be read or judged is an error; warnings are output."""
+def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
+    """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output."""
     cases = [_case(report) for report in reports]
     counts: dict[str, str] = {
         "tests": str(len(cases)),
@@ -31,18 +32,17 @@ def _case(report: Report) -> ElementTree.Element:
     )
     lines = []
     for item in report.findings:
-        lines += [text_line(report.program, item), *quoted(item, report.source, report.program)]
+        lines += [text_line(report.program, item), *quote_line(item, report.source, report.program)]
     text = _clean("\n".join(lines))
     if worst(report.findings) == "error":
         first = next(item for item in report.findings if item.severity == "error")
-        verdict = first.code[:3] in ("VP1", "VP2", "VP3")
-        kind = "failure" if verdict else "error"
-        told = ElementTree.SubElement(case, kind, type=first.code, message=_clean(first.message))
-        told.text = text
+        kind = "failure" if concerns_pose(first.code) else "error"
+        ElementTree.SubElement(case, kind, type=first.code, message=_clean(first.message)).text = text
     elif text:
         ElementTree.SubElement(case, "system-out").text = text
     return case
 
 
 def _clean(text: str) -> str:
+    """Replace what XML cannot hold."""
     return text.translate(_UNPRINTABLE)

@@ -6,14 +6,15 @@ from typing import Final
 
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
+from verne_post.model.machine import Machine
 from verne_post.output.findings import Report
 
-#: So many annotations of each level does GitHub show for one step.
+#: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
 _LEVELS: Final = {"error": "error", "warning": "warning", "note": "notice"}
 
 
-def as_github(reports: Sequence[Report]) -> str:
+def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One workflow command a finding, the gravest first, and a notice that says how many are not shown."""
     everything = [(report, item) for report in reports for item in report.findings]
     lines, shown = [], Counter[str]()
@@ -31,20 +32,20 @@ def as_github(reports: Sequence[Report]) -> str:
 
 
 def _annotation(program: str, item: Finding) -> str:
-    where = [f"file={_property(program)}"]
+    where = [f"file={_escape_property(program)}"]
     if item.line:
         where.append(f"line={item.line}")
         if item.last_line is not None and item.last_line > item.line:
             where.append(f"endLine={item.last_line}")
         if item.column is not None:
             where.append(f"col={item.column}")
-    where.append(f"title={_property(f'{item.code} {CODES[item.code].title}')}")
-    return f"::{_LEVELS[item.severity]} {','.join(where)}::{_data(item.message)}"
+    where.append(f"title={_escape_property(f'{item.code} {CODES[item.code].title}')}")
+    return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(item.message)}"
 
 
-def _data(text: str) -> str:
+def _escape_data(text: str) -> str:
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
+def _escape_property(text: str) -> str:
+    return _escape_data(text).replace(":", "%3A").replace(",", "%2C")

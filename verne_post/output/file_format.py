@@ -1,0 +1,39 @@
+"""What a format of setpoint files is."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from verne_post.output.spool import WrittenRows
+
+Writer = Callable[["WrittenRows"], Iterator[bytes]]
+
+
+@dataclass(frozen=True)
+class FileFormat:
+    """One format of setpoint files.
+
+    Attributes
+    ----------
+    write : callable
+        Yield the bytes of a file of all rows.
+    suffix : str
+        Usual ending of the file's name; ``batch`` gives it.
+    needs : str or None
+        Package that is no dependency of this one.
+    variants : mapping
+        Writers for names with other endings: ".json" -> writer.
+    describe : callable or None
+        One sentence about the rows, for the summary.
+    """
+
+    write: Writer
+    suffix: str
+    needs: str | None = None
+    variants: Mapping[str, Writer] = field(default_factory=dict)
+    describe: Callable[["WrittenRows"], str] | None = None
+
+    def writer(self, suffix: str) -> Writer:
+        """Choose the writer for a file whose name ends so; "" for standard output."""
+        return self.variants.get(suffix.lower(), self.write)

@@ -1,0 +1,18 @@
+"""The default: comma separated, with a header."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from verne_post.output.file_format import FileFormat
+from verne_post.output.setpoints import csv_header, csv_rows
+from verne_post.output.spool import WrittenRows
+
+
+def write(rows: WrittenRows) -> Iterator[bytes]:
+    """Write what ``verify`` reads."""
+    yield csv_header(rows.columns, rows.format.drives).encode()
+    for block in rows.blocks():
+        yield csv_rows(block).encode()
+
+
+FORMAT: Final = FileFormat(write, ".csv")

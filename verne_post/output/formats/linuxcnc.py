@@ -1,0 +1,17 @@
+"""For LinuxCNC's halstreamer: the joints alone, separated by blanks, a line a cycle, no header."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from verne_post.output.file_format import FileFormat
+from verne_post.output.fixed_point import format_rows
+from verne_post.output.spool import WrittenRows
+
+
+def write(rows: WrittenRows) -> Iterator[bytes]:
+    """Write fixed-point text."""
+    for block in rows.blocks():
+        yield format_rows(block.written.T, rows.format.decimals, " ").encode()
+
+
+FORMAT: Final = FileFormat(write, ".txt")

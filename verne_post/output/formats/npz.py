@@ -1,0 +1,27 @@
+"""Numpy's archive: t, values, line, columns."""
+
+import io
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.output.file_format import FileFormat
+from verne_post.output.setpoints import column_names
+from verne_post.output.spool import WrittenRows
+
+
+def write(rows: WrittenRows) -> Iterator[bytes]:
+    """Write one archive, not compressed."""
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        t=rows.format.cycle * np.arange(len(rows.line), dtype=np.float64),
+        values=rows.numbers,
+        line=rows.line,
+        columns=np.array(column_names(rows.columns, rows.format.drives)),
+    )
+    yield buffer.getvalue()
+
+
+FORMAT: Final = FileFormat(write, ".npz")

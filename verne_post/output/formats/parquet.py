@@ -1,0 +1,31 @@
+"""Apache Parquet with the columns of the CSV, compressed; needs pyarrow (extra ``parquet``)."""
+
+import io
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.output.file_format import FileFormat
+from verne_post.output.setpoints import column_names
+from verne_post.output.spool import WrittenRows
+
+
+def write(rows: WrittenRows) -> Iterator[bytes]:
+    """Write one table."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    names = column_names(rows.columns, rows.format.drives)
+    types = [pa.float64()] * (len(names) - 1) + [pa.int32()]
+    schema = pa.schema(list(zip(names, types, strict=True)))
+    buffer = io.BytesIO()
+    with pq.ParquetWriter(buffer, schema) as writer:
+        for block in rows.blocks():
+            time = (block.first + np.arange(len(block.line))) * rows.format.cycle
+            arrays = [pa.array(time), *(pa.array(column) for column in block.written.T), pa.array(block.line)]
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
+    yield buffer.getvalue()
+
+
+FORMAT: Final = FileFormat(write, ".parquet", needs="pyarrow")

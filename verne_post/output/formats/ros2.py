@@ -1,0 +1,69 @@
+"""ROS 2: trajectory_msgs/JointTrajectory with positions and velocities, as YAML or JSON.
+
+Metres and radians; in drive units the numbers stay as the drives count.
+"""
+
+import json
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.output.file_format import FileFormat
+from verne_post.output.spool import WrittenRows
+from verne_post.output.velocities import velocities_at
+
+_M_PER_MM: Final = 1e-3
+_NS_PER_S: Final = 1_000_000_000
+
+
+def write_yaml(rows: WrittenRows) -> Iterator[bytes]:
+    """Write YAML that means the same by the rules of version 1.1, which ROS reads, and 1.2.
+
+    Names are quoted: by 1.1 a joint called y would be a truth value.
+    """
+    yield f"joint_names: {json.dumps([column.joint for column in rows.columns])}\npoints:\n".encode()
+    for point in _points(rows):
+        time = point["time_from_start"]
+        yield (
+            f"- positions: {_yaml_floats(point['positions'])}\n  velocities: {_yaml_floats(point['velocities'])}\n"
+            f"  time_from_start: {{sec: {time['sec']}, nanosec: {time['nanosec']}}}\n"
+        ).encode()
+
+
+def _yaml_floats(values: list[float]) -> str:
+    """Numbers as YAML 1.1 knows them: one with an exponent but without a point would be text."""
+    texts = [text if "." in text else text.replace("e", ".0e") for text in map(float.__repr__, values)]
+    return f"[{', '.join(texts)}]"
+
+
+def write_json(rows: WrittenRows) -> Iterator[bytes]:
+    """Write the same as JSON, a line a point."""
+    yield (json.dumps({"joint_names": [column.joint for column in rows.columns]})[:-1] + ', "points": [').encode()
+    separator = ""
+    for point in _points(rows):
+        yield f"{separator}\n{json.dumps(point)}".encode()
+        separator = ","
+    yield b"\n]}\n"
+
+
+def _points(rows: WrittenRows) -> Iterator[dict[str, Any]]:
+    """Yield one JointTrajectoryPoint a row."""
+    unit = np.ones(len(rows.columns))
+    if not rows.format.drives:
+        unit = np.array([_M_PER_MM if column.unit == "mm" else RAD_PER_DEG for column in rows.columns])
+    for block in rows.blocks():
+        at = block.first + np.arange(len(block.line))
+        velocities = velocities_at(rows, at) * unit
+        # each time is rounded by itself: errors of a cycle that is no whole number of nanoseconds do not add up
+        stamps = np.rint(at * rows.format.cycle * _NS_PER_S).astype(np.int64)
+        values = zip((block.written * unit).tolist(), velocities.tolist(), stamps.tolist(), strict=True)
+        for positions, speeds, stamp in values:
+            seconds, nanoseconds = divmod(stamp, _NS_PER_S)
+            yield {
+                "positions": positions, "velocities": speeds, "time_from_start": {"sec": seconds, "nanosec": nanoseconds},
+            }  # fmt: skip
+
+
+FORMAT: Final = FileFormat(write_yaml, ".yaml", variants={".json": write_json})

@@ -1,0 +1,25 @@
+"""Findings as JSON for programs: schema 1 of docs/findings.md."""
+
+import json
+from collections.abc import Sequence
+
+from verne_post.model.machine import Machine
+from verne_post.model.verdict import counts, status_of, verdict_of
+from verne_post.output.findings import Report, record_of
+
+
+def write(reports: Sequence[Report], machine: Machine) -> str:
+    """One document: each program with its verdict and its findings."""
+    programs = []
+    for report in reports:
+        errors, warnings = counts(report.findings)
+        programs.append(
+            {
+                "program": report.program,
+                "machine": {"name": machine.name, "sha256": machine.sha256},
+                "verdict": verdict_of(status_of(report.findings), report.findings),
+                "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
+                "findings": [record_of(item) for item in report.findings],
+            }
+        )
+    return json.dumps({"schema": 1, "programs": programs}, indent=2, allow_nan=False) + "\n"

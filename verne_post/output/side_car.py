@@ -1,0 +1,82 @@
+"""The side-car file of ``--meta``: what a setpoint file was made from, and how well."""
+
+import json
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.long_text import sha256
+from verne_post.base.tolerances import ROUNDING_SHARES
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.machine import Machine
+from verne_post.model.summary import FreeTurn, Summary
+from verne_post.model.verification import Verification
+from verne_post.output.setpoints import column_names
+
+#: Version of the layout.
+SIDE_CAR_SCHEMA: Final = 2
+
+
+def side_car_text(summary: Summary) -> str:
+    """Write the facts of a conversion as JSON. The same input gives the same bytes."""
+    from verne_post import __version__
+
+    machine = summary.machine
+    data: dict[str, object] = {
+        "schema": SIDE_CAR_SCHEMA,
+        "version": __version__,
+        "program": {"name": summary.options.source_name, "sha256": sha256(summary.source)},
+        "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
+        "options": summary.options.record(),
+        "columns": {
+            "names": list(column_names(machine.columns, summary.format.drives)),
+            "decimals": list(summary.format.decimals),
+            "rounding_jerk_share": ROUNDING_SHARES[2],
+        },
+        "cycle_s": summary.format.cycle,
+        "rows": summary.n_rows,
+        "machining_time_s": summary.cycle_time,
+        "segments": summary.n_segments,
+        "stops": summary.n_stops,
+        "corners_blended": summary.n_blended,
+        "continuous_motion_s": summary.continuous_time,
+        "second_order_bound_s": summary.second_order_bound_s,
+        "second_order_bound_toppra_s": summary.toppra_bound_s,
+        "tolerance": {"tip_mm": summary.tolerance[0], "axis_deg": DEG_PER_RAD * summary.tolerance[1]},
+        "first_row": list(summary.start),
+        "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
+    }
+    if summary.free_turn is not None:
+        data["free_c"] = _free_turn(summary.free_turn, machine)
+    if summary.verification is not None:
+        data["verification"] = _verification(summary.verification, machine)
+    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+
+
+def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
+    """What ``--free-c`` chose, in the sense of the machine file."""
+    factor = machine.columns[-1].factor
+    return {
+        "c_deg_before": turn.before * factor,
+        "c_deg": turn.chosen * factor,
+        "margin_before": turn.margin_before if np.isfinite(turn.margin_before) else None,
+        "margin": turn.margin,
+        "nearest": turn.nearest,
+    }
+
+
+def _verification(verdict: Verification, machine: Machine) -> dict[str, object]:
+    """Ratios to the limits by joint, and deviations from the programmed path."""
+    ratios = {
+        name: dict(zip([column.joint for column in machine.columns], ratio.tolist(), strict=True))
+        for name, ratio in (("velocity_ratio", verdict.velocity_ratio), ("acceleration_ratio", verdict.acceleration_ratio),
+                            ("jerk_ratio", verdict.jerk_ratio))
+    }  # fmt: skip
+    return {
+        **ratios,
+        "feed_ratio": verdict.feed_ratio,
+        "feed_line": verdict.feed_line,
+        "below_feed_s": {f"{kind} of {joint}": seconds for (kind, joint), seconds in sorted(verdict.slow.items())},
+        "tip_deviation_mm": verdict.tip_deviation_mm,
+        "axis_deviation_deg": verdict.axis_deviation_deg,
+    }
