@@ -14,8 +14,9 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.offsets import vector9
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, Frame
 from verne_post.model.part_setup import Tool, Vector9
 
@@ -95,7 +96,7 @@ class FrameCodes:
 
     def _tool_length(self, block: Block, code: int) -> None:
         state = self.state
-        state.length_said = True
+        state.length_given = True
         if code == 490:
             offset = ZERO9
         elif code == 431:

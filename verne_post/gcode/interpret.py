@@ -19,8 +19,9 @@ from verne_post.gcode.frame_codes import polar_end, whole
 from verne_post.gcode.messages import message
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.parameters import Parameters
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
@@ -41,7 +42,7 @@ def initial_state(setup: Setup) -> State:
         systems=systems,
         frame=systems[1],
         tools=dict(setup.tools) if setup.tools is not None else None,
-        length_said=setup.tool_length is not None,
+        length_given=setup.tool_length is not None,
         home=setup.home,
         home2=setup.home2,
     )

@@ -188,7 +188,7 @@ class MotionCodes(MachineCodes):
         turning = state.spindle_on and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
-        if self.setup.machine and not state.length_said:
+        if self.setup.machine and not state.length_given:
             raise BlockError(
                 "VP012", "the tool length has not been said before the first feed move; "
                 "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
@@ -232,7 +232,7 @@ class MotionCodes(MachineCodes):
         state.centre = None
         if state.compensation is not None:
             self._check_compensated(state.position, end)
-            target = state.compensation.straight(self.recorder, state.position, end, state.feed)
+            target = state.compensation.offset_line(self.recorder, state.position, end, state.feed)
         feed = math.nan if kind == MoveKind.RAPID else self._feed_of(line_lengths(np.array(target) - np.array(begin)))
         self.recorder.add(state, line, kind, target, feed)
         if state.compensation is not None:
@@ -283,7 +283,7 @@ class MotionCodes(MachineCodes):
         target = end
         if state.compensation is not None:
             self._check_compensated(start, end)
-            target, arc = state.compensation.arc(self.recorder, start, end, arc, state.feed)
+            target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
         feed = self._feed_of((arc_length(arc, start, end), True))
         self.recorder.add(state, block.line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:

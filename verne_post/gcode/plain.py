@@ -13,9 +13,10 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.motion_codes import effective_feed, line_lengths
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.scan import WordTable
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 Array = NDArray[np.float64]
@@ -166,7 +167,7 @@ def _refused(
     if setup.machine:
         beyond = (lines.beyond_inch if state.inch else lines.beyond_mm)[first:last]
         turning = state.spindle_on and state.spindle_speed > 0
-        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_said:
+        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_given:
             beyond = beyond | feeds
         bad = beyond if bad is None else bad | beyond
     return bad

@@ -5,10 +5,11 @@ import numpy as np
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import START_POSE_MM
 from verne_post.gcode.dialects import Dialect, chosen
+from verne_post.gcode.execution import Pass, Stops, all_known
 from verne_post.gcode.parameters import Parameters
-from verne_post.gcode.run import Pass, Stops, all_known
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from verne_post.base.long_text import Text
+from verne_post.gcode.execution import Stops, Trace
 from verne_post.gcode.read import replay
-from verne_post.gcode.run import Stops, Trace
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.findings import InputError, finding

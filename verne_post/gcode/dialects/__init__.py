@@ -9,7 +9,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import aptcl, fanuc, rs274
-from verne_post.gcode.run import Pass, Stops
+from verne_post.gcode.execution import Pass, Stops
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 

@@ -17,12 +17,13 @@ from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block
 from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
+from verne_post.gcode.execution import Pass, Stops, all_known, may_restart, note
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.interpret import Interpreter, initial_state
-from verne_post.gcode.run import Pass, Stops, all_known, may_restart, note
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import finding
 

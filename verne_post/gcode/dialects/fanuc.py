@@ -17,9 +17,9 @@ from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialects import rs274
+from verne_post.gcode.execution import Pass, Stops, run_blocks
 from verne_post.gcode.frame_codes import whole
 from verne_post.gcode.interpret import Interpreter, initial_state
-from verne_post.gcode.run import Pass, Stops, run_blocks
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, Feature, MoveKind, PathControl, PathMode

@@ -3,8 +3,8 @@
 import re
 
 from verne_post.base.long_text import Text
+from verne_post.gcode.execution import Pass, Stops, run_blocks
 from verne_post.gcode.interpret import Interpreter, initial_state
-from verne_post.gcode.run import Pass, Stops, run_blocks
 from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State

@@ -8,8 +8,9 @@ from verne_post.gcode import plain
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import Flow
 from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import AXES
