@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.execution import Stops, Trace
+from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
@@ -41,8 +41,8 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
         VP029: the line is not executed exactly once by the program itself, or cutter compensation or a canned cycle
         holds there; names the nearest line that will do.
     """
-    trace = Trace()
-    replay(source, setup, moves, Stops(trace=trace))
+    trace = LineTrace()
+    replay(source, setup, moves, StopConditions(trace=trace))
     spans = np.array(trace.spans, dtype=np.int64).reshape(-1, 3)
     why = _refused(spans, line)
     if why is not None:
@@ -51,7 +51,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
         raise InputError(
             finding("VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line)
         )
-    state, recorder = replay(source, setup, moves, Stops(before=line))
+    state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
     switched = [*_as_it_was(state, line), *_outputs(recorder.events)]
     return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _replaced(one, ahead)))

@@ -6,7 +6,6 @@ milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact st
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar, Final
 
@@ -16,10 +15,10 @@ from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
-from verne_post.gcode.dialects import rs274
-from verne_post.gcode.execution import Pass, Stops, run_blocks
+from verne_post.gcode.dialect import Dialect, dialect_of_blocks
 from verne_post.gcode.frame_codes import whole
-from verne_post.gcode.interpret import Interpreter, initial_state
+from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, Feature, MoveKind, PathControl, PathMode
@@ -112,7 +111,7 @@ class FanucInterpreter(Interpreter):
         """Comments say nothing to these controls."""
 
     @classmethod
-    def prepared(cls, text: str) -> str:
+    def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``; every character keeps its column."""
         for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
             if (found := pattern.match(text)) is not None:
@@ -128,7 +127,7 @@ class FanucInterpreter(Interpreter):
                 f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
                 macro.start(1) + 1,
             )
-        block = super().read(self.prepared(text), line)
+        block = super().read(self.prepare(text), line)
         if block.o is not None and block.o.keyword is not None:
             raise BlockError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
@@ -343,7 +342,7 @@ def _about_x(angle: float) -> np.ndarray:
 # --- the dialect ------------------------------------------------------------------------------------
 
 
-def recognise(source: Text) -> bool:
+def _recognise(source: Text) -> bool:
     """Text behind ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
@@ -357,16 +356,11 @@ def recognise(source: Text) -> bool:
     return _OWN_CODES.search(without_comments) is not None or _OTHER_CODES.search(head) is None
 
 
-def start(setup: Setup) -> State:
+def _initial_state(setup: Setup) -> State:
     """As RS274/NGC, but G98."""
     state = initial_state(setup)
     state.initial_level = True
     return state
 
 
-def run(source: Text, setup: Setup, state: State, stops: Stops) -> Pass:
-    """Execute the blocks."""
-    return run_blocks(source, setup, state, stops, FanucInterpreter)
-
-
-names: Callable[[Text, str, Setup], bool] = rs274.names
+DIALECT: Final[Dialect] = dialect_of_blocks(FanucInterpreter, _recognise, _initial_state)
