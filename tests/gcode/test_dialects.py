@@ -64,6 +64,8 @@ def test_samples_are_recognised():
 def test_a_new_file_is_a_new_dialect(tmp_path):
     """A copy of the package with one more file: the command line lists the dialect, recognises and executes it."""
     shutil.copytree(PACKAGE, tmp_path / "verne_post", ignore=shutil.ignore_patterns("__pycache__"))
+    if (PACKAGE.parent / "machine_configs").is_dir():  # beside the package in a checkout, inside it when installed
+        shutil.copytree(PACKAGE.parent / "machine_configs", tmp_path / "machine_configs")
     (tmp_path / "verne_post" / "gcode" / "dialects" / "dummy.py").write_text(DUMMY)
     (tmp_path / "program.nc").write_text("HELLO\nG0 X5\nM2\n")
 

@@ -1,7 +1,7 @@
 """Cutter compensation, G41 and G42: programmed contour -> path of the tool's centre, in one plane.
 
 The centre runs beside the contour at the tool's radius. Round an outside corner it goes on an arc about
-the corner; in an inside corner the two offset segments end where they meet. So a segment is settled only when
+the corner; in an inside corner the two offset path segments end where they meet. So a segment is settled only when
 the next one is known: it is recorded at once and its end amended, so that everything keeps its order.
 """
 
@@ -20,9 +20,9 @@ _FULL: Final = 2 * math.pi
 
 @dataclass(frozen=True)
 class Offset:
-    """One offset segment: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
+    """One offset path segment: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
 
-    ``center`` is None for a straight segment; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
+    ``center`` is None for a straight one; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
     """
 
     start: Point
@@ -46,7 +46,7 @@ class Compensation:
     radius : float
         mm, positive to the left of the contour.
     segment : Offset or None
-        The segment whose end may still be amended; None before the entry move.
+        The path segment whose end may still be amended; None before the entry move.
     rows : list of int
         Rows of the recorder that end where it ends.
     corner : list of float
@@ -143,9 +143,9 @@ class Compensation:
     def _round_corner(self, recorder: Recorder, feed: float, corner: Point, target: Point, turn: float) -> None:
         """An arc about an outside corner."""
         if feed == 0.0:
-            raise BlockError("VP009", "the arc about an outside corner needs a feed; give F")
+            raise BlockError("VP009", "the arc about an outside corner needs a feed rate; give F")
         sense = -1 if self.radius > 0 else 1
-        sweep = (sense * turn) % _FULL  # half a turn may have come out either way round
+        sweep = (sense * turn) % _FULL  # half a turn has either sign
         end = self._point_at(self.corner, target)
         center = self._point_at(self.corner, corner)
         arc = Arc(self.plane, (center[0], center[1], center[2]), sense, math.degrees(sense * sweep))

@@ -1,6 +1,6 @@
 """Where a program goes on: O words, subprograms, and the bounds of both.
 
-Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); this is what happens at run time:
+Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); this is what happens in execution:
 conditions, counters, calls with their arguments and names.
 """
 
@@ -23,7 +23,7 @@ MOVES_OF_BLOCK: Final = 1_000
 class _Frame:
     """One call: where it came from, and what it brings back.
 
-    ``label`` is None for the program itself; ``remaining`` counts the runs of M98 L; ``counters`` the rounds of repeat.
+    ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.
     """
 
     text: ProgramText
@@ -45,7 +45,7 @@ def _holds(o: OWord, line: int) -> bool:
 
 
 class Flow:
-    """The way through a program.
+    """The order in which the lines of a program are executed.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Flow:
     line : int
         The line that comes next, 1-based.
     shown_line : int or None
-        Line of the program that stands for lines of another file; None while the program itself runs.
+        Line of the program that stands for lines of another file; None while the program itself is executed.
     """
 
     def __init__(self, text: ProgramText, interpreter: Interpreter) -> None:
@@ -96,7 +96,7 @@ class Flow:
     # --- O words ---------------------------------------------------------------------------------
 
     def step(self, block: Block) -> None:
-        """Follow the O word of a block; ``line`` is already the one behind it."""
+        """Follow the O word of a block; ``line`` is already the next one."""
         o, line = block.o, block.line
         assert o is not None
         if o.keyword is None:
@@ -171,7 +171,7 @@ class Flow:
         if o.label in self._called and not self.in_call:
             raise BlockError(
                 "VP023",
-                f"o{o.label} sub is met behind its call; define it before the first call, or behind the end of the program",
+                f"o{o.label} sub is met after its call; define it before the first call, or after the end of the program",
             )
         self.line = self.text.structure.subs[o.label or ""][1] + 1
 

@@ -123,7 +123,7 @@ class Parameters:
         return store.numbered.get(key, 0.0)
 
     def position(self, axis: int) -> float:
-        """Where the program stands, in its own unit."""
+        """Position in the program, in the unit of the program."""
         if not self.state.known[axis]:
             raise BlockError(
                 "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
@@ -131,7 +131,7 @@ class Parameters:
         return self._in_program(axis, self.state.position[axis])
 
     def machine_position(self, axis: int) -> float:
-        """Where the machine stands, in the program's unit."""
+        """Position of the machine, in the unit of the program."""
         self.position(axis)
         state = self.state
         return self._in_program(

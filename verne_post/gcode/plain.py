@@ -28,7 +28,7 @@ _LINEAR: Final = [0, 1, 2, 6, 7, 8]
 
 
 class PlainLines:
-    """The plain lines of one scanned chunk as dense tables, made once for all stretches of it.
+    """The plain lines of one scanned chunk as dense tables, computed once for all stretches of it.
 
     The columns are the nine axes, F, G and N. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is

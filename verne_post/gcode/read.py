@@ -39,7 +39,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     if setup.machine:
         try:
             position = _start_position(source, setup, dialect)
-        except InputError as error:  # report what else is wrong, behind the opening lines
+        except InputError as error:  # report what else is wrong, after the opening lines
             state.known = [True] * 9
             others = dialect.execute(source, setup, state, StopConditions()).errors
             seen = {(item.line, item.code) for item in error.findings}
@@ -56,7 +56,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
 
 
 def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
-    """As :func:`interpret_program` for an interpreter's view: the moves before the first error, and the errors."""
+    """As :func:`interpret_program`, without a machine: the moves before the first error, and the errors."""
     dialect = choose_dialect(setup.dialect, source)
     state = dialect.initial_state(setup)
     start, frame = list(state.position), state.frame
@@ -65,7 +65,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
 
 
 def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
-    """The modal state behind one line of a program that :func:`interpret_program` has read, for explanations.
+    """The modal state after one line of a program that :func:`interpret_program` has read, for ``explain``.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     setup : Setup
         As it was read with.
     moves : Moves
-        What was read; says where the program starts.
+        What was read, with the position at which the program starts.
     line : int
         1-based; where it is executed several times, the first time counts.
     """
@@ -81,7 +81,7 @@ def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
 
 
 def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tuple[State, Recorder]:
-    """Run a program that has been read once more from where it starts, up to ``stop``: the state there, and what was recorded."""
+    """Execute a program that has been read again from its start, up to ``stop``: the state there, and what was recorded."""
     dialect = choose_dialect(setup.dialect, source)
     state = dialect.initial_state(setup)
     state.known = [True] * 9
@@ -141,6 +141,6 @@ def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]
         if np.abs(again - guess).max() < START_POSE_MM:
             return [float(v) for v in coordinates.to_program(guess, frame)]
     raise InputError(
-        finding("VP013", "the pose at which the program starts cannot be told from its first lines; "
+        finding("VP013", "the pose at which the program starts cannot be found from its first lines; "
                 "name X, Y, Z, A and C in one G0 block first", line=1, last_line=1, worst_line=1)
     )  # fmt: skip

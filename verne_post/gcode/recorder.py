@@ -66,12 +66,12 @@ class Recorder:
     frames: dict[Frame, int] = field(default_factory=dict)
     controls: dict[PathControl, int] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
-    #: Warnings by line and code: a line that is executed again counts, and does not speak again.
+    #: Warnings by line and code: a line that is executed again is counted, not reported again.
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
     count: int = 0
-    #: What is done with, and how many rows and arcs that is.
+    #: Rows and arcs that no longer change, and their numbers.
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
     arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
     settled: int = 0

@@ -112,25 +112,25 @@ class State:
     compensation: Compensation | None = None
     #: Where the tool's centre is while compensation holds, and until the next motion after it.
     centre: list[float] | None = None
-    #: False behind G40, until a straight move has led back to the programmed contour.
+    #: False after G40, until a straight move has led back to the programmed contour.
     arc_may_follow: bool = True
-    #: A remapped code has ended tool-centre-point control.
+    #: A user-defined code has ended tool-centre-point control.
     tcp_off: bool = False
-    #: M66 has asked for an input, whose value nobody knows here.
+    #: M66 has read an input, whose value is not known here.
     inputs_read: bool = False
     store: ParameterStore = field(default_factory=ParameterStore)
     #: What M70 and M73 have saved, one place a level of calls.
     saved: list[Saved | None] = field(default_factory=lambda: [None])
     selected_tool: int | None = None
     loaded_tool: int | None = None
-    #: Some axis has been given a place, in program or in machine coordinates.
+    #: An axis has been given a position, in program or in machine coordinates.
     placed: bool = False
     length_given: bool = False
     #: G43.5 is active: I, J, K of straight moves are the tool axis.
     vectors: bool = False
     #: The tool axis that holds (unit, program directions); None where A and C words hold.
     vector: tuple[float, float, float] | None = None
-    #: The tool that --tool-length stands for, once one is loaded or named by H.
+    #: The tool whose length is --tool-length, once one is loaded or named by H.
     only_tool: int | None = None
-    #: Axes that the program never names, while its start is sought.
+    #: Axes that the program never names, while its start position is computed.
     floating: tuple[int, ...] = ()

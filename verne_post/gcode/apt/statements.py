@@ -19,7 +19,7 @@ _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
 
 @dataclass(frozen=True)
 class Statement:
-    """One statement: its first line, major word, and the words behind the slash with their columns."""
+    """One statement: its first line, major word, and the words after the slash."""
 
     line: int
     major: str

@@ -60,7 +60,7 @@ class Translator:
     cycle: _Cycle | None = None
     multax: bool = False
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
-    #: The last FEDRAT, which holds again behind a cycle with a feed of its own.
+    #: The last FEDRAT, which holds again after a cycle with a feed of its own.
     feed: tuple[float, int, bool | None] | None = None
 
     def blocks(self, statement: Statement) -> Iterator[Block]:
@@ -75,7 +75,7 @@ class Translator:
         if major in _REMARKS:
             return
         if major == "INSERT":
-            raise BlockError("VP002", "INSERT puts text into the program of a control; it is not executed here", 1)
+            raise BlockError("VP002", "INSERT puts text into the program of a control; it is not executed", 1)
         method = _STATEMENTS.get(major)
         if method is None:
             raise BlockError("VP002", f"{major} is not a statement that is executed here; docs/gcode.md lists them", 1)
@@ -92,7 +92,7 @@ class Translator:
         if self.circle is not None and any(abs(a - b) > VECTOR_LENGTH for a, b in zip(self.axis, held, strict=True)):
             raise BlockError(
                 "VP002",
-                f"{s.major} behind CIRCLE with another tool axis: arcs keep the axis; write points in their place",
+                f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
             )
         yield from self._to(s, numbers[:3])
 
@@ -103,7 +103,7 @@ class Translator:
         if len(numbers) != 3:
             raise BlockError("VP005", "GODLTA takes dx, dy, dz, or dz")
         if self.circle is not None or self.cycle is not None:
-            raise BlockError("VP017", "GODLTA behind CIRCLE or under CYCLE; write GOTO")
+            raise BlockError("VP017", "GODLTA after CIRCLE or under CYCLE; write GOTO")
         yield _block(s, ("G", 91.0), **self._motion(), **dict(zip("XYZ", numbers, strict=True)), **self._axis_words())
         yield _block(s, ("G", 90.0))
         self.rapid = False
@@ -191,7 +191,7 @@ class Translator:
         while words:
             name = words.pop(0).upper()
             if not words or not is_number(words[0]):
-                raise BlockError("VP005", f"CYCLE: {name} needs a number behind it")
+                raise BlockError("VP005", f"CYCLE: {name} needs a number after it")
             value = read_numbers(s, [words.pop(0)])[0]
             if name in _FEED_UNITS:
                 feed = (value, *_FEED_UNITS[name])
@@ -288,7 +288,7 @@ class Translator:
 
     def _units(self, s: Statement) -> Iterator[Block]:
         if self.cycle is not None or self.circle is not None:
-            raise BlockError("VP017", "UNITS under CYCLE or behind CIRCLE, whose numbers are in the old unit")
+            raise BlockError("VP017", "UNITS under CYCLE or after CIRCLE, whose numbers are in the old unit")
         unit = s.words[0].upper() if s.words else ""
         if unit not in ("MM", "INCHES", "INCH"):
             raise BlockError("VP005", "UNITS takes MM or INCHES")

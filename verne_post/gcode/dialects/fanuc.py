@@ -97,7 +97,7 @@ def _table() -> CodeTable:
 
 
 class FanucInterpreter(Interpreter):
-    """The interpreter of RS274/NGC, given blocks in its own words."""
+    """The interpreter of RS274/NGC, which gets blocks in its words."""
 
     table: ClassVar[CodeTable] = _table()
     percent: ClassVar[bytes] = rb"[^\n]*"
@@ -108,7 +108,7 @@ class FanucInterpreter(Interpreter):
     custom_macro: ClassVar[bool] = True
 
     def _comment(self, block: Block) -> None:
-        """Comments say nothing to these controls."""
+        """These controls have no messages in comments."""
 
     @classmethod
     def prepare(cls, text: str) -> str:
@@ -186,7 +186,7 @@ class FanucInterpreter(Interpreter):
             raise BlockError("VP002", "M99 P (return to a block number) is not executed", columns["P"])
 
     def _rapid_of_machine_codes(self, block: Block, codes: set[int]) -> int | None:
-        """G28, G30 and G53 are rapids of their own; a G0 beside them is only modal. Returns the modal motion behind the block."""
+        """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""
         motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
         if codes & {280, 300}:
             block.codes = [
@@ -205,7 +205,7 @@ class FanucInterpreter(Interpreter):
             return self.state.motion
         return None
 
-    # --- codes of its own ------------------------------------------------------------------------------
+    # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _modes(self, block: Block, g: dict[str, int]) -> None:
         if "tilted plane" in g:
@@ -291,7 +291,7 @@ class FanucInterpreter(Interpreter):
             raise BlockError("VP017", "G53.1 without G68.2: there is no plane to turn to")
         self._refuse_compensation("G53.1")
         if state.tcp_off:
-            raise BlockError("VP017", "G53.1 while tool-centre-point control is off (remapped code)")
+            raise BlockError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
         self._require_known(block, [0, 1, 2], "G53.1")
         state.vector = (0.0, 0.0, 1.0)
         end = self.setup.coordinates.pointed(list(state.position), np.array(state.vector), state.frame)
@@ -343,7 +343,7 @@ def _about_x(angle: float) -> np.ndarray:
 
 
 def _recognise(source: Text) -> bool:
-    """Text behind ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
+    """Text after ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
