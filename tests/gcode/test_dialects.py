@@ -1,17 +1,42 @@
-"""Other tongues: how they are recognised, what their words mean, and that they give what their RS274 twins give."""
+"""Controller dialects: how they are recognised, what their words mean, and that they give what their RS274 twins give."""
 
+import json
 import math
+import os
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import verne_post
 from verne_post import convert
-from verne_post.gcode.dialects import DIALECTS, chosen
+from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
+PACKAGE = Path(verne_post.__file__).parent
+#: A dialect whose programs begin with HELLO.
+DUMMY = '''
+"""Only a test has this dialect."""
+from verne_post.gcode.dialect import dialect_of_blocks
+from verne_post.gcode.interpret import Interpreter
+
+
+class _Hello(Interpreter):
+    @classmethod
+    def prepare(cls, text):
+        return text.replace("HELLO", "")
+
+    def read(self, text, line):
+        return super().read(self.prepare(text), line)
+
+
+DIALECT = dialect_of_blocks(_Hello, lambda source: source[:5] == b"HELLO")
+'''
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
 
@@ -23,16 +48,38 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"),
 ])  # fmt: skip
 def test_recognised_by_the_header(text, name):
-    assert chosen("auto", text.encode()).name == name
-    assert chosen("fanuc", text.encode()).name == "fanuc"
+    assert choose_dialect("auto", text.encode()) is DIALECTS[name]
+    assert choose_dialect("fanuc", text.encode()) is DIALECTS["fanuc"]
+    assert sum(dialect.recognise(text.encode()) for dialect in DIALECTS.values()) <= 1
 
 
 def test_samples_are_recognised():
     for path in SAMPLES.glob("*.*"):
         if path.suffix in (".nc", ".cls"):
             wanted = {"fanuc_tilted": "fanuc", "posted": "fanuc", "wing": "aptcl"}.get(path.stem, "rs274")
-            assert chosen("auto", path.read_bytes()).name == wanted, path.name
+            assert choose_dialect("auto", path.read_bytes()) is DIALECTS[wanted], path.name
     assert set(DIALECTS) == {"rs274", "fanuc", "aptcl"}
+
+
+def test_a_new_file_is_a_new_dialect(tmp_path):
+    """A copy of the package with one more file: the command line lists the dialect, recognises and executes it."""
+    shutil.copytree(PACKAGE, tmp_path / "verne_post", ignore=shutil.ignore_patterns("__pycache__"))
+    if (PACKAGE.parent / "machine_configs").is_dir():  # beside the package in a checkout, inside it when installed
+        shutil.copytree(PACKAGE.parent / "machine_configs", tmp_path / "machine_configs")
+    (tmp_path / "verne_post" / "gcode" / "dialects" / "dummy.py").write_text(DUMMY)
+    (tmp_path / "program.nc").write_text("HELLO\nG0 X5\nM2\n")
+
+    def run(*arguments):
+        return subprocess.run(
+            [sys.executable, "-m", "verne_post", *arguments], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    assert "dummy" in run("check", "--dialect", "no-dialect", "program.nc").stderr
+    for options in ([], ["--dialect", "dummy"]):
+        result = run("dump", "moves", *options, "program.nc")
+        assert (result.returncode, result.stderr) == (0, "")
+        assert json.loads(result.stdout.splitlines()[0])["end"][0] == 5.0
 
 
 # --- fanuc ---------------------------------------------------------------------------------------------

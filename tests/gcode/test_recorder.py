@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from verne_post.gcode import state as gcode_state
+from verne_post.gcode import recorder as gcode_recorder
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.state import State
 from verne_post.model.moves import MOVE_COLUMNS, Frame, MoveKind, Moves
 
 
@@ -41,8 +42,8 @@ def recorded(seed: int) -> Moves:
 @pytest.mark.parametrize("kept", [3, 7, 20])
 def test_what_is_settled_early_is_the_same(kept: int, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = recorded(seed)
-    monkeypatch.setattr(gcode_state, "_KEPT_ROWS", kept)
-    monkeypatch.setattr(gcode_state, "BLOCK_ROWS", 10 * kept)
+    monkeypatch.setattr(gcode_recorder, "_KEPT_ROWS", kept)
+    monkeypatch.setattr(gcode_recorder, "BLOCK_ROWS", 10 * kept)
     early = recorded(seed)
     for name in MOVE_COLUMNS:
         assert np.array_equal(getattr(early, name), getattr(whole, name), equal_nan=name == "vector"), name

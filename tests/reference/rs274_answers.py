@@ -1,6 +1,6 @@
 """Answers of LinuxCNC's stand-alone interpreter `rs274`: moves, events, messages, and the error.
 
-One start of rs274 answers many programs (rs274_server.c, compiled when it is needed); :func:`plainly` starts it for one
+One start of rs274 answers many programs (rs274_server.c, compiled when it is needed); :func:`start_rs274` starts it for one
 program, without anything of ours in it. rs274 alone works in inches: the tool table is given to it in inches.
 """
 
@@ -65,7 +65,7 @@ class Steps:
         self.done.append(step)
 
 
-def parsed(output: str, errors: str) -> Answer:
+def parse_answer(output: str, errors: str) -> Answer:
     """An answer from what rs274 has printed."""
     answer, steps = Answer(error=errors.replace("executing", "").strip().partition("\n")[0]), Steps()
     position, plane, unit, feed, speed, placed, before = [0.0] * 6, 0, 1.0, (0.0, 1.0), 0.0, True, ""
@@ -92,7 +92,7 @@ def parsed(output: str, errors: str) -> Answer:
             position[u], position[v], position[w] = unit * first, unit * second, unit * normal
             c1, c2 = unit * c1, unit * c2
             sweep = (
-                sweep_of((begin[u] - c1, begin[v] - c2), (position[u] - c1, position[v] - c2), int(turns))
+                arc_sweep((begin[u] - c1, begin[v] - c2), (position[u] - c1, position[v] - c2), int(turns))
                 if placed
                 else None
             )
@@ -142,16 +142,16 @@ def _calls(output: str) -> list[tuple[str, str]]:
     return calls[: end - names[end::-1].index("STOP_SPINDLE_TURNING")]
 
 
-def sweep_of(begin: tuple[float, float], end: tuple[float, float], turns: int) -> float | None:
+def arc_sweep(begin: tuple[float, float], end: tuple[float, float], turns: int) -> float | None:
     """Degrees of an arc about the origin; None where the end is so near the start that a full turn may be meant, or none."""
     if math.dist(begin, end) < 1e-9:
         return 360.0 * turns
-    way = math.copysign(1.0, turns)
-    between = way * math.degrees(math.atan2(end[1], end[0]) - math.atan2(begin[1], begin[0])) % 360.0
-    return way * (between + 360.0 * (abs(turns) - 1)) if 1e-4 < between < 360.0 - 1e-4 else None
+    sense = math.copysign(1.0, turns)
+    between = sense * math.degrees(math.atan2(end[1], end[0]) - math.atan2(begin[1], begin[0])) % 360.0
+    return sense * (between + 360.0 * (abs(turns) - 1)) if 1e-4 < between < 360.0 - 1e-4 else None
 
 
-def plainly(program: str) -> Answer:
+def start_rs274(program: str) -> Answer:
     """The answer of one start of rs274, as anybody would start it."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, _SERVED).write_text(program)
@@ -160,7 +160,7 @@ def plainly(program: str) -> Answer:
             command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=60, check=False,
             env={**os.environ, "HOME": folder},
         )  # fmt: skip
-    return parsed(run.stdout, run.stderr)
+    return parse_answer(run.stdout, run.stderr)
 
 
 class Server:
@@ -210,7 +210,7 @@ class Server:
         output, errors = ((self._folder / name).read_text("utf-8", errors="replace") for name in ("out", "err"))
         if os.WIFSIGNALED(int(line)):
             errors += f"\nended by signal {os.WTERMSIG(int(line))}"
-        return parsed(output, errors.strip())
+        return parse_answer(output, errors.strip())
 
     def _start(self, block_delete: bool) -> "subprocess.Popen[str]":
         command = ["rs274", "-g", *(["-b"] if block_delete else []), "-t", str(_tool_table(self._folder, self.tools))]

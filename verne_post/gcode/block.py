@@ -1,4 +1,4 @@
-"""One block read exactly: the reader for every line that is not plain, and the judge of its errors.
+"""One block read exactly: the reader for every line that is not plain, and the only one that reports errors.
 
 Blanks may stand anywhere outside comments, letter case means nothing, a number is an optional sign,
 digits and at most one point; there is no exponent.
@@ -179,7 +179,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
 
 
 def _o_word(reader: ValueReader) -> OWord:
-    """What stands behind an O that begins a block."""
+    """What follows an O that begins a block."""
     characters, begin = reader.characters, reader.at
     label: str | None = None
     if characters[begin : begin + 1] == "<":
@@ -196,7 +196,7 @@ def _o_word(reader: ValueReader) -> OWord:
         if reader.at < len(characters) and characters[reader.at] != "(":
             raise reader.error(
                 "VP023",
-                f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing behind a program number",
+                f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number",
                 reader.at,
             )
         o.bare()
@@ -225,7 +225,7 @@ def _skip_value(reader: ValueReader) -> None:
 
 def _label_number(value: float, reader: ValueReader, at: int) -> str:
     if value != round(value) or value < 0:
-        raise reader.error("VP023", f"O{value:g}: a number behind O is whole and not negative", at)
+        raise reader.error("VP023", f"O{value:g}: a number after O is whole and not negative", at)
     return str(round(value))
 
 

@@ -85,7 +85,7 @@ RS274: Final = CodeTable(
         **dict.fromkeys((680, 682, 690, 531, 541), "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),
     },
     refused_m=dict.fromkeys(
-        range(100, 200), "external programs: they are never run; [remap] in the settings file says what they mean"
+        range(100, 200), "external programs: they are never run; [remap] in the settings file can give them a meaning"
     ),
     words_of_g={
         20: "IJKRP", 30: "IJKRP", 40: "P", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H", 435: "H", 640: "PQ",

@@ -1,20 +1,18 @@
 """Cutter compensation, G41 and G42: programmed contour -> path of the tool's centre, in one plane.
 
 The centre runs beside the contour at the tool's radius. Round an outside corner it goes on an arc about
-the corner; in an inside corner the two offset segments end where they meet. So a segment is settled only when
+the corner; in an inside corner the two offset path segments end where they meet. So a segment is settled only when
 the next one is known: it is recorded at once and its end amended, so that everything keeps its order.
 """
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.gcode.expressions import BlockError
-
-if TYPE_CHECKING:
-    from verne_post.gcode.state import Recorder
+from verne_post.gcode.recorder import Recorder
 
 Point = tuple[float, float]
 _FULL: Final = 2 * math.pi
@@ -22,9 +20,9 @@ _FULL: Final = 2 * math.pi
 
 @dataclass(frozen=True)
 class Offset:
-    """One offset segment: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
+    """One offset path segment: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
 
-    ``center`` is None for a straight segment; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
+    ``center`` is None for a straight one; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
     """
 
     start: Point
@@ -48,7 +46,7 @@ class Compensation:
     radius : float
         mm, positive to the left of the contour.
     segment : Offset or None
-        The segment whose end may still be amended; None before the entry move.
+        The path segment whose end may still be amended; None before the entry move.
     rows : list of int
         Rows of the recorder that end where it ends.
     corner : list of float
@@ -67,13 +65,13 @@ class Compensation:
 
     # --- the three things that may come ---------------------------------------------------------
 
-    def straight(self, recorder: "Recorder", start: list[float], end: list[float], feed: float) -> list[float]:
+    def offset_line(self, recorder: Recorder, start: list[float], end: list[float], feed: float) -> list[float]:
         """A straight move between programmed points; returns where the centre ends. ``feed``: of an arc about a corner."""
         u, v, *_ = PLANES[self.plane]
         p, q = (start[u], start[v]), (end[u], end[v])
         length = math.dist(p, q)
         if length == 0.0:
-            return self._at(end, self.segment.end if self.segment else p)
+            return self._point_at(end, self.segment.end if self.segment else p)
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
         target = self._beside(q, t)
         if self.segment is None:
@@ -83,15 +81,15 @@ class Compensation:
                     f"radius, {abs(self.radius):.4f} mm",
                 )  # fmt: skip
             self._begin(Offset(p, target, t, entry=True))
-            return self._at(end, target)
+            return self._point_at(end, target)
         start_uv = self._join(recorder, feed, p, t, None, 0)
         if (target[0] - start_uv[0]) * t[0] + (target[1] - start_uv[1]) * t[1] < -CORNER_REACH_MM:
-            raise self._gouge()
+            raise self._gouge_error()
         self._begin(Offset(start_uv, target, t))
-        return self._at(end, target)
+        return self._point_at(end, target)
 
-    def arc(
-        self, recorder: "Recorder", start: list[float], end: list[float], arc: Arc, feed: float
+    def offset_arc(
+        self, recorder: Recorder, start: list[float], end: list[float], arc: Arc, feed: float
     ) -> tuple[list[float], Arc]:
         """An arc between programmed points; returns where the centre ends and its arc."""
         u, v, *_ = PLANES[self.plane]
@@ -111,9 +109,9 @@ class Compensation:
         programmed, swept = abs(math.radians(arc.sweep)), _angle(start_uv, target, c, sense)
         swept += _FULL * round((programmed - swept) / _FULL)
         if abs(programmed - swept) > math.pi / 2 or swept * radius < -CORNER_REACH_MM:
-            raise self._gouge()
+            raise self._gouge_error()
         self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=swept))
-        return self._at(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
+        return self._point_at(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
 
     def settle(self, row: int, line: int, corner: list[float]) -> None:
         """Note the row in which the last move was recorded."""
@@ -123,7 +121,7 @@ class Compensation:
     # --- corners ----------------------------------------------------------------------------------
 
     def _join(
-        self, recorder: "Recorder", feed: float, corner: Point, t2: Point, center: Point | None, sense: int,
+        self, recorder: Recorder, feed: float, corner: Point, t2: Point, center: Point | None, sense: int,
         radius: float = 0.0,
     ) -> Point:  # fmt: skip
         """Settle the corner between the last segment and one that leaves in direction t2; returns where that starts."""
@@ -136,24 +134,24 @@ class Compensation:
         if abs(turn) <= CORNER_ANGLE:
             return target
         if turn * self.radius < 0 or abs(turn) >= math.pi - CORNER_ANGLE:
-            self._round(recorder, feed, corner, target, turn)
+            self._round_corner(recorder, feed, corner, target, turn)
             return target
-        meeting = self._meeting(segment, corner, t2, center, sense, radius)
+        meeting = self._meet(segment, corner, t2, center, sense, radius)
         self._shorten(recorder, segment, meeting)
         return meeting
 
-    def _round(self, recorder: "Recorder", feed: float, corner: Point, target: Point, turn: float) -> None:
+    def _round_corner(self, recorder: Recorder, feed: float, corner: Point, target: Point, turn: float) -> None:
         """An arc about an outside corner."""
         if feed == 0.0:
-            raise BlockError("VP009", "the arc about an outside corner needs a feed; give F")
+            raise BlockError("VP009", "the arc about an outside corner needs a feed rate; give F")
         sense = -1 if self.radius > 0 else 1
-        sweep = (sense * turn) % _FULL  # half a turn may have come out either way round
-        end = self._at(self.corner, target)
-        center = self._at(self.corner, corner)
+        sweep = (sense * turn) % _FULL  # half a turn has either sign
+        end = self._point_at(self.corner, target)
+        center = self._point_at(self.corner, corner)
         arc = Arc(self.plane, (center[0], center[1], center[2]), sense, math.degrees(sense * sweep))
         recorder.repeat_as_arc(self.rows[-1], self.line, end, feed, arc)
 
-    def _meeting(
+    def _meet(
         self, segment: Offset, corner: Point, t2: Point, center: Point | None, sense: int, radius: float
     ) -> Point:
         """Where two offset segments meet in an inside corner."""
@@ -165,35 +163,35 @@ class Compensation:
             return corner[0] + share * (n1[0] + n2[0]), corner[1] + share * (n1[1] + n2[1])
         if segment.center is None:
             assert center is not None
-            found = _line_and_circle(line1, center, radius)
+            meetings = _line_and_circle(line1, center, radius)
         elif center is None:
-            found = _line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
+            meetings = _line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
         else:
-            found = _two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
-        if not found:
-            raise self._gouge()
-        return min(found, key=lambda point: math.dist(point, corner))
+            meetings = _two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
+        if not meetings:
+            raise self._gouge_error()
+        return min(meetings, key=lambda point: math.dist(point, corner))
 
-    def _shorten(self, recorder: "Recorder", segment: Offset, end: Point) -> None:
+    def _shorten(self, recorder: Recorder, segment: Offset, end: Point) -> None:
         """Let the last segment end earlier."""
         if segment.center is None:
             along = (end[0] - segment.start[0]) * segment.direction[0] + (
                 end[1] - segment.start[1]
             ) * segment.direction[1]
             if not segment.entry and along < -CORNER_REACH_MM:
-                raise self._gouge()
+                raise self._gouge_error()
             sweep = None
         else:
             taken = _angle(end, segment.end, segment.center, segment.sense)
             taken -= _FULL if _FULL - taken < CORNER_ANGLE else 0.0
             if (taken - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
-                raise self._gouge()
+                raise self._gouge_error()
             sweep = math.degrees(-segment.sense * min(taken, segment.sweep))
         u, v, *_ = PLANES[self.plane]
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
 
-    def _gouge(self) -> BlockError:
+    def _gouge_error(self) -> BlockError:
         return BlockError(
             "VP026",
             f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without cutting into the contour",
@@ -212,7 +210,7 @@ class Compensation:
         n = self._normal(t)
         return point[0] + self.radius * n[0], point[1] + self.radius * n[1]
 
-    def _at(self, point: list[float], uv: Point) -> list[float]:
+    def _point_at(self, point: list[float], uv: Point) -> list[float]:
         u, v, *_ = PLANES[self.plane]
         moved = list(point)
         moved[u], moved[v] = uv

@@ -21,7 +21,7 @@ _NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
 
 
 class CycleCodes(MotionCodes):
-    """Motion codes, and cycles made of them."""
+    """Motion codes, and cycles that consist of them."""
 
     #: Cycles that need P.
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 860, 880, 890)
@@ -74,7 +74,7 @@ class CycleCodes(MotionCodes):
                     "VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", block.columns[letter]
                 )
         if state.feed_mode == FeedMode.INVERSE:
-            raise BlockError("VP017", f"{g_name(motion)} in inverse time mode (G93); use G94")
+            raise BlockError("VP017", f"{g_name(motion)} with inverse-time feed (G93); use G94")
         if state.compensation is not None:
             raise BlockError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
         if state.tcp_off:

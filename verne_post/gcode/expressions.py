@@ -45,7 +45,7 @@ class Values(Protocol):
 
     @property
     def custom_macro(self) -> bool:
-        """Fanuc's ways: FIX goes towards zero, FUP away from it, and an expression behind ``=`` needs no brackets."""
+        """Fanuc's rules: FIX goes towards zero, FUP away from it, and an expression after ``=`` needs no brackets."""
 
     def value(self, key: Key) -> float:
         """Value of a parameter; raises BlockError (VP025) for one that has none."""
@@ -88,7 +88,7 @@ class ValueReader:
         return BlockError(code, message, self.column(at))
 
     def word_value(self, letter: str, bound: float = MAX_NUMBER) -> float:
-        """The value behind a letter: as :meth:`value`, within bounds, and no second sign or point behind a number."""
+        """The value after a letter: as :meth:`value`, within bounds, and no second sign or point after a number."""
         begin = self.at
         if (found := _NUMBER.match(self.characters, begin)) is not None:
             end = found.end()
@@ -123,7 +123,7 @@ class ValueReader:
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
 
     def assigned(self, owner: str) -> float:
-        """The value behind ``=``."""
+        """The value after ``=``."""
         if self.values is not None and self.values.custom_macro:
             return self._binary(1)
         return self.word_value(owner, math.inf)
@@ -143,7 +143,7 @@ class ValueReader:
         return value
 
     def key(self) -> Key:
-        """What stands behind a ``#``: an index or a name."""
+        """What follows a ``#``: an index or a name."""
         begin = self.at
         if (found := _NAME.match(self.characters, begin)) is not None:
             self.at = found.end()
@@ -189,9 +189,9 @@ class ValueReader:
                 return left
             begin, self.at = self.at, found.end()
             right = self._binary(_PRECEDENCE[found.group()] + 1)
-            left = self._finite(self._applied(found.group(), left, right, begin), begin)
+            left = self._finite(self._apply(found.group(), left, right, begin), begin)
 
-    def _applied(self, operator: str, left: float, right: float, begin: int) -> float:
+    def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
         if operator in ("AND", "OR", "XOR") and self.values is not None and self.values.custom_macro:
             raise self.error("VP002", f"{operator}: on Fanuc controls this works on bits, which is not executed", begin)
         if operator in ("/", "MOD") and right == 0:
@@ -234,7 +234,7 @@ class ValueReader:
         return float(self.values.exists(found.group(1).lower()))
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     """Half away from zero."""
     return math.copysign(math.floor(abs(value) + 0.5), value)
 
@@ -265,7 +265,7 @@ _FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "FIX": math.floor,
     "FUP": math.ceil,
     "LN": math.log,
-    "ROUND": _rounded,
+    "ROUND": _round,
     "SIN": lambda x: math.sin(math.radians(x)),
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),

@@ -1,6 +1,6 @@
 """Where a program goes on: O words, subprograms, and the bounds of both.
 
-Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); this is what happens at run time:
+Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); this is what happens in execution:
 conditions, counters, calls with their arguments and names.
 """
 
@@ -23,7 +23,7 @@ MOVES_OF_BLOCK: Final = 1_000
 class _Frame:
     """One call: where it came from, and what it brings back.
 
-    ``label`` is None for the program itself; ``remaining`` counts the runs of M98 L; ``counters`` the rounds of repeat.
+    ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.
     """
 
     text: ProgramText
@@ -45,7 +45,7 @@ def _holds(o: OWord, line: int) -> bool:
 
 
 class Flow:
-    """The way through a program.
+    """The order in which the lines of a program are executed.
 
     Attributes
     ----------
@@ -54,11 +54,11 @@ class Flow:
     line : int
         The line that comes next, 1-based.
     shown_line : int or None
-        Line of the program that stands for lines of another file; None while the program itself runs.
+        Line of the program that stands for lines of another file; None while the program itself is executed.
     """
 
-    def __init__(self, text: ProgramText, machine: Interpreter) -> None:
-        self.main, self.machine = text, machine
+    def __init__(self, text: ProgramText, interpreter: Interpreter) -> None:
+        self.main, self.interpreter = text, interpreter
         self.text, self.line = text, 1
         self.shown_line: int | None = None
         self._frames = [_Frame(text, 0)]
@@ -82,9 +82,9 @@ class Flow:
             self._reached[text] = last
         if first <= seen:
             self.repeated += max(min(last, seen) - first + 1, moves)
-        if self.repeated > self.machine.setup.max_repeats:
+        if self.repeated > self.interpreter.setup.max_repeats:
             raise BlockError(
-                "VP024", f"loops and calls have repeated {self.machine.setup.max_repeats} blocks and moves; if the program is meant to, "
+                "VP024", f"loops and calls have repeated {self.interpreter.setup.max_repeats} blocks and moves; if the program is meant to, "
                 "raise --max-repeats",
             )  # fmt: skip
 
@@ -96,7 +96,7 @@ class Flow:
     # --- O words ---------------------------------------------------------------------------------
 
     def step(self, block: Block) -> None:
-        """Follow the O word of a block; ``line`` is already the one behind it."""
+        """Follow the O word of a block; ``line`` is already the next one."""
         o, line = block.o, block.line
         assert o is not None
         if o.keyword is None:
@@ -130,7 +130,7 @@ class Flow:
             line = structure.branch[line]
             if line == structure.end.get(line, line):  # endif
                 break
-            found = self.machine.read(decode_line(self.text.line(line)), line).o
+            found = self.interpreter.read(decode_line(self.text.line(line)), line).o
             assert found is not None
             o = found
             if o.keyword == "else":
@@ -171,7 +171,7 @@ class Flow:
         if o.label in self._called and not self.in_call:
             raise BlockError(
                 "VP023",
-                f"o{o.label} sub is met behind its call; define it before the first call, or behind the end of the program",
+                f"o{o.label} sub is met after its call; define it before the first call, or after the end of the program",
             )
         self.line = self.text.structure.subs[o.label or ""][1] + 1
 
@@ -183,7 +183,7 @@ class Flow:
                 "VP023", f"o{label} call with {len(arguments)} arguments; there are at most {MAX_ARGUMENTS}"
             )
         text, (begin, _end) = self._find_sub(label)
-        store = self.machine.state.store
+        store = self.interpreter.state.store
         frame = self._enter(text, begin + 1, line, label)
         frame.arguments = {index: store.numbered.get(index, 0.0) for index in LOCAL_INDICES}
         for index in LOCAL_INDICES:
@@ -211,19 +211,19 @@ class Flow:
 
     def _file(self, name: str) -> ProgramText | None:
         if name not in self._files:
-            source = self.machine.setup.subroutines.get(name)
+            source = self.interpreter.setup.subroutines.get(name)
             if source is None:
                 return None
-            self._files[name] = ProgramText(source, self.machine.setup, type(self.machine), f"{name}.ngc")
+            self._files[name] = ProgramText(source, self.interpreter.setup, type(self.interpreter), f"{name}.ngc")
         return self._files[name]
 
     def _enter(self, text: ProgramText, begin: int, line: int, label: str) -> _Frame:
         if len(self._frames) > MAX_DEPTH:
             raise BlockError("VP024", f"more than {MAX_DEPTH} calls inside each other, the last of o{label}")
-        self.machine.recorder.event(self.shown_line or line, "call", label=label)
+        self.interpreter.recorder.event(self.shown_line or line, "call", label=label)
         frame = _Frame(self.text, self.line, label, begin=begin)
         self._frames.append(frame)
-        self.machine.state.saved.append(None)
+        self.interpreter.state.saved.append(None)
         if text is not self.main and self.shown_line is None:
             self.shown_line = line
         self.text, self.line = text, begin
@@ -236,7 +236,7 @@ class Flow:
         if frame.program:
             raise BlockError("VP023", f"o{o.label or ''} {o.keyword} in a subprogram that M98 has called; expected M99")
         value = o.returned()
-        store = self.machine.state.store
+        store = self.interpreter.state.store
         store.named["_value"] = 0.0 if value is None else value
         store.named["_value_returned"] = float(value is not None)
         store.numbered.update(frame.arguments)
@@ -248,8 +248,8 @@ class Flow:
         self.text, self.line = frame.text, frame.line
         if self.text is self.main:
             self.shown_line = None
-        self.machine.leave_call(self.shown_line or max(frame.line - 1, 1))
-        self.machine.recorder.event(self.shown_line or max(frame.line - 1, 1), "return", label=frame.label)
+        self.interpreter.leave_call(self.shown_line or max(frame.line - 1, 1))
+        self.interpreter.recorder.event(self.shown_line or max(frame.line - 1, 1), "return", label=frame.label)
 
     # --- M98, M99 ------------------------------------------------------------------------------------
 

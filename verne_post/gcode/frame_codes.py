@@ -14,8 +14,9 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.offsets import vector9
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, Frame
 from verne_post.model.part_setup import Tool, Vector9
 
@@ -95,7 +96,7 @@ class FrameCodes:
 
     def _tool_length(self, block: Block, code: int) -> None:
         state = self.state
-        state.length_said = True
+        state.length_given = True
         if code == 490:
             offset = ZERO9
         elif code == 431:
@@ -158,8 +159,8 @@ class FrameCodes:
         self._refuse_compensation("a change of offsets")
         if state.vector is not None and _directions(frame) != _directions(old):
             # the tool stands still, so its axis has other words
-            ways = coordinates.displacement(np.eye(3), frame)
-            held = ways @ coordinates.displacement(np.array(state.vector), old)
+            rotation = coordinates.displacement(np.eye(3), frame)
+            held = rotation @ coordinates.displacement(np.array(state.vector), old)
             state.vector = (float(held[0]), float(held[1]), float(held[2]))
         machine = coordinates.to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.to_program(machine, frame)]
@@ -168,9 +169,9 @@ class FrameCodes:
                 state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
             if state.held is not None:
                 # programmed values follow a change of work offset, but not one of tool length
-                was = np.where(np.isnan(state.held), state.position, state.held)
+                before = np.where(np.isnan(state.held), state.position, state.held)
                 same_tool = replace(frame, tool=old.tool)
-                moved = coordinates.to_program(coordinates.to_machine(was, old), same_tool)
+                moved = coordinates.to_program(coordinates.to_machine(before, old), same_tool)
                 state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
         if self.recorder.count == 0 and frame.tool == old.tool:
             for axis in state.floating:  # never named: 0 in the first active work system
@@ -268,8 +269,10 @@ class FrameCodes:
                 bare = replace(bare, g92=ZERO9)
             coordinates = self.setup.coordinates
             here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), bare)
-            ways = coordinates.displacement(np.eye(3), bare)  # offsets count along the machine, values along the system
-            offset[:3] = ways @ offset[:3]
+            rotation = coordinates.displacement(
+                np.eye(3), bare
+            )  # offsets count along the machine, values along the system
+            offset[:3] = rotation @ offset[:3]
             for axis, value in values.items():
                 offset[axis] = here[axis] - value
             offset[:3] = coordinates.displacement(offset[:3], bare)
@@ -301,5 +304,5 @@ class FrameCodes:
 
 
 def _directions(frame: Frame) -> tuple[object, ...]:
-    """What decides which way the program's X, Y, Z point."""
+    """What decides the directions of the program's X, Y, Z."""
     return frame.turn, frame.part_turn, frame.feature

@@ -1,4 +1,4 @@
-"""M codes, F, S and T: spindle, tool, coolant, signals, override switches, saved modal state."""
+"""Auxiliary functions, F, S and T: spindle, tool, coolant, signals, override switches; saved modal state."""
 
 from dataclasses import replace
 from typing import Final
@@ -11,7 +11,7 @@ from verne_post.model.moves import FeedMode
 _COOLANT: Final = {7: "mist", 8: "flood", 9: "off"}
 #: M50 to M53 -> switch; M48 and M49 turn the first two.
 _SWITCHES: Final = {50: "feed", 51: "speed", 52: "adaptive", 53: "hold"}
-#: Words with which M66 waits: L0 at once, rise, fall, high, low.
+#: L words of M66: L0 at once, rise, fall, high, low.
 _MAX_WAIT: Final = 4
 #: What M70 and M73 save of the state. The motion mode is not among it.
 _SAVED: Final = (
@@ -21,7 +21,7 @@ _SAVED: Final = (
 
 
 class MachineCodes(FrameCodes):
-    """Frame codes, and those that act on anything but the axes."""
+    """Frame codes, and auxiliary functions."""
 
     # --- feed, speed, tool ---------------------------------------------------------------------
 
@@ -37,7 +37,7 @@ class MachineCodes(FrameCodes):
         if "F" in block.words:
             value = block.words["F"]
             if value < 0:
-                raise BlockError("VP007", f"F{value:g}: a feed is not negative", block.columns["F"])
+                raise BlockError("VP007", f"F{value:g}: a feed rate is not negative", block.columns["F"])
             state.feed_angular = value
             state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
 
@@ -90,7 +90,7 @@ class MachineCodes(FrameCodes):
             state.compensation is None and state.centre is not None
         ):  # the tool stays beside the contour that G40 has left
             state.position, state.centre = state.centre, None
-        if code == 61:  # nobody changes anything: the number is set right
+        if code == 61:  # no tool is changed: only the number is set
             self.recorder.event(block.line, "tool number", number=tool)
             return
         self._refuse_compensation("M6")
@@ -139,7 +139,7 @@ class MachineCodes(FrameCodes):
             raise BlockError("VP005", "M66 needs P, a digital input, or E, an analog one")
         how = whole(block, "L") if "L" in words else 0
         if how > _MAX_WAIT:
-            raise BlockError("VP007", f"M66 L{how}: ways to wait are L0 to L{_MAX_WAIT}", block.columns["L"])
+            raise BlockError("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", block.columns["L"])
         if how and "E" in words:
             raise BlockError("VP007", "M66 E waits for nothing: only L0 goes with an analog input", block.columns["L"])
         if how and words.get("Q", 0.0) <= 0:

@@ -1,4 +1,4 @@
-"""Comments that speak: (MSG,..), (DEBUG,..), (PRINT,..), (LOG,..), (ABORT,..), and those that would open files."""
+"""Comments with a message: (MSG,..), (DEBUG,..), (PRINT,..), (LOG,..), (ABORT,..), and those that would open files."""
 
 import re
 from typing import Final
@@ -13,8 +13,8 @@ _PARAMETER: Final = re.compile(r"#<([^<>]*)>|#([0-9]+)|%(l?f|d|\.[0-9]l?f)")
 _DEBUG_SWITCH: Final = 5599
 
 
-def message(comment: str, values: Values) -> tuple[str, str] | None:
-    """What a comment says: (channel, text); None for a plain comment.
+def read_message(comment: str, values: Values) -> tuple[str, str] | None:
+    """The message of a comment: (channel, text); None for a plain comment.
 
     The channel is "msg", "debug", "print", "log", "abort", or "file" for what is never executed.
     """
@@ -27,17 +27,17 @@ def message(comment: str, values: Values) -> tuple[str, str] | None:
             text = comment[len(name) + 1 :]
             if name == "DEBUG" and values.value(_DEBUG_SWITCH) == 0:
                 return None
-            return name.lower(), text if name == "MSG" else _expanded(text, values)
+            return name.lower(), text if name == "MSG" else _expand(text, values)
     return None
 
 
-def _expanded(text: str, values: Values) -> str:
+def _expand(text: str, values: Values) -> str:
     """Put in the values of #n and #<name>; %d, %f and %.2f set how those that follow are written."""
     form = "%f"
 
-    def replacement(found: re.Match[str]) -> str:
+    def replacement(match: re.Match[str]) -> str:
         nonlocal form
-        name, index, new_form = found.groups()
+        name, index, new_form = match.groups()
         if new_form is not None:
             form = "%" + new_form.replace("l", "")
             return ""

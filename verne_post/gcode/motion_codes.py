@@ -66,7 +66,7 @@ class MotionCodes(MachineCodes):
         self._to_machine(block.line, MoveKind.RAPID, self._home_of(block, code, home, chosen))
 
     def _home_of(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
-        """Machine coordinates of axes that go home; X or Y alone goes along its own direction in a turned work system."""
+        """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
         targets = {axis: home[axis] for axis in axes}
         state, coordinates = self.state, self.setup.coordinates
         if not state.frame.turn or len({_X, _Y} & set(axes)) != 1:
@@ -80,13 +80,13 @@ class MotionCodes(MachineCodes):
         here[1, axis] += 1.0
         place, beside = coordinates.to_machine(here, state.frame)[:, :3]
         angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
-        way = np.array([math.cos(angle), math.sin(angle), 0.0])
-        if np.abs(beside - place - way).max() > RAD_PER_DEG * UPRIGHT_DEG:
+        direction = np.array([math.cos(angle), math.sin(angle), 0.0])
+        if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
             raise BlockError(
                 "VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
                 "together, or turn the table to A0 C0 before", block.columns.get(AXES[axis]),
             )  # fmt: skip
-        end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], way[:2]) * way
+        end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
         return targets | {_X: float(end[0]), _Y: float(end[1])}
 
     # --- motion ----------------------------------------------------------------------------------
@@ -118,7 +118,7 @@ class MotionCodes(MachineCodes):
         if state.tcp_off:
             self._check_tcp_off(start, end)
         if motion in (0, 10) and state.vectors and any(letter in block.words for letter in "IJK"):
-            end = self._pointed(block, end)
+            end = self._point_tool(block, end)
             axes = [*axes, _A, _C] if self.setup.machine else axes
         if motion in (20, 30):
             self._arc(block, motion, start, end)
@@ -146,7 +146,7 @@ class MotionCodes(MachineCodes):
             state.vector = None
 
     def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
-        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, nothing else is told."""
+        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else is refused."""
         if self.state.vector is None or not set(axes) - {_Z}:
             return
         if not {_X, _Y, _A, _C} <= set(axes):
@@ -157,7 +157,7 @@ class MotionCodes(MachineCodes):
             )  # fmt: skip
         self.state.vector = None
 
-    def _pointed(self, block: Block, end: list[float]) -> list[float]:
+    def _point_tool(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""
         for letter in "IJK":
             if letter not in block.words:
@@ -182,15 +182,15 @@ class MotionCodes(MachineCodes):
         state = self.state
         name = g_name(motion)
         if state.feed_mode == FeedMode.INVERSE and "F" not in block.words:
-            raise BlockError("VP009", f"{name} in inverse time mode (G93) needs F in its own block")
+            raise BlockError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
         if state.feed == 0.0:
-            raise BlockError("VP009", f"{name} with feed zero; give F")
+            raise BlockError("VP009", f"{name} with feed rate zero; give F")
         turning = state.spindle_on and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
-        if self.setup.machine and not state.length_said:
+        if self.setup.machine and not state.length_given:
             raise BlockError(
-                "VP012", "the tool length has not been said before the first feed move; "
+                "VP012", "no tool length has been given before the first feed move; "
                 "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
             )  # fmt: skip
 
@@ -232,7 +232,7 @@ class MotionCodes(MachineCodes):
         state.centre = None
         if state.compensation is not None:
             self._check_compensated(state.position, end)
-            target = state.compensation.straight(self.recorder, state.position, end, state.feed)
+            target = state.compensation.offset_line(self.recorder, state.position, end, state.feed)
         feed = math.nan if kind == MoveKind.RAPID else self._feed_of(line_lengths(np.array(target) - np.array(begin)))
         self.recorder.add(state, line, kind, target, feed)
         if state.compensation is not None:
@@ -283,7 +283,7 @@ class MotionCodes(MachineCodes):
         target = end
         if state.compensation is not None:
             self._check_compensated(start, end)
-            target, arc = state.compensation.arc(self.recorder, start, end, arc, state.feed)
+            target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
         feed = self._feed_of((arc_length(arc, start, end), True))
         self.recorder.add(state, block.line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:
@@ -350,7 +350,7 @@ class MotionCodes(MachineCodes):
             machine = coordinates.to_machine(np.array(point), frame)
             if self.setup.machine and (abs(machine[_A]) > UPRIGHT_DEG or abs(machine[_C]) > UPRIGHT_DEG):
                 raise BlockError(
-                    "VP017", f"tool-centre-point control is off (remapped code), and the table stands at A {machine[_A]:g}, "
+                    "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at A {machine[_A]:g}, "
                     f"C {machine[_C]:g}: this machine always controls the tool centre point; use G53, or turn to A0 C0 before",
                 )  # fmt: skip
 

@@ -20,14 +20,14 @@ def vector9(values: object) -> Vector9:
 
 @dataclass(frozen=True)
 class CartesianCoordinates:
-    """LinuxCNC's own view: ``machine = R (program + G92) + G5x + tool offset``, axis by axis."""
+    """LinuxCNC's view: ``machine = R (program + G92) + G5x + tool offset``, axis by axis."""
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into machine directions."""
         inner = np.array(vector, dtype=float)
         if frame.feature is not None:
             inner = frame.feature.turned_outside(inner)
-        return _turned(inner, frame.turn)
+        return _rotate(inner, frame.turn)
 
     def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A plain interpreter does not know which angles hold a tool axis: the point as it is."""
@@ -44,21 +44,21 @@ class CartesianCoordinates:
             machine[..., :3] = frame.feature.outside(machine[..., :3])
         machine += np.asarray(frame.g92)
         if frame.turn:
-            machine[..., :3] = _turned(machine[..., :3], frame.turn)
+            machine[..., :3] = _rotate(machine[..., :3], frame.turn)
         return machine + np.asarray(frame.origin) + np.asarray(frame.tool)
 
     def to_program(self, machine: Array, frame: Frame) -> Array:
         """Machine coordinates (..., 9) -> program coordinates."""
         program = machine - np.asarray(frame.origin) - np.asarray(frame.tool)
         if frame.turn:
-            program[..., :3] = _turned(program[..., :3], -frame.turn)
+            program[..., :3] = _rotate(program[..., :3], -frame.turn)
         program = program - np.asarray(frame.g92)
         if frame.feature is not None:
             program[..., :3] = frame.feature.inside(program[..., :3])
         return program
 
 
-def _turned(vector: Array, angle_deg: float) -> Array:
+def _rotate(vector: Array, angle_deg: float) -> Array:
     """Turn vectors (..., 3) about Z."""
     if not angle_deg:
         return vector

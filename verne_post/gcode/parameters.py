@@ -5,19 +5,17 @@ parameter file, those of 5420 to 5428 and of the named positions in the unit of 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import BlockError, Key, shown_key
 from verne_post.gcode.offsets import vector9
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame
-
-if TYPE_CHECKING:
-    from verne_post.gcode.setup import Setup
-    from verne_post.gcode.state import State
 
 MAX_INDEX: Final = 5601
 #: Arguments of a call: saved and restored by it.
@@ -29,22 +27,13 @@ _LINEAR: Final = (0, 1, 2, 6, 7, 8)
 _MACRO_VARIABLES: Final = (range(1, 34), range(100, 200), range(500, 1000))
 
 
-@dataclass
-class Store:
-    """What programs have set: numbered parameters, global names, and the names of each call (the last is in force)."""
-
-    numbered: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
-    named: dict[str, float] = field(default_factory=dict)
-    local: list[dict[str, float]] = field(default_factory=lambda: [{}])
-
-
 class Parameters:
     """The parameters of one interpretation; implements :class:`~verne_post.gcode.expressions.Values`.
 
     ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's.
     """
 
-    def __init__(self, setup: "Setup", state: "State", *, custom_macro: bool = False) -> None:
+    def __init__(self, setup: Setup, state: State, *, custom_macro: bool = False) -> None:
         self.setup, self.state, self.custom_macro = setup, state, custom_macro
         self.line = 0
 
@@ -134,7 +123,7 @@ class Parameters:
         return store.numbered.get(key, 0.0)
 
     def position(self, axis: int) -> float:
-        """Where the program stands, in its own unit."""
+        """Position in the program, in the unit of the program."""
         if not self.state.known[axis]:
             raise BlockError(
                 "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
@@ -142,7 +131,7 @@ class Parameters:
         return self._in_program(axis, self.state.position[axis])
 
     def machine_position(self, axis: int) -> float:
-        """Where the machine stands, in the program's unit."""
+        """Position of the machine, in the unit of the program."""
         self.position(axis)
         state = self.state
         return self._in_program(

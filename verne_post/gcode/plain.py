@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
-from verne_post.gcode.motion_codes import effective_feed, line_lengths
+from verne_post.gcode.motion_codes import MotionCodes, effective_feed, line_lengths
 from verne_post.gcode.scan import WordTable
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ _LINEAR: Final = [0, 1, 2, 6, 7, 8]
 
 
 class PlainLines:
-    """The plain lines of one scanned chunk as dense tables, made once for all stretches of it.
+    """The plain lines of one scanned chunk as dense tables, computed once for all stretches of it.
 
     The columns are the nine axes, F, G and N. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
@@ -87,42 +87,42 @@ def ready(state: State, lines: PlainLines, row: int) -> bool:
     )
 
 
-def execute(
-    lines: PlainLines,
-    first: int,
-    last: int,
-    setup: Setup,
-    state: State,
-    recorder: Recorder,
-    shown_line: int | None = None,
-) -> int:
+def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None = None) -> int:
     """Execute lines ``first`` to ``last`` (exclusive) as far as possible; returns the first line not done.
 
     ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file.
     """
+    setup, state, recorder = codes.setup, codes.state, codes.recorder
     if not all(state.known[AXES.index(letter)] for letter in setup.axes):
         last = _until_known(lines, first, last, setup, state)
     scaled = state.inch and state.feed_mode != FeedMode.INVERSE
-    said = lines.row[first:last] >= first
+    given = lines.row[first:last] >= first
     filled = lines.filled[first:last]
-    motion = np.where(said[:, _G], filled[:, _G], (state.motion or 0) / 10)
-    angular = np.where(said[:, _F], filled[:, _F], state.feed_angular)
-    feed = np.where(said[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
+    motion = np.where(given[:, _G], filled[:, _G], (state.motion or 0) / 10)
+    angular = np.where(given[:, _F], filled[:, _F], state.feed_angular)
+    feed = np.where(given[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
     moves = lines.moves[first:last]
     feeds = moves & (motion == 1)
-    bad = _refused(lines, first, last, setup, state, feeds, feed)
+    bad = _find_refused(lines, first, last, setup, state, feeds, feed)
     if bad is not None and bad.any():
         n = int(np.argmax(bad))  # the general interpreter names the error
         if n == 0:
             return first
         last = first + n
-        said, filled, motion, moves, feed, angular = said[:n], filled[:n], motion[:n], moves[:n], feed[:n], angular[:n]
+        given, filled, motion, moves, feed, angular = (
+            given[:n],
+            filled[:n],
+            motion[:n],
+            moves[:n],
+            feed[:n],
+            angular[:n],
+        )
 
     words = filled[:, :9]
     if state.inch:
         words = words.copy()
         words[:, _LINEAR] *= MM_PER_INCH
-    end = np.where(said[:, :9], words, state.position)
+    end = np.where(given[:, :9], words, state.position)
     shown = feed
     # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
     if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
@@ -140,33 +140,33 @@ def execute(
     if number is None:
         number = np.full(len(kind), shown_line)
     recorder.add_many(state, number, kind, moved, shown)
-    if recorder.fixes_c is None and said[-1, _C]:
-        named = int(lines.first_line + first + np.argmax(said[:, _C]))
+    if recorder.fixes_c is None and given[-1, _C]:
+        named = int(lines.first_line + first + np.argmax(given[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or len(kind) > 0
     state.motion, state.cycle = 10 * int(motion[-1]), None
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
-    for axis in np.flatnonzero(said[-1, :9]).tolist():
+    for axis in np.flatnonzero(given[-1, :9]).tolist():
         state.placed = True
         state.known[axis] = state.named[axis] = True
     return last
 
 
-def _refused(
+def _find_refused(
     lines: PlainLines, first: int, last: int, setup: Setup, state: State, feeds: NDArray[np.bool_], feed: Array
 ) -> NDArray[np.bool_] | None:
-    """Lines that only the general interpreter may judge; None where there are none."""
+    """Lines that only the general interpreter may check; None where there are none."""
     bad = None
     if state.feed == 0 or not feed.all():
         bad = feeds & (feed == 0)
     if state.feed_mode == FeedMode.INVERSE:
-        own = lines.row[first:last, _F] == np.arange(first, last)
-        bad = feeds & ~own if bad is None else bad | (feeds & ~own)
+        has_feed = lines.row[first:last, _F] == np.arange(first, last)
+        bad = feeds & ~has_feed if bad is None else bad | (feeds & ~has_feed)
     if setup.machine:
         beyond = (lines.beyond_inch if state.inch else lines.beyond_mm)[first:last]
         turning = state.spindle_on and state.spindle_speed > 0
-        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_said:
+        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_given:
             beyond = beyond | feeds
         bad = beyond if bad is None else bad | beyond
     return bad

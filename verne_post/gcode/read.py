@@ -4,11 +4,13 @@ import numpy as np
 
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import START_POSE_MM
-from verne_post.gcode.dialects import Dialect, chosen
+from verne_post.gcode.dialect import Dialect
+from verne_post.gcode.dialects import choose_dialect
+from verne_post.gcode.execution import Execution, StopConditions, all_known
 from verne_post.gcode.parameters import Parameters
-from verne_post.gcode.run import Pass, Stops, all_known
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import Recorder, State
+from verne_post.gcode.state import State
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
 
@@ -32,21 +34,21 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     InputError
         With every error that could be found (VP0xx).
     """
-    dialect = chosen(setup.dialect, source)
-    state = dialect.start(setup)
+    dialect = choose_dialect(setup.dialect, source)
+    state = dialect.initial_state(setup)
     if setup.machine:
         try:
             position = _start_position(source, setup, dialect)
-        except InputError as error:  # report what else is wrong, behind the opening lines
+        except InputError as error:  # report what else is wrong, after the opening lines
             state.known = [True] * 9
-            others = dialect.run(source, setup, state, Stops()).errors
+            others = dialect.execute(source, setup, state, StopConditions()).errors
             seen = {(item.line, item.code) for item in error.findings}
             every = [*error.findings, *(item for item in others if (item.line, item.code) not in seen)]
             raise InputError(*sorted(every, key=lambda item: item.line or 0)) from None
         state.known = [True] * 9
         state.position = position
     start, start_frame = list(state.position), state.frame
-    done = dialect.run(source, setup, state, Stops())
+    done = dialect.execute(source, setup, state, StopConditions())
     if done.errors:
         every = [*done.errors, *done.recorder.warnings.values()]
         raise InputError(*sorted(every, key=lambda item: item.line or 0))
@@ -54,16 +56,16 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
 
 
 def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
-    """As :func:`interpret_program` for an interpreter's view: the moves before the first error, and the errors."""
-    dialect = chosen(setup.dialect, source)
-    state = dialect.start(setup)
+    """As :func:`interpret_program`, without a machine: the moves before the first error, and the errors."""
+    dialect = choose_dialect(setup.dialect, source)
+    state = dialect.initial_state(setup)
     start, frame = list(state.position), state.frame
-    done = dialect.run(source, setup, state, Stops(error=True))
+    done = dialect.execute(source, setup, state, StopConditions(first_error=True))
     return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(done.errors)
 
 
 def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
-    """The modal state behind one line of a program that :func:`interpret_program` has read, for explanations.
+    """The modal state after one line of a program that :func:`interpret_program` has read, for ``explain``.
 
     Parameters
     ----------
@@ -71,20 +73,20 @@ def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     setup : Setup
         As it was read with.
     moves : Moves
-        What was read; says where the program starts.
+        What was read, with the position at which the program starts.
     line : int
         1-based; where it is executed several times, the first time counts.
     """
-    return replay(source, setup, moves, Stops(line=line))[0]
+    return replay(source, setup, moves, StopConditions(after_line=line))[0]
 
 
-def replay(source: Text, setup: Setup, moves: Moves, stops: Stops) -> tuple[State, Recorder]:
-    """Run a program that has been read once more from where it starts, up to ``stops``: the state there, and what was recorded."""
-    dialect = chosen(setup.dialect, source)
-    state = dialect.start(setup)
+def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tuple[State, Recorder]:
+    """Execute a program that has been read again from its start, up to ``stop``: the state there, and what was recorded."""
+    dialect = choose_dialect(setup.dialect, source)
+    state = dialect.initial_state(setup)
     state.known = [True] * 9
     state.position = [float(value) for value in moves.start]
-    return state, dialect.run(source, setup, state, stops).recorder
+    return state, dialect.execute(source, setup, state, stop).recorder
 
 
 # --- where the program starts -----------------------------------------------------------------
@@ -99,20 +101,20 @@ def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]
     start is the fixed point of replaying the opening lines. With A and C settled the replay is
     affine in the start, and four replays give the fixed point exactly.
     """
-    unnamed = [AXES.index(letter) for letter in setup.axes if not dialect.names(source, letter, setup)]
+    unnamed = [AXES.index(letter) for letter in setup.axes if not dialect.names_axis(source, letter, setup)]
     coordinates = setup.coordinates
-    frame = dialect.start(setup).frame
+    frame = dialect.initial_state(setup).frame
 
-    def replay(machine: np.ndarray, *, discover: bool) -> tuple[np.ndarray, Pass]:
+    def replay(machine: np.ndarray, *, discover: bool) -> tuple[np.ndarray, Execution]:
         """Machine position after the opening lines when they start at ``machine``."""
-        state = dialect.start(setup)
+        state = dialect.initial_state(setup)
         state.known = [axis in unnamed or AXES[axis] not in setup.axes for axis in range(9)]
         state.position = [float(v) for v in coordinates.to_program(machine, frame)]
         if discover:
             state.floating = tuple(unnamed)
             for axis in unnamed:
                 state.position[axis] = 0.0
-        done = dialect.run(source, setup, state, Stops(known=True))
+        done = dialect.execute(source, setup, state, StopConditions(all_known=True))
         if done.errors:
             raise InputError(*done.errors)
         return coordinates.to_machine(np.array(done.state.position), done.state.frame), done
@@ -139,6 +141,6 @@ def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]
         if np.abs(again - guess).max() < START_POSE_MM:
             return [float(v) for v in coordinates.to_program(guess, frame)]
     raise InputError(
-        finding("VP013", "the pose at which the program starts cannot be told from its first lines; "
+        finding("VP013", "the pose at which the program starts cannot be found from its first lines; "
                 "name X, Y, Z, A and C in one G0 block first", line=1, last_line=1, worst_line=1)
     )  # fmt: skip

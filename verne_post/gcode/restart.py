@@ -1,12 +1,12 @@
-"""Where a program can be taken up again, and what must be as it was: ``--from-line``."""
+"""Block search, ``--from-line``: where a program can be restarted, and what must be switched on before."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from verne_post.base.long_text import Text
+from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.read import replay
-from verne_post.gcode.run import Stops, Trace
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.findings import InputError, finding
@@ -31,7 +31,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     setup : Setup
         As it was read with.
     moves : Moves
-        What was read; says where the program starts.
+        What was read, with the position at which the program starts.
     line : int
         1-based; the first line that is to be executed.
 
@@ -41,24 +41,24 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
         VP029: the line is not executed exactly once by the program itself, or cutter compensation or a canned cycle
         holds there; names the nearest line that will do.
     """
-    trace = Trace()
-    replay(source, setup, moves, Stops(trace=trace))
+    trace = LineTrace()
+    replay(source, setup, moves, StopConditions(trace=trace))
     spans = np.array(trace.spans, dtype=np.int64).reshape(-1, 3)
-    why = _refused(spans, line)
+    why = _refusal(spans, line)
     if why is not None:
         near = _nearest(spans, line)
         right = "no line of this program will do" if near is None else f"the nearest line that will do is {near}"
         raise InputError(
             finding("VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line)
         )
-    state, recorder = replay(source, setup, moves, Stops(before=line))
+    state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
-    switched = [*_as_it_was(state, line), *_outputs(recorder.events)]
-    return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _replaced(one, ahead)))
+    switched = [*_active_functions(state, line), *_outputs(recorder.events)]
+    return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _is_replaced(one, ahead)))
 
 
-def _refused(spans: np.ndarray, line: int) -> str | None:
-    """Why a program cannot be taken up at a line; None where it can."""
+def _refusal(spans: np.ndarray, line: int) -> str | None:
+    """Why a program cannot be restarted at a line; None where it can."""
     times = spans[(spans[:, 0] <= line) & (line < spans[:, 1])]
     if not len(times):
         return "the program does not execute it, or only in a subprogram"
@@ -68,42 +68,42 @@ def _refused(spans: np.ndarray, line: int) -> str | None:
 
 
 def _nearest(spans: np.ndarray, line: int) -> int | None:
-    """The nearest line at which a program can be taken up; of two the earlier one."""
+    """The nearest line at which a program can be restarted; of two the earlier one."""
     good = spans[spans[:, 2] == 1]
-    # spans end where the way through the program turns, so that a line between their ends is no better than those
+    # spans end where the order of execution jumps, so that a line between their ends is no better than those
     candidates = np.unique(np.concatenate([good[:, 0], good[:, 1] - 1, np.clip(line, good[:, 0], good[:, 1] - 1)]))
     for candidate in candidates[np.argsort(np.abs(candidates - line), kind="stable")].tolist():
-        if _refused(spans, candidate) is None:
+        if _refusal(spans, candidate) is None:
             return int(candidate)
     return None
 
 
 def _outputs(events: list[Event]) -> list[Event]:
-    """The last of every output, and every code of the shop, among skipped events: nobody here knows what they still hold."""
-    found: dict[tuple[str, object], Event] = {}
+    """The last event of every output and of every user-defined code among skipped events: what they still hold is not known here."""
+    last: dict[tuple[str, object], Event] = {}
     for event in events:
         if event.kind in ("signal", "remapped"):
-            found[event.kind, event.data.get("output", event.data.get("code"))] = event
-    return [replace(event, before=0) for event in found.values()]
+            last[event.kind, event.data.get("output", event.data.get("code"))] = event
+    return [replace(event, before=0) for event in last.values()]
 
 
-def _replaced(switched: Event, ahead: list[Event]) -> bool:
-    """True where blocks between the restart and its first motion say otherwise; a tool change stops the spindle."""
+def _is_replaced(switched: Event, ahead: list[Event]) -> bool:
+    """True where blocks between the restart and its first motion set something else; a tool change stops the spindle."""
     kinds = {"spindle": ("spindle", "tool"), "tool": ("tool", "tool number")}.get(switched.kind, (switched.kind,))
     if switched.kind == "signal":
         return any(event.kind == "signal" and event.data["output"] == switched.data["output"] for event in ahead)
     return switched.kind != "remapped" and any(event.kind in kinds for event in ahead)
 
 
-def _as_it_was(state: State, line: int) -> tuple[Event, ...]:
+def _active_functions(state: State, line: int) -> tuple[Event, ...]:
     """Tool, spindle, coolant and overrides that hold, as events before the first move."""
-    found: list[tuple[str, dict[str, object]]] = []
+    functions: list[tuple[str, dict[str, object]]] = []
     if state.loaded_tool is not None:
-        found.append(("tool", {"number": state.loaded_tool}))
+        functions.append(("tool", {"number": state.loaded_tool}))
     if state.spindle_on:
         direction = "counterclockwise" if state.spindle_reversed else "clockwise"
-        found.append(("spindle", {"direction": direction, "speed": state.spindle_speed}))
-    found += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
+        functions.append(("spindle", {"direction": direction, "speed": state.spindle_speed}))
+    functions += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
     if not state.overrides["feed"] or not state.overrides["speed"]:
-        found.append(("override", dict(state.overrides)))
-    return tuple(Event(line, kind, 0, data) for kind, data in found)
+        functions.append(("override", dict(state.overrides)))
+    return tuple(Event(line, kind, 0, data) for kind, data in functions)

@@ -1,6 +1,6 @@
 """Bytes -> words, vectorised: the fast reader for plain blocks.
 
-A *plain* block consists of letters followed by decimal numbers, blanks, and comments that say nothing. Anything
+A *plain* block consists of letters followed by decimal numbers, blanks, and comments without a message. Anything
 else (messages, parameters, expressions, damaged numbers) is left to :mod:`verne_post.gcode.block`, which reads one
 block exactly; both obey one contract, and numbers are bit-identical to ``float()``.
 """
@@ -23,7 +23,7 @@ CHUNK_BYTES: Final = 1 << 18
 MAX_DIGITS: Final = 15
 
 _BLANK, _DIGIT, _DOT, _SIGN, _LETTER, _NEWLINE, _COMMENT, _OTHER = range(8)
-#: Stands for a comment that says nothing: no word may contain it.
+#: Stands for a comment without a message: no word may contain it.
 _MARK: Final = b"\x01"
 _SILENT: Final = re.compile(rb"\((?![ \t]*(?:MSG|DEBUG|PRINT|LOG|ABORT|PROBE))[^()\n]*\)|;[^\n]*", re.IGNORECASE)
 
@@ -73,7 +73,7 @@ class WordTable:
 
 
 def whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
-    """A text in chunks of whole lines, from an offset on; what was read of a file is given up behind each."""
+    """A text in chunks of whole lines, from an offset on; what was read of a file is released after each chunk."""
     while start < len(source):
         end = chunk_end(source, start)
         yield source[start:end]
@@ -117,7 +117,7 @@ def scan(first_line: int, text: bytes) -> WordTable:
     plain = np.ones(n_lines, dtype=bool)
     if starts[0] > 0:  # digits before the first letter
         plain[0] = False
-    # digits before the first letter of a line or behind a comment, or a character that no plain word has
+    # digits before the first letter of a line or after a comment, or a character that no plain word has
     stray = newline & (length > 0)
     plain[np.minimum(row[stray] + 1, n_lines - 1)] = False
     plain[row[(kind == _COMMENT) & (length > 0)]] = False
@@ -155,19 +155,19 @@ def _numbers(
     for place, low in enumerate(begins):
         if low == n:
             break
-        some = slice(int(low), None)
-        character = padded[at[some] + place]
+        longer = slice(int(low), None)
+        character = padded[at[longer] + place]
         digit = character - np.uint8(48)
         is_digit = digit < 10
         if is_digit.all():
-            mantissa[some] = mantissa[some] * 10 + digit
-            decimals[some] += points[some]
+            mantissa[longer] = mantissa[longer] * 10 + digit
+            decimals[longer] += points[longer]
         else:
-            mantissa[some] = np.where(is_digit, mantissa[some] * 10 + digit, mantissa[some])
-            decimals[some] += points[some] * is_digit
+            mantissa[longer] = np.where(is_digit, mantissa[longer] * 10 + digit, mantissa[longer])
+            decimals[longer] += points[longer] * is_digit
             is_point = character == ord(".")
-            points[some] += is_point
-            strange[some] |= ~(is_digit | is_point)
+            points[longer] += is_point
+            strange[longer] |= ~(is_digit | is_point)
     usable = ~strange & (points <= 1) & (body[order] - points >= 1) & (body[order] - points <= MAX_DIGITS)
     magnitude = mantissa / _POWER[np.minimum(decimals, MAX_DIGITS)]
     value = np.empty(n)

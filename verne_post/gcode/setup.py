@@ -23,7 +23,7 @@ class TextOptions:
     parameter_mm : float
         Unit of the lengths among them, in mm.
     remap : mapping
-        What codes of the shop mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
+        What user-defined codes mean: code ("M428") -> "tcp on", "tcp off", "ignore" or "event".
     max_repeats : int
         So many blocks, and moves of such blocks, may loops and calls repeat.
     dialect : str
@@ -50,7 +50,7 @@ class Setup(TextOptions):
     axes : str
         Letters of the axes that may be named.
     machine : bool
-        True for `convert` and `check`: positions must be known, tool lengths said.
+        True for `convert` and `check`: positions must be known, tool lengths given.
     home, home2 : tuple or None
         Machine positions of G28 and G30 (nine-vectors), None where there are none.
     tools : dict or None

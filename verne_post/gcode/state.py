@@ -1,27 +1,23 @@
-"""The modal state of the interpreter, and the recorder that turns its motion into a Moves table."""
+"""The modal state of the interpreter."""
 
-from bisect import bisect_left
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
-from verne_post.gcode.arcs import Arc
 from verne_post.gcode.compensation import Compensation
-from verne_post.gcode.parameters import Store
-from verne_post.model.findings import Finding, finding
-from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+from verne_post.model.moves import FeedMode, Frame, PathControl
 from verne_post.model.part_setup import Tool, Vector9
 
-Array = NDArray[np.float64]
+#: Override switches at the start of a program.
+_OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": True}
 
-#: Override switches as a program finds them.
-OVERRIDES = {"speed": True, "feed": True, "adaptive": False, "hold": True}
-#: In place of a tool axis where A and C words hold.
-NO_VECTOR = (np.nan, np.nan, np.nan)
+
+@dataclass
+class ParameterStore:
+    """Parameters that programs have set: numbered ones, global names, and the names of each call (the last is in force)."""
+
+    numbered: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
+    named: dict[str, float] = field(default_factory=dict)
+    local: list[dict[str, float]] = field(default_factory=lambda: [{}])
 
 
 @dataclass(frozen=True)
@@ -38,10 +34,28 @@ class Saved:
 
 @dataclass(frozen=True)
 class Cycle:
-    """What canned cycles remember while they follow each other.
+    """What is kept while canned cycles follow each other. mm, s.
 
-    The drill axis; its place before the first of them, and whether that was in G20; then of the cycle that repeats R and the bottom as heights, the numbers
-    of these two words and for each whether it is one of G90, whether G90 and G20 held in the last block, Q, P, and I J K of G87.
+    Attributes
+    ----------
+    normal : int
+        The drill axis.
+    start : float
+        Its place before the first cycle.
+    start_inch : bool
+        G20 was active there.
+    clear, bottom : float
+        Heights of R and of the bottom.
+    numbers : tuple of float
+        The words R and bottom as they were given.
+    of_g90 : tuple of bool
+        For each of the two whether it was given in G90.
+    absolute, inch : bool
+        G90 and G20 in the last block.
+    step, dwell : float or None
+        Q and P.
+    shift : tuple of float or None
+        I J K of G87.
     """
 
     normal: int
@@ -89,7 +103,7 @@ class State:
     spindle_reversed: bool = False
     mist: bool = False
     flood: bool = False
-    overrides: dict[str, bool] = field(default_factory=lambda: dict(OVERRIDES))
+    overrides: dict[str, bool] = field(default_factory=lambda: dict(_OVERRIDES))
     #: G7: a lathe's X words are diameters.
     diameter_mode: bool = False
     #: G98: canned cycles retract to where they began.
@@ -98,205 +112,25 @@ class State:
     compensation: Compensation | None = None
     #: Where the tool's centre is while compensation holds, and until the next motion after it.
     centre: list[float] | None = None
-    #: False behind G40, until a straight move has led back to the programmed contour.
+    #: False after G40, until a straight move has led back to the programmed contour.
     arc_may_follow: bool = True
-    #: A remapped code has ended tool-centre-point control.
+    #: A user-defined code has ended tool-centre-point control.
     tcp_off: bool = False
-    #: M66 has asked for an input, whose value nobody knows here.
+    #: M66 has read an input, whose value is not known here.
     inputs_read: bool = False
-    store: Store = field(default_factory=Store)
+    store: ParameterStore = field(default_factory=ParameterStore)
     #: What M70 and M73 have saved, one place a level of calls.
     saved: list[Saved | None] = field(default_factory=lambda: [None])
     selected_tool: int | None = None
     loaded_tool: int | None = None
-    #: Some axis has been given a place, in program or in machine coordinates.
+    #: An axis has been given a position, in program or in machine coordinates.
     placed: bool = False
-    length_said: bool = False
+    length_given: bool = False
     #: G43.5 is active: I, J, K of straight moves are the tool axis.
     vectors: bool = False
     #: The tool axis that holds (unit, program directions); None where A and C words hold.
     vector: tuple[float, float, float] | None = None
-    #: The tool that --tool-length stands for, once one is loaded or named by H.
+    #: The tool whose length is --tool-length, once one is loaded or named by H.
     only_tool: int | None = None
-    #: Axes that the program never names, while its start is sought.
+    #: Axes that the program never names, while its start position is computed.
     floating: tuple[int, ...] = ()
-
-
-#: Types of the columns behind line, kind, end and feed, which a block of moves may share.
-_OWN_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
-#: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
-_Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
-_ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
-    "plane": (np.int8,), "center": (float, 3), "turns": (np.int32,), "sweep": (float,)
-}  # fmt: skip
-#: Rows that are kept one by one, before they become arrays; cutter compensation amends the last few.
-_KEPT_ROWS = 50_000
-
-
-class Row(NamedTuple):
-    """One motion or dwell as it is recorded; the columns of :class:`~verne_post.model.moves.Moves`."""
-
-    line: int
-    kind: int
-    end: list[float]
-    feed: float
-    feed_mode: int
-    spindle: float
-    frame: int
-    control: int
-    arc: int
-    vector: tuple[float, ...]
-
-
-@dataclass
-class Recorder:
-    """Collects motion row by row or block by block, and freezes it into a Moves table."""
-
-    blocks: list[_Block] = field(default_factory=list)
-    rows: list[Row] = field(default_factory=list)
-    #: Place of each of those rows in the table.
-    places: list[int] = field(default_factory=list)
-    arcs: list[Arc] = field(default_factory=list)
-    frames: dict[Frame, int] = field(default_factory=dict)
-    controls: dict[PathControl, int] = field(default_factory=dict)
-    events: list[Event] = field(default_factory=list)
-    #: Warnings by line and code: a line that is executed again counts, and does not speak again.
-    warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
-    #: First line that names C, or sends X or Y to machine coordinates.
-    fixes_c: int | None = None
-    count: int = 0
-    #: What is done with, and how many rows and arcs that is.
-    table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
-    arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
-    settled: int = 0
-    settled_arcs: int = 0
-
-    def frame_index(self, frame: Frame) -> int:
-        """Row of a frame in the table of frames."""
-        return self.frames.setdefault(frame, len(self.frames))
-
-    def add(
-        self, state: State, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None
-    ) -> None:
-        """Record one motion or dwell."""
-        arc_row = -1
-        if arc is not None:
-            arc_row = self.settled_arcs + len(self.arcs)
-            self.arcs.append(arc)
-        spindle = state.spindle_speed if state.spindle_on else 0.0
-        control = self.controls.setdefault(state.control, len(self.controls))
-        row = Row(line, kind, end, feed, state.feed_mode, spindle, self.frame_index(state.frame), control, arc_row,
-                  state.vector or NO_VECTOR)  # fmt: skip
-        self._keep(row)
-
-    def _keep(self, row: Row) -> None:
-        self.rows.append(row)
-        self.places.append(self.count)
-        self.count += 1
-        if len(self.rows) >= 2 * _KEPT_ROWS:
-            self._settle(_KEPT_ROWS)
-
-    def amend(self, index: int, u: int, v: int, end: tuple[float, float], sweep: float | None) -> None:
-        """Let the motion ``index`` (counted over all) end elsewhere in a plane; an arc turns ``sweep`` degrees more."""
-        at = bisect_left(self.places, index)
-        row = self.rows[at]
-        point = list(row.end)
-        point[u], point[v] = end
-        self.rows[at] = row._replace(end=point)
-        if sweep is not None:
-            arc = self.arcs[row.arc - self.settled_arcs]
-            self.arcs[row.arc - self.settled_arcs] = replace(arc, sweep=arc.sweep + sweep)
-
-    def repeat_as_arc(self, index: int, line: int, end: list[float], feed: float, arc: Arc) -> None:
-        """Record an arc under the modes of the motion ``index``."""
-        row = self.rows[bisect_left(self.places, index)]
-        self._keep(
-            row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=self.settled_arcs + len(self.arcs))
-        )
-        self.arcs.append(arc)
-
-    def add_many(self, state: State, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
-        """Record straight moves that share the modal state, as arrays."""
-        n = len(line)
-        if n == 0:
-            return
-        if len(self.rows) > _KEPT_ROWS:
-            self._flush(len(self.rows))
-        shared = (
-            state.feed_mode, state.spindle_speed if state.spindle_on else 0.0, self.frame_index(state.frame),
-            self.controls.setdefault(state.control, len(self.controls)), -1, state.vector or NO_VECTOR,
-        )  # fmt: skip
-        place = slice(self.count, self.count + n)
-        self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
-        self.count += n
-        if self.count - self.settled >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
-            self._settle()
-
-    def fix_c(self, line: int) -> None:
-        """Note that a line leaves C no longer open."""
-        if self.fixes_c is None:
-            self.fixes_c = line
-
-    def event(self, line: int, kind: str, **data: object) -> None:
-        """Record something that is not motion."""
-        self.events.append(Event(line, kind, self.count, data))
-
-    def warn(self, code: str, message: str, line: int, column: int | None) -> None:
-        """Record a warning."""
-        before = self.warnings.get((line, code))
-        self.warnings[line, code] = (
-            finding(code, message, line=line, last_line=line, worst_line=line, column=column)
-            if before is None else replace(before, count=before.count + 1)
-        )  # fmt: skip
-
-    def _flush(self, count: int) -> None:
-        """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
-        rows, places = self.rows[:count], self.places[:count]
-        if not rows:
-            return
-        line, kind, end, feed, *own = zip(*rows, strict=True)
-        columns: list[NDArray[Any]] = [
-            np.array(column, dtype=dtype) for column, dtype in zip(own, _OWN_TYPES, strict=True)
-        ]
-        self.blocks.append(
-            (np.array(places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
-             np.array(end, dtype=float), np.array(feed, dtype=float), columns)
-        )  # fmt: skip
-        del self.rows[:count], self.places[:count]
-        arcs = self.arcs[: max(max(row.arc for row in rows) + 1 - self.settled_arcs, 0)]
-        del self.arcs[: len(arcs)]
-        self.settled_arcs += len(arcs)
-        self.arc_table.extend(
-            plane=np.array([arc.plane for arc in arcs], dtype=np.int8),
-            center=np.array([arc.center for arc in arcs], dtype=float).reshape(-1, 3),
-            turns=np.array([arc.turns for arc in arcs], dtype=np.int32),
-            sweep=np.array([arc.sweep for arc in arcs], dtype=float),
-        )
-
-    def _settle(self, kept: int = 0) -> None:
-        """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
-        self._flush(len(self.rows) - kept)
-        first, end = self.settled, self.places[0] if self.places else self.count
-        part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
-        later = []
-        for block in self.blocks:
-            place, *columns, own = block
-            if (place.start if isinstance(place, slice) else place[0]) >= end:
-                later.append(block)
-                continue
-            at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
-            for name, values in zip(part, (*columns, *own), strict=True):
-                part[name][at] = values
-        self.table.extend(**part)
-        self.blocks, self.settled = later, end
-        release_memory()  # the text so far
-
-    def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
-        """Build the table; ``start`` is where the program starts, in ``first_frame``; ``parameters`` what it leaves behind."""
-        self._settle()
-        table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
-        return Moves(
-            arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
-            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters,
-            findings=tuple(self.warnings.values()), **table,
-        )  # fmt: skip

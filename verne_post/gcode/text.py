@@ -23,11 +23,11 @@ _O_LINE: Final = rb"^" + _SILENT + rb"(?:N[ \t0-9.+]*+" + _SILENT + rb")?[%b][^\
 class Language(Protocol):
     """What a text needs to know of its language."""
 
-    percent: ClassVar[bytes]  # what may stand behind a %, as a regular expression
+    percent: ClassVar[bytes]  # what may follow a %, as a regular expression
     o_letters: ClassVar[bytes]  # what may begin an O word
 
     @classmethod
-    def prepared(cls, text: str) -> str:
+    def prepare(cls, text: str) -> str:
         """A line in the words of RS274/NGC."""
 
 
@@ -48,7 +48,7 @@ class Chunk:
 
 @dataclass
 class Structure:
-    """Where O words lead, by line: everything that can be told without executing.
+    """Where O words lead, by line: everything that is known without executing.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class ProgramText:
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
 
     def chunk(self, line: int) -> Chunk | None:
-        """The scanned chunk that holds a line; None behind the end of the text."""
+        """The scanned chunk that holds a line; None after the end of the text."""
         for kept in reversed(self._kept.values()):
             if kept.first_line <= line < kept.first_line + len(kept.ends):
                 return kept
@@ -111,11 +111,11 @@ class ProgramText:
         text = self.source[start : self._starts[at + 1][1]]
         words = scan(first, text)
         lines = PlainLines(words, self.setup)
-        made = Chunk(first, text, lines, lines.ends().tolist())
-        self._kept[first] = made
+        chunk = Chunk(first, text, lines, lines.ends().tolist())
+        self._kept[first] = chunk
         if len(self._kept) > _KEPT_CHUNKS:
             self._kept.popitem(last=False)
-        return made
+        return chunk
 
     def line(self, line: int) -> bytes:
         """One line."""
@@ -131,7 +131,7 @@ class ProgramText:
         BlockError
             VP023, with its line: labels that do not fit together.
         """
-        found, opened = Structure(), _Opened()
+        structure, opened = Structure(), _Opened()
         line, at = 1, 0
         lines = re.compile(_O_LINE % self.language.o_letters, re.MULTILINE | re.IGNORECASE)
         for match in lines.finditer(self.source):
@@ -142,14 +142,14 @@ class ProgramText:
             if self.setup.block_delete and match.group().lstrip().startswith(b"/"):
                 continue
             try:
-                block = read_block(self.language.prepared(decode_line(match.group())), line)
+                block = read_block(self.language.prepare(decode_line(match.group())), line)
                 if block.o is not None:
-                    opened.take(found, block)
+                    opened.take(structure, block)
             except BlockError as error:
                 column = error.column or 1
                 raise BlockError(error.code, error.message, column, line=line) from None
         opened.check_all_closed()
-        return found
+        return structure
 
 
 def decode_line(raw: bytes) -> str:
@@ -199,7 +199,7 @@ class _Opened:
     def __init__(self) -> None:
         self._open: list[_Construct] = []
 
-    def take(self, found: Structure, block: Block) -> None:
+    def take(self, structure: Structure, block: Block) -> None:
         """Go on with the next O word."""
         o, line = block.o, block.line
         assert o is not None
@@ -211,14 +211,14 @@ class _Opened:
         if kind in _BARE:
             o.bare()
         if kind is None:
-            found.programs.setdefault(label, line)
+            structure.programs.setdefault(label, line)
         elif kind == "while" and self._top("do", label):
-            self._close_loop(found, line)
+            self._close_loop(structure, line)
         elif kind in ("sub", "if", *_LOOPS):
             if kind == "sub" and self._open:
                 raise BlockError("VP023", f"o{label} sub inside {self._shown(self._open[-1])}; close that first")
-            if kind == "sub" and label in found.subs:
-                raise BlockError("VP023", f"o{label} sub stands twice, first in line {found.subs[label][0]}")
+            if kind == "sub" and label in structure.subs:
+                raise BlockError("VP023", f"o{label} sub stands twice, first in line {structure.subs[label][0]}")
             self._open.append(_Construct(kind, label, line, o.reader.column(o.label_at - 1)))
         elif kind in ("elseif", "else"):
             self._expect("if", label, kind)
@@ -227,27 +227,27 @@ class _Opened:
             loop = next((item for item in reversed(self._open) if item.kind in _LOOPS and item.label == label), None)
             if loop is None:
                 raise BlockError("VP023", f"o{label} {kind} stands in no loop with this label")
-            found.loop[line] = loop.line
+            structure.loop[line] = loop.line
         else:
-            self._close(found, _CLOSES[kind], kind, label, line)
+            self._close(structure, _CLOSES[kind], kind, label, line)
 
-    def _close(self, found: Structure, opening: str, kind: str, label: str, line: int) -> None:
+    def _close(self, structure: Structure, opening: str, kind: str, label: str, line: int) -> None:
         self._expect(opening, label, kind)
         if opening in _LOOPS:
-            self._close_loop(found, line)
+            self._close_loop(structure, line)
             return
         item = self._open.pop()
         if opening == "sub":
-            found.subs[label] = (item.line, line)
+            structure.subs[label] = (item.line, line)
             return
-        stops = [item.line, *item.branches, line]
-        for here, following in pairwise(stops):
-            found.branch[here] = following
-            found.end[here] = line
+        bounds = [item.line, *item.branches, line]
+        for here, following in pairwise(bounds):
+            structure.branch[here] = following
+            structure.end[here] = line
 
-    def _close_loop(self, found: Structure, line: int) -> None:
+    def _close_loop(self, structure: Structure, line: int) -> None:
         item = self._open.pop()
-        found.end[item.line], found.begin[line] = line, item.line
+        structure.end[item.line], structure.begin[line] = line, item.line
 
     def _top(self, kind: str, label: str) -> bool:
         return bool(self._open) and self._open[-1].kind == kind and self._open[-1].label == label

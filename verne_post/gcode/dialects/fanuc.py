@@ -6,7 +6,6 @@ milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact st
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar, Final
 
@@ -16,10 +15,10 @@ from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
-from verne_post.gcode.dialects import rs274
+from verne_post.gcode.dialect import Dialect, dialect_of_blocks
 from verne_post.gcode.frame_codes import whole
-from verne_post.gcode.interpret import Interpreter, initial_state
-from verne_post.gcode.run import Pass, Stops, run_blocks
+from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, Feature, MoveKind, PathControl, PathMode
@@ -98,7 +97,7 @@ def _table() -> CodeTable:
 
 
 class FanucInterpreter(Interpreter):
-    """The interpreter of RS274/NGC, given blocks in its own words."""
+    """The interpreter of RS274/NGC, which gets blocks in its words."""
 
     table: ClassVar[CodeTable] = _table()
     percent: ClassVar[bytes] = rb"[^\n]*"
@@ -109,10 +108,10 @@ class FanucInterpreter(Interpreter):
     custom_macro: ClassVar[bool] = True
 
     def _comment(self, block: Block) -> None:
-        """Comments say nothing to these controls."""
+        """These controls have no messages in comments."""
 
     @classmethod
-    def prepared(cls, text: str) -> str:
+    def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``; every character keeps its column."""
         for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
             if (found := pattern.match(text)) is not None:
@@ -128,7 +127,7 @@ class FanucInterpreter(Interpreter):
                 f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
                 macro.start(1) + 1,
             )
-        block = super().read(self.prepared(text), line)
+        block = super().read(self.prepare(text), line)
         if block.o is not None and block.o.keyword is not None:
             raise BlockError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
@@ -187,7 +186,7 @@ class FanucInterpreter(Interpreter):
             raise BlockError("VP002", "M99 P (return to a block number) is not executed", columns["P"])
 
     def _rapid_of_machine_codes(self, block: Block, codes: set[int]) -> int | None:
-        """G28, G30 and G53 are rapids of their own; a G0 beside them is only modal. Returns the modal motion behind the block."""
+        """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""
         motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
         if codes & {280, 300}:
             block.codes = [
@@ -206,7 +205,7 @@ class FanucInterpreter(Interpreter):
             return self.state.motion
         return None
 
-    # --- codes of its own ------------------------------------------------------------------------------
+    # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _modes(self, block: Block, g: dict[str, int]) -> None:
         if "tilted plane" in g:
@@ -292,7 +291,7 @@ class FanucInterpreter(Interpreter):
             raise BlockError("VP017", "G53.1 without G68.2: there is no plane to turn to")
         self._refuse_compensation("G53.1")
         if state.tcp_off:
-            raise BlockError("VP017", "G53.1 while tool-centre-point control is off (remapped code)")
+            raise BlockError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
         self._require_known(block, [0, 1, 2], "G53.1")
         state.vector = (0.0, 0.0, 1.0)
         end = self.setup.coordinates.pointed(list(state.position), np.array(state.vector), state.frame)
@@ -343,8 +342,8 @@ def _about_x(angle: float) -> np.ndarray:
 # --- the dialect ------------------------------------------------------------------------------------
 
 
-def recognise(source: Text) -> bool:
-    """Text behind ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
+def _recognise(source: Text) -> bool:
+    """Text after ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
@@ -357,16 +356,11 @@ def recognise(source: Text) -> bool:
     return _OWN_CODES.search(without_comments) is not None or _OTHER_CODES.search(head) is None
 
 
-def start(setup: Setup) -> State:
+def _initial_state(setup: Setup) -> State:
     """As RS274/NGC, but G98."""
     state = initial_state(setup)
     state.initial_level = True
     return state
 
 
-def run(source: Text, setup: Setup, state: State, stops: Stops) -> Pass:
-    """Execute the blocks."""
-    return run_blocks(source, setup, state, stops, FanucInterpreter)
-
-
-names: Callable[[Text, str, Setup], bool] = rs274.names
+DIALECT: Final[Dialect] = dialect_of_blocks(FanucInterpreter, _recognise, _initial_state)

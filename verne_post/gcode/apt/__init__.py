@@ -1,0 +1,1 @@
+"""APT cutter location text: statements, and the blocks that they stand for."""

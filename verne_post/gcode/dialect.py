@@ -1,0 +1,56 @@
+"""What a controller dialect is. Each is one file of :mod:`verne_post.gcode.dialects`."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
+from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.scan import whole_lines
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """One controller dialect.
+
+    Attributes
+    ----------
+    recognise : callable
+        True for a text that can only be of this dialect. At most one dialect may recognise a text.
+    initial_state : callable
+        The modal state at the start of a program.
+    execute : callable
+        Execute a text on a state until it ends or a stop condition is met.
+    names_axis : callable
+        (text, axis letter, setup) -> True when the text gives this axis a position.
+    """
+
+    recognise: Callable[[Text], bool]
+    initial_state: Callable[[Setup], State]
+    execute: Callable[[Text, Setup, State, StopConditions], Execution]
+    names_axis: Callable[[Text, str, Setup], bool]
+
+
+def dialect_of_blocks(
+    language: type[Interpreter],
+    recognise: Callable[[Text], bool],
+    initial_state: Callable[[Setup], State] = initial_state,
+) -> Dialect:
+    """A dialect that consists of blocks, which ``language`` reads and executes."""
+    return Dialect(recognise, initial_state, partial(execute_blocks, language=language), _names_axis)
+
+
+def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
+    """True when the letter stands anywhere outside comments: it may give the axis a position."""
+    sought = letter.encode()
+    if letter in "AC":  # tool axes name them
+        sought += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
+    elif letter in "XY":
+        sought += rb"|[@^]"
+    texts = (text for whole in (source, *setup.subroutines.values()) for text in whole_lines(whole))
+    return any(re.search(sought, re.sub(rb"\([^)\n]*\)|;[^\n]*", b"", text).upper()) for text in texts)

@@ -1,0 +1,194 @@
+"""Execution of a program of blocks: chunks, stretches of plain lines, single blocks; errors are collected."""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.gcode import plain
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.flow import Flow
+from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
+from verne_post.gcode.text import Chunk, ProgramText, decode_line
+from verne_post.model.findings import Finding, finding
+from verne_post.model.moves import AXES
+
+#: At most so many errors are reported: a file with more is not G-code.
+MAX_ERRORS: Final = 50
+#: Errors after which a program does not go on: the next line is not known.
+_FATAL: Final = ("VP023", "VP024", "VP027")
+
+
+@dataclass
+class Execution:
+    """One execution of a program, or of its beginning: the state at its end, what was recorded, and the errors."""
+
+    state: State
+    recorder: Recorder
+    errors: list[Finding] = field(default_factory=list)
+    _reported: set[tuple[int, str, str]] = field(default_factory=set)
+
+    def report(self, error: BlockError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
+        """Report an error; False where execution cannot go on after it.
+
+        ``shown_line`` stands for lines of another ``file``.
+        """
+        line = error.line or line
+        shown = shown_line or line
+        message = error.message if file is None else f"{file}, line {line}: {error.message}"
+        key = (shown, error.code, message)
+        if key in self._reported:  # the error is in a loop, whose end may depend on what was not executed
+            return False
+        self._reported.add(key)
+        self.report_at_line(error.code, message, shown, error.column if file is None else None)
+        return error.code not in _FATAL and len(self.errors) < MAX_ERRORS
+
+    def report_at_line(self, code: str, message: str, line: int, column: int | None = None) -> None:
+        """Add an error of one line."""
+        self.errors.append(finding(code, message, line=line, last_line=line, worst_line=line, column=column))
+
+
+@dataclass
+class LineTrace:
+    """Lines that the program itself executes, in order, without those of calls.
+
+    A span is (first line, line after the last, whether a restart may begin there). It may not while cutter compensation
+    or a canned cycle is active: the next block then depends on those before.
+    """
+
+    spans: list[tuple[int, int, bool]] = field(default_factory=list)
+
+    def add(self, first: int, last: int, *, may_restart: bool) -> None:
+        """Add lines ``first`` to ``last`` (excluded), which have been executed."""
+        if self.spans and self.spans[-1][1:] == (first, may_restart):
+            first = self.spans.pop()[0]
+        self.spans.append((first, last, may_restart))
+
+
+@dataclass(frozen=True)
+class StopConditions:
+    """Where an execution ends before the program does, and whether it traces its lines.
+
+    Attributes
+    ----------
+    all_known : bool
+        As soon as the position of every axis is known.
+    first_error : bool
+    after_line : int or None
+        After the first execution of a line.
+    before_line : int or None
+        When the program itself, outside of calls, comes to a line.
+    trace : LineTrace or None
+        Gets the executed lines.
+    """
+
+    all_known: bool = False
+    first_error: bool = False
+    after_line: int | None = None
+    before_line: int | None = None
+    trace: LineTrace | None = None
+
+
+def execute_blocks(
+    source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Interpreter]
+) -> Execution:
+    """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
+    execution = Execution(state, Recorder())
+    interpreter = language(setup, state, execution.recorder)
+    main = ProgramText(source, setup, language)
+    flow = Flow(main, interpreter)
+    while not interpreter.ended:
+        text, line = flow.text, flow.line
+        chunk = text.chunk(line)
+        if chunk is None or line == text.closing:
+            _end_text(execution, flow)
+            break
+        in_main = text is main and not flow.in_call
+        if in_main and line == stop.before_line:
+            break
+        restart = may_restart(state)
+        try:
+            if not _execute_stretch(flow, chunk, stop):
+                _execute_line(flow, chunk.raw[line - chunk.first_line])
+                last = line + 1
+            else:
+                last = flow.line
+            if in_main and stop.trace is not None:
+                stop.trace.add(line, last, may_restart=restart)
+        except BlockError as error:
+            name, shown = flow.text.name, flow.shown_line
+            if not execution.report(error, line, shown_line=shown, file=name) or stop.first_error:
+                break
+        if stop.all_known and all_known(state, setup):
+            break
+        if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
+            break
+    return execution
+
+
+def may_restart(state: State) -> bool:
+    """True where the next block does not depend on how the one before has moved."""
+    return state.compensation is None and state.centre is None and state.cycle is None
+
+
+def all_known(state: State, setup: Setup) -> bool:
+    """True when the position of every axis of the machine is known."""
+    return all(state.known[AXES.index(letter)] for letter in setup.axes)
+
+
+def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
+    """Execute a stretch of plain lines at once; False where there is none."""
+    interpreter, in_main = flow.interpreter, flow.text is flow.main
+    row = flow.line - chunk.first_line
+    last = chunk.ends[row]
+    if flow.text.closing is not None:
+        last = min(last, flow.text.closing - chunk.first_line)
+    if stop.after_line is not None and in_main and flow.line <= stop.after_line:
+        last = min(last, stop.after_line + 1 - chunk.first_line)
+    if stop.before_line is not None and in_main and flow.line < stop.before_line:
+        last = min(last, stop.before_line - chunk.first_line)
+    if last - row < plain.MIN_LINES or not plain.ready(interpreter.state, chunk.lines, row):
+        return False
+    done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line)
+    if done > row:
+        first, flow.line = flow.line, flow.line + done - row
+        flow.count(flow.text, first, flow.line - 1, 0)
+    return done > row
+
+
+def _execute_line(flow: Flow, raw: bytes) -> None:
+    text, line, moves = flow.text, flow.line, flow.interpreter.recorder.count
+    flow.line += 1
+    deleted = flow.interpreter.setup.block_delete and raw.lstrip().startswith(b"/")
+    if line != text.opening and not deleted and raw.strip():
+        _execute_block(flow, raw, line)
+    flow.count(text, line, line, flow.interpreter.recorder.count - moves)
+
+
+def _execute_block(flow: Flow, raw: bytes, line: int) -> None:
+    interpreter = flow.interpreter
+    interpreter.parameters.line = line
+    block = interpreter.read(decode_line(raw), line)
+    if block.o is not None:
+        flow.step(block)
+        return
+    block.line = flow.shown_line or line
+    interpreter.execute(block)
+    if interpreter.call is not None and not interpreter.ended:
+        flow.follow(interpreter.call, line)
+
+
+def _end_text(execution: Execution, flow: Flow) -> None:
+    """The text ends without M2 or M30: an error but for a pair of %."""
+    text = flow.text
+    percent = text.opening is not None
+    if flow.in_call:
+        what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
+    elif percent and text.closing is not None:
+        execution.recorder.event(flow.line, "end", code="%")
+        return
+    else:
+        what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
+    execution.report_at_line("VP010", what, flow.shown_line or max(text.n_lines, 1))

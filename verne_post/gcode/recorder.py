@@ -1,0 +1,217 @@
+"""The recorder: turns executed motion, dwells and events into a Moves table."""
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
+from verne_post.gcode.arcs import Arc
+from verne_post.model.findings import Finding, finding
+from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+
+Array = NDArray[np.float64]
+
+#: In place of a tool axis where A and C words hold.
+_NO_VECTOR: Final = (np.nan, np.nan, np.nan)
+#: Types of the columns after line, kind, end and feed, which a block of moves may share.
+_SHARED_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
+#: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
+_Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
+_ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
+    "plane": (np.int8,), "center": (float, 3), "turns": (np.int32,), "sweep": (float,)
+}  # fmt: skip
+#: Rows that are kept one by one, before they become arrays; cutter compensation amends the last few.
+_KEPT_ROWS = 50_000
+
+
+class Modes(Protocol):
+    """The modal state that is recorded with every motion; implemented by :class:`~verne_post.gcode.state.State`."""
+
+    frame: Frame
+    feed_mode: FeedMode
+    control: PathControl
+    spindle_speed: float
+    spindle_on: bool
+    vector: tuple[float, float, float] | None
+
+
+class Row(NamedTuple):
+    """One motion or dwell as it is recorded; the columns of :class:`~verne_post.model.moves.Moves`."""
+
+    line: int
+    kind: int
+    end: list[float]
+    feed: float
+    feed_mode: int
+    spindle: float
+    frame: int
+    control: int
+    arc: int
+    vector: tuple[float, ...]
+
+
+@dataclass
+class Recorder:
+    """Collects motion row by row or block by block, and freezes it into a Moves table."""
+
+    blocks: list[_Block] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    #: Place of each of those rows in the table.
+    places: list[int] = field(default_factory=list)
+    arcs: list[Arc] = field(default_factory=list)
+    frames: dict[Frame, int] = field(default_factory=dict)
+    controls: dict[PathControl, int] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
+    #: Warnings by line and code: a line that is executed again is counted, not reported again.
+    warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
+    #: First line that names C, or sends X or Y to machine coordinates.
+    fixes_c: int | None = None
+    count: int = 0
+    #: Rows and arcs that no longer change, and their numbers.
+    table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
+    arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
+    settled: int = 0
+    settled_arcs: int = 0
+
+    def frame_index(self, frame: Frame) -> int:
+        """Row of a frame in the table of frames."""
+        return self.frames.setdefault(frame, len(self.frames))
+
+    def add(
+        self, modes: Modes, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None
+    ) -> None:
+        """Record one motion or dwell."""
+        arc_row = -1
+        if arc is not None:
+            arc_row = self.settled_arcs + len(self.arcs)
+            self.arcs.append(arc)
+        spindle = modes.spindle_speed if modes.spindle_on else 0.0
+        control = self.controls.setdefault(modes.control, len(self.controls))
+        row = Row(line, kind, end, feed, modes.feed_mode, spindle, self.frame_index(modes.frame), control, arc_row,
+                  modes.vector or _NO_VECTOR)  # fmt: skip
+        self._keep(row)
+
+    def _keep(self, row: Row) -> None:
+        self.rows.append(row)
+        self.places.append(self.count)
+        self.count += 1
+        if len(self.rows) >= 2 * _KEPT_ROWS:
+            self._settle(_KEPT_ROWS)
+
+    def amend(self, index: int, u: int, v: int, end: tuple[float, float], sweep: float | None) -> None:
+        """Let the motion ``index`` (counted over all) end elsewhere in a plane; an arc turns ``sweep`` degrees more."""
+        at = bisect_left(self.places, index)
+        row = self.rows[at]
+        point = list(row.end)
+        point[u], point[v] = end
+        self.rows[at] = row._replace(end=point)
+        if sweep is not None:
+            arc = self.arcs[row.arc - self.settled_arcs]
+            self.arcs[row.arc - self.settled_arcs] = replace(arc, sweep=arc.sweep + sweep)
+
+    def repeat_as_arc(self, index: int, line: int, end: list[float], feed: float, arc: Arc) -> None:
+        """Record an arc under the modes of the motion ``index``."""
+        row = self.rows[bisect_left(self.places, index)]
+        self._keep(
+            row._replace(line=line, kind=MoveKind.ARC, end=end, feed=feed, arc=self.settled_arcs + len(self.arcs))
+        )
+        self.arcs.append(arc)
+
+    def add_many(self, modes: Modes, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
+        """Record straight moves that share the modal state, as arrays."""
+        n = len(line)
+        if n == 0:
+            return
+        if len(self.rows) > _KEPT_ROWS:
+            self._flush(len(self.rows))
+        shared = (
+            modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, self.frame_index(modes.frame),
+            self.controls.setdefault(modes.control, len(self.controls)), -1, modes.vector or _NO_VECTOR,
+        )  # fmt: skip
+        place = slice(self.count, self.count + n)
+        self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
+        self.count += n
+        if self.count - self.settled >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
+            self._settle()
+
+    def fix_c(self, line: int) -> None:
+        """Note that a line leaves C no longer open."""
+        if self.fixes_c is None:
+            self.fixes_c = line
+
+    def event(self, line: int, kind: str, **data: object) -> None:
+        """Record an auxiliary function, a message, a stop or a call."""
+        self.events.append(Event(line, kind, self.count, data))
+
+    def warn(self, code: str, message: str, line: int, column: int | None) -> None:
+        """Record a warning."""
+        before = self.warnings.get((line, code))
+        self.warnings[line, code] = (
+            finding(code, message, line=line, last_line=line, worst_line=line, column=column)
+            if before is None else replace(before, count=before.count + 1)
+        )  # fmt: skip
+
+    def _flush(self, count: int) -> None:
+        """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
+        rows, places = self.rows[:count], self.places[:count]
+        if not rows:
+            return
+        line, kind, end, feed, *shared = zip(*rows, strict=True)
+        columns: list[NDArray[Any]] = [
+            np.array(column, dtype=dtype) for column, dtype in zip(shared, _SHARED_TYPES, strict=True)
+        ]
+        self.blocks.append(
+            (np.array(places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
+             np.array(end, dtype=float), np.array(feed, dtype=float), columns)
+        )  # fmt: skip
+        del self.rows[:count], self.places[:count]
+        arcs = self.arcs[: max(max(row.arc for row in rows) + 1 - self.settled_arcs, 0)]
+        del self.arcs[: len(arcs)]
+        self.settled_arcs += len(arcs)
+        self.arc_table.extend(
+            plane=np.array([arc.plane for arc in arcs], dtype=np.int8),
+            center=np.array([arc.center for arc in arcs], dtype=float).reshape(-1, 3),
+            turns=np.array([arc.turns for arc in arcs], dtype=np.int32),
+            sweep=np.array([arc.sweep for arc in arcs], dtype=float),
+        )
+
+    def _settle(self, kept: int = 0) -> None:
+        """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
+        self._flush(len(self.rows) - kept)
+        first, end = self.settled, self.places[0] if self.places else self.count
+        part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
+        later = []
+        for block in self.blocks:
+            place, *columns, shared = block
+            if (place.start if isinstance(place, slice) else place[0]) >= end:
+                later.append(block)
+                continue
+            at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
+            for name, values in zip(part, (*columns, *shared), strict=True):
+                part[name][at] = values
+        self.table.extend(**part)
+        self.blocks, self.settled = later, end
+        release_memory()  # the text so far
+
+    def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
+        """Build the table.
+
+        Parameters
+        ----------
+        start : list of float
+            Where the program starts, in ``first_frame``; mm and degrees.
+        first_frame : Frame
+        parameters : mapping
+            Numbered parameters after the program.
+        """
+        self._settle()
+        table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
+        return Moves(
+            arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
+            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters,
+            findings=tuple(self.warnings.values()), **table,
+        )  # fmt: skip
