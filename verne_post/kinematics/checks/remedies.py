@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints, clearance_checks, clearances
-from verne_post.kinematics.checks.limits import Check, machine_checks
+from verne_post.kinematics.checks.violations import Check, machine_checks
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding
