@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from verne_post.calibration.identify import Measured, Uncertainty, identify
+from verne_post.calibration.data import Readings, Uncertainty
+from verne_post.calibration.identify import identify
 from verne_post.calibration.readings import read_readings
 from verne_post.kinematics.modules.verne.loops import LENGTHS, loop_equations
 from verne_post.kinematics.modules.verne.module import VerneModule
@@ -37,7 +38,7 @@ def poses(n, seed=0, y=(-400.0, 400.0)):
     )
     rho, alpha, ok = MODULE.inverse(position)
     assert ok.all()
-    return Measured(rho, np.column_stack([position, alpha]), np.arange(n), np.arange(n) + 2)
+    return Readings(rho, np.column_stack([position, alpha]), np.arange(n), np.arange(n) + 2)
 
 
 def read(data, rng, sigma=SIGMA):
@@ -46,7 +47,7 @@ def read(data, rng, sigma=SIGMA):
     return replace(data, rho=data.rho + sigma.slider * rng.standard_normal(data.rho.shape), pose=pose)
 
 
-def without_leans(data):
+def without_tilts(data):
     return replace(data, pose=np.column_stack([data.pose[:, :3], np.full(len(data.pose), np.nan)]))
 
 
@@ -142,7 +143,7 @@ def test_random_starts_on_table_iii_land_on_one_solution(table_iii):
 
 @pytest.mark.parametrize("tilts", [True, False])
 def test_exact_readings_give_the_true_lengths(tilts):
-    data = poses(12) if tilts else without_leans(poses(12))
+    data = poses(12) if tilts else without_tilts(poses(12))
     found = identify(NOMINAL, data, SIGMA)
     assert found.converged
     for name, value in TRUE.items():  # 1e-5: a thousandth of what the readings could tell
@@ -164,7 +165,7 @@ def test_uncertainties_are_those_of_repeated_measurements(tilts):
     scaled, distances, squares = [], [], []
     for _ in range(trials):
         noisy = read(data, rng, sigma)
-        found = identify(NOMINAL, noisy if tilts else without_leans(noisy), sigma)
+        found = identify(NOMINAL, noisy if tilts else without_tilts(noisy), sigma)
         spread = np.array(list(found.uncertainty.values()))
         off = np.array([found.lengths[name] for name in LENGTHS]) - true
         scaled.append(off / spread)

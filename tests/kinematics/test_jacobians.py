@@ -1,4 +1,4 @@
-"""Velocities and singularities: Jacobians against central differences, VP203 on a geometry made for it, mobility."""
+"""Velocities and singularities: Jacobians against central differences, VP203 on a geometry made for it."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,6 @@ import pytest
 from verne_post import load_machine
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.kinematics.mobility import Joint, mobility
 from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.model.options import Options
 
@@ -171,29 +170,6 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
     assert (warned.severity, warned.limit) == ("warning", pytest.approx(1.5 * threshold))
 
 
-# --- mobility -------------------------------------------------------------------------------------
-
-
-def test_mobility_of_the_paper():
-    """Equation (1) for Fig. 3: 11 bodies, 15 joints, 39 freedoms, 6 of them internal: m = 3."""
-    found = mobility(VerneModule(**LENGTHS).joint_graph)
-    assert (found.bodies, found.joints, found.freedoms, found.internal, found.m) == (11, 15, 39, 6, 3)
-
-
-def test_mobility_of_a_stewart_platform_and_of_a_planar_arm():
-    legs = [
-        joint
-        for k in range(6)
-        for joint in (
-            Joint("U", "base", f"low {k}"),
-            Joint("P", f"low {k}", f"high {k}"),
-            Joint("S", f"high {k}", "top"),
-        )
-    ]
-    assert mobility(legs).m == 6
-    assert mobility([Joint("R", "base", "arm"), Joint("R", "arm", "hand")]).m == 2
-
-
 # --- all solutions of the whole machine -----------------------------------------------------------
 
 
@@ -217,7 +193,7 @@ def test_every_solution_of_the_whole_machine_gives_the_pose():
             turned = np.array(
                 [np.cos(c) * tip[0] - np.sin(c) * tip[1], np.sin(c) * tip[0] + np.cos(c) * tip[1], tip[2]]
             )
-            # tip on the tilted table, then up the leaning tool to the platform
+            # tip on the tilted table, then up the tilted tool to the platform
             y = np.cos(a) * turned[1] - np.sin(a) * turned[2] - tool * np.sin(one.alpha)
             z = np.sin(a) * turned[1] + np.cos(a) * turned[2] + tool * np.cos(one.alpha)
             position = np.array([0.0, 0.0, 1600.0]) + [turned[0], -y, -z]

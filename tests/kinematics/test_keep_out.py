@@ -13,7 +13,7 @@ import verne_post
 from verne_post.app.assemble import assemble, machine_setup
 from verne_post.app.constraints import check_program
 from verne_post.base import spans
-from verne_post.kinematics.checks.clearance import _by_convexity
+from verne_post.kinematics.checks.clearance import _bound_convex
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_keep_out
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import Finding, InputError
@@ -258,7 +258,7 @@ def test_a_tool_may_slide_along_a_fixture() -> None:
     assert found[0].value == pytest.approx(-0.01, abs=1e-6)
 
 
-def test_bounds_by_convexity_are_bounds() -> None:
+def test_bounds_bound_convex_are_bounds() -> None:
     """Random convex functions, sampled as spans are: never below the bound, and near it where they are straight."""
     rng = np.random.default_rng(7)
     x = np.linspace(0, 1, 4001)
@@ -270,11 +270,11 @@ def test_bounds_by_convexity_are_bounds() -> None:
         def convex(u: np.ndarray, slopes=slopes, offsets=offsets, bend=bend, middle=middle) -> np.ndarray:
             return np.max(slopes[:, None] * u + offsets[:, None], axis=0) + bend * (u - middle) ** 2
 
-        bound = _by_convexity(convex(at)[:, None, None], np.array([np.inf]))[0, 0]
+        bound = _bound_convex(convex(at)[:, None, None], np.array([np.inf]))[0, 0]
         assert bound <= convex(x).min() + 1e-9
         assert bound >= convex(at).min() - 40
-    assert _by_convexity(np.full((len(at), 1, 1), 3.0), np.array([np.inf]))[0, 0] == pytest.approx(3.0)
-    assert _by_convexity(np.full((len(at), 1, 1), 3.0), np.array([2.0]))[0, 0] == -np.inf
+    assert _bound_convex(np.full((len(at), 1, 1), 3.0), np.array([np.inf]))[0, 0] == pytest.approx(3.0)
+    assert _bound_convex(np.full((len(at), 1, 1), 3.0), np.array([2.0]))[0, 0] == -np.inf
 
 
 def test_a_tool_without_a_length_in_force_is_still_there() -> None:

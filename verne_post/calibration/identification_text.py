@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.calibration.identify import Identification, Measured, Uncertainty
+from verne_post.calibration.data import Identification, Readings, Uncertainty
 from verne_post.model.machine import Machine
 
 #: Below this probability of the chi-square the readings contradict the stated uncertainties: one fit in a thousand
@@ -29,7 +29,7 @@ class IdentificationReport:
 
     source: str
     machine: Machine
-    data: Measured
+    data: Readings
     sigma: Uncertainty
     present: dict[str, float]
     result: Identification

@@ -1,4 +1,4 @@
-"""Measured pairs of sliders and platform poses: CSV -> Measured. Every error names line, column and what is right."""
+"""Measured pairs of sliders and platform poses: CSV -> Readings. Every error names line, column and what is right."""
 
 import csv
 import difflib
@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from verne_post.base.tolerances import LARGEST_READING_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.calibration.identify import Measured
+from verne_post.calibration.data import Readings
 from verne_post.config.kinds import KINDS
 from verne_post.model.findings import Finding, InputError, finding
 
@@ -24,7 +24,7 @@ SETTING: Final = "setting"
 REMARKS: Final = ("case", "remark")
 
 
-def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Measured:
+def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
     """Read a file of measured poses.
 
     A header line names the columns in any order; blank lines and lines that begin with # are skipped.
@@ -78,7 +78,7 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Measured:
         raise InputError(*found)
     table = np.array(values)
     which = np.unique(settings, return_inverse=True)[1]
-    data = Measured(table[:, : len(sliders)], table[:, len(sliders) :], which, np.array(lines))
+    data = Readings(table[:, : len(sliders)], table[:, len(sliders) :], which, np.array(lines))
     _check_settings(data, settings, sliders)
     return data
 
@@ -129,7 +129,7 @@ def _number(cell: str, name: str, line: int, found: list[Finding]) -> float:
     return value
 
 
-def _check_settings(data: Measured, settings: list[str], sliders: tuple[str, ...]) -> None:
+def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...]) -> None:
     """Rows of one setting repeat its slider values."""
     found = []
     first: dict[str, int] = {}

@@ -14,8 +14,8 @@ from verne_post.config.schema import (
 )
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
 from verne_post.kinematics.modules.serial import SerialModule
+from verne_post.kinematics.modules.verne.bodies import VerneRods
 from verne_post.kinematics.modules.verne.module import VerneModule
-from verne_post.kinematics.modules.verne.rods import VerneRods
 from verne_post.model.protocols import ParallelModule, RodModule
 
 

@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
-from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Pose, PoseFunction, SpeedFunction
+from verne_post.model.protocols import ClearanceModel, Pose, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 
 Array = NDArray[np.float64]
@@ -21,9 +20,31 @@ Ints = NDArray[np.integer]
 EVALUATED_ROWS: Final = 4096
 
 
+class KeepOutModel(ClearanceModel, Protocol):
+    """Distances from boxes on the table."""
+
+    def moved(self, shift: Array) -> "KeepOutModel":
+        """The same where the part stands elsewhere on the table by ``shift`` (3,), mm."""
+
+
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """Everything known about solved poses; all arrays of length n, NaN where not ok."""
+    """Solved poses, n rows; NaN where not ok.
+
+    Attributes
+    ----------
+    q : ndarray, shape (n, n_joints)
+        mm and rad.
+    tip : ndarray, shape (n, 3)
+        Table frame, mm.
+    angles : ndarray, shape (n, 2)
+        Nominal A and C, rad.
+    position : ndarray, shape (n, 3)
+        P in the base frame, mm.
+    alpha : ndarray, shape (n,)
+        Platform tilt, rad.
+    ok : ndarray of bool, shape (n,)
+    """
 
     q: Array
     tip: Array
@@ -38,8 +59,8 @@ class JointPath:
     """The joints of a machine that follows a contour.
 
     ``pose`` evaluates the geometry and ``speed`` the feed; they are handed in, because kinematics knows no tool path.
-    In a dry run the real tool is ``lift`` (mm) shorter than the one that the poses are solved with. ``keep_out`` is what the
-    motion has to keep out of, None where nothing is named.
+    In a dry run the real tool is ``lift`` (mm) shorter than the one that the poses are solved with. ``keep_out`` holds
+    the boxes that the motion has to keep out of, None where there are none.
     """
 
     contour: Contour
@@ -47,16 +68,16 @@ class JointPath:
     pose: PoseFunction
     speed: SpeedFunction
     lift: float = 0.0
-    keep_out: KeepOut | None = None
+    keep_out: KeepOutModel | None = None
 
     def solve(self, element: Ints, w: Array) -> Solved:
         """Solve poses at parameter w (n,) of elements (n,)."""
-        tip, angles, length, joint, q_joint = self._asked(element, w)
+        tip, angles, length, joint, q_joint = self._evaluate_pose(element, w)
         q, position, alpha, ok = self.machine.five_axis.solve(tip, angles, length)
         q[joint] = q_joint
         return Solved(q, tip, angles, position, alpha, ok)
 
-    def _asked(self, element: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
+    def _evaluate_pose(self, element: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
         """Tip, nominal angles, tool length; which of the poses (n,) are on motions in joint space, and their joints."""
         path, five_axis = self.contour.path, self.machine.five_axis
         segment = self.contour.segment[element]
@@ -82,19 +103,19 @@ class JointPath:
 
     def q(self, element: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
-        found = np.empty((len(w), len(self.machine.columns)))
+        q = np.empty((len(w), len(self.machine.columns)))
         for part in _parts(len(w)):
-            tip, angles, length, joint, q_joint = self._asked(element[part], w[part])
-            found[part] = self.machine.five_axis.joints(tip, angles, length)
-            found[part][joint] = q_joint
-        return found
+            tip, angles, length, joint, q_joint = self._evaluate_pose(element[part], w[part])
+            q[part] = self.machine.five_axis.joints(tip, angles, length)
+            q[part][joint] = q_joint
+        return q
 
     def speed_cap(self, element: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
-        found = np.empty(len(w))
+        speed = np.empty(len(w))
         for part in _parts(len(w)):
-            found[part] = self.speed(self.contour, element[part], w[part])
-        return found
+            speed[part] = self.speed(self.contour, element[part], w[part])
+        return speed
 
 
 def _parts(n: int) -> Iterator[slice]:

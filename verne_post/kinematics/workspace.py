@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.limits import Check, machine_checks
+from verne_post.kinematics.checks.violations import Check, machine_checks
 from verne_post.model.machine import Machine
 
 Array = NDArray[np.float64]

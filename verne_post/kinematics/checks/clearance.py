@@ -12,27 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base import spans
-from verne_post.kinematics.checks.limits import (
-    WORST_DEPTH,
-    Check,
-    JointBounds,
-    Worst,
-    check_limits,
-    chunks,
-    first_cover,
-    limit_findings,
-)
+from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, chunk_elements, cover_elements
+from verne_post.kinematics.checks.limits import JointBounds, check_limits
+from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel
 from verne_post.model.toolpath import SegmentKind
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
 
 #: A span is halved at most this often: then its points move by a nanometre or less, and what is seen is what is.
 MAX_DEPTH: Final = 24
-#: Spans that are judged together.
+#: Spans that are checked together.
 CHUNK_SPANS: Final = 4096
 #: Half the largest distance between neighbouring samples, ends included, as a share of the span.
 HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
@@ -41,7 +34,7 @@ HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 def check_constraints(
     joints: JointPath, progress: Callable[[int], None] | None = None
 ) -> tuple[JointBounds, list[Finding]]:
-    """Every geometric check of a contour: :func:`check_limits`, the clearances that the machine file has, and what to keep out of."""
+    """Every geometric check of a contour: :func:`check_limits`, the clearances of the machine file, and the keep-out boxes."""
     bounds, findings = check_limits(joints, progress)
     for model in clearances(joints):
         if model.names:
@@ -64,77 +57,62 @@ def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
 
 
 def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
-    """VP211 to VP216 of every element, one for each stretch of consecutive violating segments."""
+    """VP211 to VP216 of every element, one finding for each stretch of consecutive violating elements."""
     contour = joints.contour
+    check = _ClearanceCheck(joints, clearance)
+    for chunk in chunk_elements(len(contour)):
+        for part in cover_elements(contour, chunk):
+            waiting = [part]
+            while waiting:  # the halves of some before others, so that few wait at a time
+                part = waiting.pop()
+                if len(part) > CHUNK_SPANS:
+                    waiting.append(part.take(slice(CHUNK_SPANS, None)))
+                    part = part.take(slice(CHUNK_SPANS))
+                halves = part.halve(check.check(part))
+                if len(halves):
+                    waiting.append(halves)
     checks = clearance_checks(clearance, len(joints.machine.columns))
-    worst = [Worst() for _ in checks]
-    for chunk in chunks(len(contour)):
-        for segment, low, high, depth in first_cover(contour, chunk):
-            _judge_spans(joints, clearance, segment, low, high, depth, worst)
-    return [item for check, found in zip(checks, worst, strict=True) for item in limit_findings(contour, check, found)]
+    return [
+        item for one, worst in zip(checks, check.worst, strict=True) for item in limit_findings(contour, one, worst)
+    ]
 
 
-def _judge_spans(
-    joints: JointPath,
-    clearance: ClearanceModel,
-    segment: Ints,
-    low: Array,
-    high: Array,
-    depth: Ints,
-    worst: list[Worst],
-) -> None:
-    """Judge spans, halving those that cannot be decided; the halves of some before others, so that few wait at a time."""
-    waiting = [(segment, low, high, depth)]
-    straight = _straight(joints)
-    while waiting:
-        segment, low, high, depth = waiting.pop()
-        if len(segment) > CHUNK_SPANS:
-            waiting.append((segment[CHUNK_SPANS:], low[CHUNK_SPANS:], high[CHUNK_SPANS:], depth[CHUNK_SPANS:]))
-            segment, low, high, depth = (
-                segment[:CHUNK_SPANS],
-                low[:CHUNK_SPANS],
-                high[:CHUNK_SPANS],
-                depth[:CHUNK_SPANS],
-            )
-        index = np.flatnonzero(_undecided(joints, clearance, segment, low, high, depth, worst, straight))
-        if len(index):
-            middle = 0.5 * (low[index] + high[index])
-            waiting.append((
-                np.concatenate([segment[index], segment[index]]), np.concatenate([low[index], middle]),
-                np.concatenate([middle, high[index]]), np.concatenate([depth[index], depth[index]]) + 1,
-            ))  # fmt: skip
+class _ClearanceCheck:
+    """Checks spans, and collects the worst violation of each clearance."""
+
+    def __init__(self, joints: JointPath, clearance: ClearanceModel) -> None:
+        self.joints, self.clearance = joints, clearance
+        self.limits = np.array([margin.error_below for margin in clearance.names])
+        self.worst = [Worst() for _ in clearance.names]
+        self.straight = _find_straight(joints)
+
+    def check(self, part: Spans) -> Mask:
+        """Check spans (n,); those that have to be halved (n,)."""
+        clearance = self.clearance
+        element, w = part.samples()
+        owner = element.ravel()
+        margins, points = clearance.evaluate(self.joints.bodies(owner, self.joints.solve(owner, w.ravel())))
+        margins = margins.reshape(*w.shape, -1)
+        moved = {group: _bound_travel(values.reshape(*w.shape, -1)) for group, values in points.items()}
+        seen = margins.min(axis=0) - self.limits
+        certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
+        rigid = np.flatnonzero(self.straight[part.element])
+        if len(rigid) and np.isfinite(clearance.convex_below).any():
+            convex = _bound_convex(margins[:, rigid], clearance.convex_below) - self.limits
+            certain[rigid] = np.maximum(certain[rigid], convex)
+        solvable = np.isfinite(margins).all(axis=(0, 2))  # the others are findings of their own
+        halve = np.zeros(len(part), dtype=bool)
+        for k, worst in enumerate(self.worst):
+            open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
+            broken = open_[seen[open_, k] < -clearance.slack]
+            worst.note(part.element[broken], seen[broken, k], seen[broken, k] + self.limits[k])
+            deepest = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
+            gap = seen[open_, k] - certain[open_, k]
+            halve[open_[(gap > clearance.slack) & (part.depth[open_] < deepest)]] = True
+        return halve
 
 
-def _undecided(
-    joints: JointPath, clearance: ClearanceModel, segment: Ints, low: Array, high: Array, depth: Ints, worst: list[Worst],
-    straight: NDArray[np.bool_],
-) -> NDArray[np.bool_]:  # fmt: skip
-    """Which spans (n,) have to be halved; notes what is broken."""
-    limits = np.array([margin.error_below for margin in clearance.names])
-    u = low + spans.WITH_ENDS[:, None] * (high - low)
-    owner = np.tile(segment, len(u))
-    solved = joints.solve(owner, u.ravel())
-    margins, points = clearance.evaluate(joints.bodies(owner, solved))
-    margins = margins.reshape(*u.shape, -1)
-    moved = {group: _travel(part.reshape(*u.shape, -1)) for group, part in points.items()}
-    seen = margins.min(axis=0) - limits
-    certain = seen - clearance.reach * np.stack([moved[group] for group in clearance.group], axis=1)
-    rigid = np.flatnonzero(straight[segment])
-    if len(rigid) and np.isfinite(clearance.convex_below).any():
-        certain[rigid] = np.maximum(certain[rigid], _by_convexity(margins[:, rigid], clearance.convex_below) - limits)
-    solvable = np.isfinite(margins).all(axis=(0, 2))  # the others are findings of their own
-    halve = np.zeros(len(segment), dtype=bool)
-    for k, found in enumerate(worst):
-        open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
-        broken = open_[seen[open_, k] < -clearance.slack]
-        found.note(segment[broken], seen[broken, k], seen[broken, k] + limits[k])
-        allowed = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
-        more = (seen[open_, k] - certain[open_, k] > clearance.slack) & (depth[open_] < allowed)
-        halve[open_[more]] = True
-    return halve
-
-
-def _straight(joints: JointPath) -> NDArray[np.bool_]:
+def _find_straight(joints: JointPath) -> Mask:
     """Elements (n,) along which the tool keeps its direction on the table and moves straight: a body's distance is convex."""
     contour, path = joints.contour, joints.contour.path
     even = (
@@ -145,10 +123,10 @@ def _straight(joints: JointPath) -> NDArray[np.bool_]:
     return np.asarray(even[contour.segment] & ~contour.blended & (contour.curve < 0))
 
 
-def _by_convexity(margins: Array, below: Array) -> Array:
+def _bound_convex(margins: Array, below: Array) -> Array:
     """Lower bounds (n, k) of convex functions, from values (samples, n, k) at the samples of spans with their ends.
 
-    Between two samples a convex function lies above both lines through the samples before and behind. Minus infinity
+    Between two samples a convex function lies above both lines through the samples before and after it. Minus infinity
     where a value is not ``below`` (k,) and so no exact one.
     """
     order = np.argsort(spans.WITH_ENDS)
@@ -163,16 +141,16 @@ def _by_convexity(margins: Array, below: Array) -> Array:
         elif i == last:
             lowest = here + slope[i - 1] * width
         else:
-            before, behind = slope[i - 1], slope[i + 1]
-            rises = behind > before  # else the stretch is straight, up to rounding
+            before, after = slope[i - 1], slope[i + 1]
+            rises = after > before  # else the stretch is straight, up to rounding
             # where the line that goes on from the left meets the one that comes from the right
-            meet = (there - behind * width - here) / np.where(rises, before - behind, -1.0)
+            meet = (there - after * width - here) / np.where(rises, before - after, -1.0)
             lowest = np.where(rises, here + before * np.clip(meet, 0.0, width), here)
         found = np.minimum(found, np.minimum(lowest, np.minimum(here, there)))
     return np.where((f < below).all(axis=0), found, -np.inf)
 
 
-def _travel(points: Array) -> Array:
+def _bound_travel(points: Array) -> Array:
     """How far a point of spans (samples, n, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
     low, high = spans.enclosure(points[: spans.NODES], 1)
     speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(low), -1, 3)

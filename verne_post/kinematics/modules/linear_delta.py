@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.kinematics.mobility import Joint, rod_pairs
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution, triple, upright_position
 from verne_post.model.protocols import Margin
 
@@ -221,11 +220,6 @@ class LinearDeltaModule:
         singular = np.linalg.svd(self._rods(position, rho), compute_uv=False)
         drops = np.abs(self._rods(position, rho)[..., 2])
         return singular[..., -1] / singular[..., 0], drops.min(axis=-1) / drops.max(axis=-1)
-
-    @property
-    def joint_graph(self) -> tuple[Joint, ...]:
-        """Three sliders, each with two parallel rods."""
-        return rod_pairs(self.actuators, ("1", "2", "3"))
 
     # --- margins ---------------------------------------------------------------------------------
 

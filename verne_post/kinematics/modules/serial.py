@@ -12,7 +12,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.kinematics.mobility import Joint
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution, triple, upright_position
 from verne_post.model.protocols import Margin
 
@@ -93,11 +92,6 @@ class SerialModule:
         """1 and 1, each (...): the axes are at right angles everywhere."""
         ones = np.ones(np.shape(rho)[:-1])
         return ones, ones
-
-    @property
-    def joint_graph(self) -> tuple[Joint, ...]:
-        """A chain of three prismatic joints."""
-        return (Joint("P", "base", "x"), Joint("P", "x", "y"), Joint("P", "y", "platform"))
 
     # --- margins -----------------------------------------------------------------------------
 

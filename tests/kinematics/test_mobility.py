@@ -1,4 +1,4 @@
-"""Mobility of a mechanism from its graph of bodies and joints: the paper's equation (1)."""
+"""Mobility from the graph of bodies and joints, by the paper's equation (1): docs/theory.md quotes the result."""
 
 from collections import defaultdict
 from collections.abc import Iterable
@@ -54,3 +54,23 @@ def rod_pairs(sliders: Iterable[str], legs: Iterable[str]) -> tuple[Joint, ...]:
         for rod in (f"rod {leg}1", f"rod {leg}2"):
             joints += [Joint("S", slider, rod), Joint("S", rod, "platform")]
     return tuple(joints)
+
+
+def test_mobility_of_the_paper():
+    """Equation (1) for Fig. 3: 11 bodies, 15 joints, 39 freedoms, 6 of them internal: m = 3."""
+    found = mobility(rod_pairs(("rho1", "rho2", "rho3"), ("I", "II", "III")))
+    assert (found.bodies, found.joints, found.freedoms, found.internal, found.m) == (11, 15, 39, 6, 3)
+
+
+def test_mobility_of_a_stewart_platform_and_of_a_planar_arm():
+    legs = [
+        joint
+        for k in range(6)
+        for joint in (
+            Joint("U", "base", f"low {k}"),
+            Joint("P", f"low {k}", f"high {k}"),
+            Joint("S", f"high {k}", "top"),
+        )
+    ]
+    assert mobility(legs).m == 6
+    assert mobility([Joint("R", "base", "arm"), Joint("R", "arm", "hand")]).m == 2

@@ -1,0 +1,116 @@
+"""What goes into an identification, readings with their uncertainties, and what comes out."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Readings pairs.
+
+    Attributes
+    ----------
+    rho : ndarray, shape (n, m)
+        Actuators, mm.
+    pose : ndarray, shape (n, 4)
+        x, y, z of P in the base frame (mm) and alpha (rad), NaN where it was not measured.
+    setting : ndarray of int, shape (n,)
+        Rows of one setting share one reading of the actuators, and so its error.
+    line : ndarray of int, shape (n,)
+        Where the row stands in its file.
+    """
+
+    rho: Array
+    pose: Array
+    setting: Ints
+    line: Ints
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Standard uncertainties of the readings: sliders and positions in mm, tilt in rad; 0 is exact.
+
+    An infinite ``tilt`` uses measured tilts only to know which solution a row is. ``rod`` is how far each rod may miss
+    (mm): play and bending, which no length explains; the only error left where all readings are taken as exact.
+    """
+
+    slider: float
+    position: float
+    tilt: float
+    rod: float = 0.0
+
+
+#: Readings exact, all error in the rods: poor statistics, but defined for any lengths, so it comes first.
+EXACT: Final = Uncertainty(0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A combination of lengths that the data do not determine: coefficients, the largest +-1."""
+
+    coefficients: dict[str, float]
+
+    def words(self) -> str:
+        """As one clause: "R1 +1.00 with r1 +1.00"."""
+        parts = [f"{name} {value:+.2f}" for name, value in self.coefficients.items()]
+        return " with ".join(parts) if len(parts) > 1 else f"{next(iter(self.coefficients))} alone"
+
+
+@dataclass(frozen=True)
+class Landing:
+    """Where random starts ended: all lengths (mm), the chi-square there, and how many came."""
+
+    lengths: dict[str, float]
+    chi_square: float
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """What the data say about the lengths.
+
+    Attributes
+    ----------
+    lengths : dict
+        All lengths, mm; held and undetermined ones stand as in the machine file.
+    uncertainty : dict
+        Standard uncertainty of the estimated lengths, mm; NaN where the data do not determine a length.
+    correlation : ndarray, shape (k, k)
+        In the order of ``uncertainty``.
+    tied : tuple of tuple of str
+    undetermined : tuple of Direction
+    chi_square, degrees_of_freedom, probability
+        Of the corrections; the probability that readings with the stated uncertainties give as much or more
+        (NaN without redundancy).
+    residual : ndarray, shape (n, m + 4)
+        Readings minus fitted: actuators, x, y, z (mm), alpha (rad, NaN where not used).
+    misfit : ndarray, shape (n, e)
+        What each rod misses at the fitted readings, mm; zero where rods are exact.
+    scaled : ndarray, shape (n, m + 4 + e)
+        Both in standard uncertainties; NaN where exact or not used.
+    converged : bool
+    landings : tuple of Landing
+        Best first; empty without random starts.
+    failed_starts : int
+    """
+
+    lengths: dict[str, float]
+    uncertainty: dict[str, float]
+    correlation: Array
+    tied: tuple[tuple[str, ...], ...]
+    undetermined: tuple[Direction, ...]
+    chi_square: float
+    degrees_of_freedom: int
+    probability: float
+    residual: Array
+    misfit: Array
+    scaled: Array
+    converged: bool
+    landings: tuple[Landing, ...]
+    failed_starts: int

@@ -1,0 +1,160 @@
+"""The smallest move of a part that brings one line inside its limits: Newton's method on the limits.
+
+The limits are linearised at the worst place of each (sliders by the Jacobian, the others by differences). The least
+move that keeps them is taken, and so on until it stands.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.kinematics.checks.line_measures import grid, is_solvable, measure, shift_line
+from verne_post.kinematics.checks.violations import Check
+from verne_post.kinematics.joint_path import JointPath
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Decimals of a proposed move, mm: a micrometre.
+SHIFT_DECIMALS: Final = 3
+#: Half the step of the differences that stand for the derivative of a margin by the tip, mm.
+DIFFERENCE_MM: Final = 1e-3
+#: Newton's method has settled when a step is shorter, mm.
+SETTLED_MM: Final = 2e-3
+#: Share of the reserve that the linearised limits may leave unused.
+KEPT_RESERVE: Final = 0.9
+#: Steps of Newton's method; the linearised problem is solved anew at each.
+NEWTON_STEPS: Final = 20
+#: Sweeps over the linearised limits in search of the smallest move that keeps them all.
+SWEEPS: Final = 400
+#: Distances at which a reachable place is sought when the line is out of reach, mm.
+SOUGHT_MM: Final = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
+
+
+@dataclass(frozen=True, eq=False)
+class MoveProblem:
+    """What is moved, and inside what.
+
+    Attributes
+    ----------
+    line : JointPath
+    checks : list of Check
+        The limits to keep.
+    basis : ndarray, shape (k, 3)
+        Orthonormal directions in the table frame that the move may combine.
+    end_only : bool
+        The end of a straight line moves alone.
+    also_warnings : bool
+        Keep the weaker bounds too.
+    farthest : float
+        Longest move, mm.
+    """
+
+    line: JointPath
+    checks: list[Check]
+    basis: Array
+    end_only: bool
+    also_warnings: bool
+    farthest: float
+
+    def moved(self, shift: Array) -> JointPath:
+        """The line after a move (3,), mm."""
+        return shift_line(self.line, shift, self.end_only)
+
+
+def find_start(problem: MoveProblem) -> Array | None:
+    """A small combination of the basis (3,) at which all of the line can be solved: zero, or the first that is found."""
+    if is_solvable(problem.moved(np.zeros(3))):
+        return np.zeros(3)
+    basis = problem.basis
+    directions = np.array([signs for signs in product((-1, 0, 1), repeat=len(basis)) if any(signs)]) @ basis
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    for distance in SOUGHT_MM:
+        for direction in directions:
+            there = problem.moved(distance * direction)
+            # the ends and the middle first: most directions fail there
+            few = there.solve(np.zeros(3, dtype=int), np.array([0.0, 0.5, 1.0]))
+            if few.ok.all() and is_solvable(there):
+                return np.asarray(distance * direction)
+    return None
+
+
+def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array | None:
+    """Newton's method on the limits from ``start`` (3,); the rounded move (3,), None where it does not settle.
+
+    ``reserve`` is how far inside its limit each quantity is brought, in its unit.
+    """
+    element, w = grid(problem.line)
+    at, best = start, None
+    for _ in range(NEWTON_STEPS):
+        values, _solved = measure(problem.moved(at), element, w)
+        inside, slope = _linearise(problem, at, values, element, w)
+        inside = inside - reserve
+        if (inside > -KEPT_RESERVE * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
+            best = at
+        rows = slope @ problem.basis.T
+        share = _least_norm(rows, rows @ np.linalg.pinv(problem.basis.T) @ at - inside, 10 * problem.farthest)
+        if share is None:
+            return best
+        goal = np.round(share @ problem.basis, SHIFT_DECIMALS)
+        for _half in range(NEWTON_STEPS):  # back towards where the line can be solved
+            if is_solvable(problem.moved(goal)):
+                break
+            goal = np.round(0.5 * (goal + at), SHIFT_DECIMALS)
+        else:
+            return best
+        if np.linalg.norm(goal) > problem.farthest or np.linalg.norm(goal - at) < SETTLED_MM:
+            return best
+        at = goal
+    return best
+
+
+def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w: Array) -> tuple[Array, Array]:
+    """By check: how far it is inside its bound at its worst sample (c,), and its derivative by the move (c, 3)."""
+    line, checks = problem.line, problem.checks
+    row = np.array([int(np.argmin(check.sign * values[:, check.quantity])) for check in checks])
+    inside = np.array([
+        check.sign * (values[k, check.quantity] - (check.warn if problem.also_warnings else check.limit))
+        for check, k in zip(checks, row, strict=True)
+    ])  # fmt: skip
+    tip, angles = problem.moved(at).pose(line.contour, element[row], w[row])
+    rates = line.machine.five_axis.jacobian(tip, angles, line.contour.tool_length(element[row]))[..., :3]
+    slope = np.empty((len(checks), 3))
+    column = np.array([check.quantity for check in checks])
+    each = np.arange(len(checks))
+    for axis in range(3):
+        step = DIFFERENCE_MM * np.eye(3)[axis]
+        plus = measure(problem.moved(at + step), element[row], w[row])[0]
+        minus = measure(problem.moved(at - step), element[row], w[row])[0]
+        with np.errstate(invalid="ignore"):  # infinite beside the table
+            slope[:, axis] = (plus[each, column] - minus[each, column]) / (2 * DIFFERENCE_MM)
+    for k, check in enumerate(checks):
+        if check.quantity < len(line.machine.module.actuators):
+            slope[k] = rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)
+        slope[k] *= check.sign
+    # a bound that the module does not have (minus infinity), or that has no value here, sets no condition
+    usable = np.isfinite(inside) & np.isfinite(slope).all(axis=1)
+    return np.where(usable, inside, np.inf), np.where(usable[:, None], slope, 0.0)
+
+
+def _least_norm(rows: Array, wanted: Array, longest: float) -> Array | None:
+    """The shortest vector s with ``rows @ s >= wanted``, by cyclic projections in the dual; None where it grows ``longest``."""
+    size = (rows * rows).sum(axis=1)
+    active = np.flatnonzero(np.isfinite(wanted) & (size > 0))
+    weight = np.zeros(len(rows))
+    s = np.zeros(rows.shape[1])
+    for _ in range(SWEEPS):
+        before = s.copy()
+        for k in active:
+            new = max(0.0, weight[k] + (wanted[k] - rows[k] @ s) / size[k])
+            s = s + (new - weight[k]) * rows[k]
+            weight[k] = new
+        if np.abs(s - before).max() < LIMIT_SLACK_MM:
+            return s
+        if np.linalg.norm(s) > longest:
+            return None
+    return s

@@ -1,0 +1,99 @@
+"""One line of a program: its motion, the same motion elsewhere on the table, and what is measured along it."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rotations import axis_of_angles
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.kinematics.checks.clearance import clearance_checks, clearances
+from verne_post.kinematics.checks.violations import Check, machine_checks
+from verne_post.kinematics.joint_path import JointPath, Solved
+from verne_post.model.contour import Contour
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Samples of an element among which the worst place is sought first; 64 parts of a line bring the grid's own error
+#: below the reserves.
+GRID: Final = np.linspace(0.0, 1.0, 65)
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Another way to hold the same tool axes: ``flip`` is 1 for (-A, C + pi), ``turns`` whole turns of C are added."""
+
+    flip: int
+    turns: int
+
+    def of(self, angles: Array) -> Array:
+        """The pairs (..., 2) on this branch."""
+        return np.asarray(angles * [1.0 - 2.0 * self.flip, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns])
+
+
+@dataclass(frozen=True)
+class _MovedPose:
+    """The pose function of a line whose part, or whose end alone, stands elsewhere, or whose table is on another branch."""
+
+    joints: JointPath
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    end_only: bool = False
+    branch: Branch = Branch(0, 0)
+
+    def __call__(self, contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
+        tip, angles = self.joints.pose(contour, element, w)
+        share = w[:, None] if self.end_only else 1.0
+        return tip + share * np.array(self.shift), self.branch.of(angles)
+
+
+def on_branch(line: JointPath, branch: Branch) -> JointPath:
+    """The line with its table on another branch."""
+    return replace(line, pose=_MovedPose(line, branch=branch))
+
+
+def shift_line(line: JointPath, shift: Array, end_only: bool = False) -> JointPath:
+    """The line with its part, or the end of a straight line alone, moved on the table by ``shift`` (3,), mm."""
+    x, y, z = (float(value) for value in shift)
+    keep_out = line.keep_out if end_only or line.keep_out is None else line.keep_out.moved(shift)
+    return replace(line, pose=_MovedPose(line, (x, y, z), end_only), keep_out=keep_out)
+
+
+def every_check(line: JointPath) -> list[Check]:
+    """The bounds on the columns of :func:`measure`."""
+    machine = line.machine
+    checks = machine_checks(machine)
+    first = len(machine.columns) + len(machine.margins)
+    for model in clearances(line):
+        checks += clearance_checks(model, first)
+        first += len(model.names)
+    checks.append(Check("VP210", "height over the table face", None, first, 1.0, 0.0, 0.0, LIMIT_SLACK_MM, "mm", 1.0))
+    return checks
+
+
+def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
+    """Joints, margins, clearances and height over the table face (infinite beside it) of points: (n, m), NaN unsolved."""
+    machine = line.machine
+    solved = line.solve(element, w)
+    parts = [solved.q, machine.module.geometry_margins(solved.position, solved.alpha)]
+    tool = line.contour.tool_length(element)
+    parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line)]
+    nose = solved.tip + tool[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+    heights = [
+        np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)
+        for point in (solved.tip, nose)
+    ]
+    parts.append(np.minimum(*heights)[:, None])
+    return np.concatenate(parts, axis=1), solved
+
+
+def grid(line: JointPath) -> tuple[Ints, Array]:
+    """Element and parameter (n,) of the samples of a line."""
+    n = len(line.contour)
+    return np.repeat(np.arange(n), len(GRID)), np.tile(GRID, n)
+
+
+def is_solvable(line: JointPath) -> bool:
+    """Whether all samples of the line can be solved."""
+    return bool(line.solve(*grid(line)).ok.all())

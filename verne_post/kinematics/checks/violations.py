@@ -1,0 +1,162 @@
+"""What is checked, the worst violation of it on each element, and the findings that say so."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
+from verne_post.model.codes import CODES
+from verne_post.model.contour import Contour
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Machine
+from verne_post.model.verdict import Severity
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Why a pose has no solution, by finding code; other codes say what they mean in general.
+_UNREACHABLE: Final = {
+    "VP110": "out of reach: no position of the sliders closes the rods",
+    "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
+    "VP203": "out of reach: beyond a parallel singularity in every solution",
+}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One bound on one quantity: ``sign * (value - limit)`` must not be below zero.
+
+    Attributes
+    ----------
+    code : str
+        Of the finding.
+    name : str
+    axis : str or None
+        The joint concerned.
+    quantity : int
+        Column of the quantities.
+    sign : float
+    limit, warn : float
+        The bound, and a weaker one below which a warning is due.
+    slack : float
+        A value may be beyond the bound by this.
+    unit : str
+    factor : float
+        From the inside unit to the one that is shown.
+    """
+
+    code: str
+    name: str
+    axis: str | None
+    quantity: int
+    sign: float
+    limit: float
+    warn: float
+    slack: float
+    unit: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class Worst:
+    """Collects the worst margin and value of one check for each element that violates it."""
+
+    by_element: dict[int, tuple[float, float]] = field(default_factory=dict)
+
+    def note(self, element: Ints, margin: Array, value: Array) -> None:
+        """Keep the smallest margins, and the values that have them; all (n,)."""
+        for e, m, v in zip(element.tolist(), margin.tolist(), value.tolist(), strict=True):
+            if e not in self.by_element or m < self.by_element[e][0]:
+                self.by_element[e] = (m, v)
+
+
+def machine_checks(machine: Machine) -> list[Check]:
+    """The bounds of a machine, from its limits and the margins of its module."""
+    checks = []
+    for joint, column in enumerate(machine.columns):
+        slack = LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK
+        for sign, limit in ((1.0, machine.limits.lower[joint]), (-1.0, machine.limits.upper[joint])):
+            if np.isfinite(limit):
+                checks.append(
+                    Check(column.code, CODES[column.code].title, column.joint, joint, sign, float(limit), float(limit),
+                          slack, column.unit, column.factor)
+                )  # fmt: skip
+    n = len(machine.columns)
+    for index, margin in enumerate(machine.margins):
+        checks.append(
+            Check(margin.code, margin.name, margin.axis, n + index, 1.0, margin.error_below, margin.warn_below,
+                  LIMIT_SLACK_MM, margin.unit, 1.0)
+        )  # fmt: skip
+    return checks
+
+
+# --- findings: one for each stretch of consecutive violating elements ------------------------------
+
+
+def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding]:
+    """Findings of one check: errors beyond its limit, warnings beyond its weaker bound."""
+    value_of = {element: value for element, (_margin, value) in worst.by_element.items()}
+    bad = [element for element, v in value_of.items() if check.sign * (v - check.limit) < -check.slack]
+    levels: list[tuple[Severity, list[int], float]] = [("error", bad, check.limit)]
+    if check.warn == check.limit:
+        levels = [("error", list(value_of), check.limit)]
+    else:
+        levels.append(("warning", [element for element in value_of if element not in set(bad)], check.warn))
+    findings = []
+    what = check.axis if check.code.startswith("VP10") and check.axis else check.name
+    if check.code == "VP202":
+        what = f"{check.name} ({check.axis})"
+    unit = f" {check.unit}" if check.unit else ""
+    for severity, elements, limit in levels:
+        for group in _stretches(elements):
+            at = min(group, key=lambda element: check.sign * value_of[element])
+            value, bound = value_of[at] * check.factor, limit * check.factor
+            side = "below" if value < bound else "above"
+            message = f"{what} {value:.6f}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+            findings.append(
+                _finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
+                         limit=bound, unit=check.unit)
+            )  # fmt: skip
+    return findings
+
+
+def table_findings(contour: Contour, below: Worst) -> list[Finding]:
+    """VP210."""
+    findings = []
+    for group in _stretches(below.by_element):
+        at = min(group, key=lambda element: below.by_element[element][0])
+        value = below.by_element[at][1]
+        message = f"tip or spindle nose {-value:.6f} mm below the table face, inside the table's radius"
+        findings.append(_finding(contour, group, at, "VP210", message, value=value, limit=0.0, unit="mm"))
+    return findings
+
+
+def unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
+    """Findings of elements that cannot be solved, given with the code that says why."""
+    return [
+        _finding(contour, group, group[0], code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error")
+        for code in sorted(set(unreachable.values()))
+        for group in _stretches(element for element, why in unreachable.items() if why == code)
+    ]
+
+
+def _finding(contour: Contour, group: list[int], worst: int, code: str, message: str, **values: object) -> Finding:
+    """A finding on the lines of a group of elements; it counts their programmed segments."""
+    first, last, at = contour.line(np.array([group[0], group[-1], worst])).tolist()
+    count = len(np.unique(contour.segment[group]))
+    return finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
+
+
+def _stretches(elements: Iterable[int]) -> Iterator[list[int]]:
+    """Maximal groups of consecutive numbers."""
+    group: list[int] = []
+    for element in sorted(elements):
+        if group and element != group[-1] + 1:
+            yield group
+            group = []
+        group.append(element)
+    if group:
+        yield group
