@@ -92,7 +92,10 @@ def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
 
 
 def test_bad_programs_are_results() -> None:
-    for source, verdict in (("G1 X", "unusable program"), ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "violates limits")):
+    for source, verdict in (
+        ("G1 X", "unusable program"),
+        ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "violates limits"),
+    ):
         result = vp.convert(source, "verne", vp.Options(tool_length=80))
         assert (result.ok, result.setpoints) == (False, None)
         assert result.verdict == verdict
