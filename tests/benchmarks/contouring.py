@@ -32,7 +32,7 @@ import verne_post
 from verne_post import Options, convert
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.app.convert import Plan, plan_program
+from verne_post.app.plan import Plan, plan_program
 from verne_post.cli.arithmetic import settings
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset

@@ -35,7 +35,7 @@ CHOICES = (
     ("", "", "--from home", "--from home --to home", "--to home"),
     ("", "", "", "", "--override 0.5", "--slow-start 20", "--override 0.3 --slow-start 20"),
     ("", "", "", "", "--air 20", "--air 10 --air-along table"),
-    ("", "", "", "--decimals 9", "--format pvt", "--format linuxcnc", "--format ros2-json"),
+    ("", "", "", "--decimals 9", "--format pvt", "--format linuxcnc", "--format ros2"),
     ("", "", "", "", "--allow-rewind"),
     ("", "", "", "", "", "--solver toppra", "--solver both", "--quality"),
     ("", "", "--block-delete", "--optional-stop"),

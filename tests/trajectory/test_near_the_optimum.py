@@ -7,7 +7,7 @@ import pytest
 
 from verne_post import Machine, Options
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import plan_program
+from verne_post.app.plan import plan_program
 
 MOVES = 40
 

@@ -5,7 +5,8 @@ import pytest
 
 import verne_post
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import Plan, plan_program, setpoint_blocks
+from verne_post.app.convert import setpoint_blocks
+from verne_post.app.plan import Plan, plan_program
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.output.rounding import setpoint_format

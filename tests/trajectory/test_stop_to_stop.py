@@ -12,7 +12,7 @@ import pytest
 
 import verne_post
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import plan_program
+from verne_post.app.plan import plan_program
 from verne_post.model.findings import SolverError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset

@@ -1,7 +1,7 @@
 """A program is checked without making setpoints; the summary has the machining time."""
 
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import plan_program
+from verne_post.app.plan import plan_program
 from verne_post.app.result import Progress, Result, refused
 from verne_post.app.summary import summarise
 from verne_post.base.long_text import Text

@@ -4,13 +4,13 @@ Everything is checked before the first row is made, and every row is verified; t
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble, drives_of
-from verne_post.app.constraints import check_program
+from verne_post.app.plan import Plan, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.summary import summarise
 from verne_post.app.verify import verifier_of
@@ -21,24 +21,11 @@ from verne_post.model.moves import Event
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import TimedEvent
-from verne_post.model.verdict import worst
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints, setpoint_format
 from verne_post.output.setpoints import column_names
 from verne_post.trajectory.event_rows import EventRows
-from verne_post.trajectory.override import feed_override
-from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
-from verne_post.trajectory.sample import Timeline, rows, timeline
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """A checked program with its time profiles."""
-
-    program: Program
-    profiles: MotionProfiles
-    timeline: Timeline
-    findings: tuple[Finding, ...]
+from verne_post.trajectory.sample import rows
 
 
 def convert_source(
@@ -80,29 +67,6 @@ def convert_source(
     findings = (*plan.findings, *_own_faults(verification, options))
     setpoints = None if sink is not None or not verification.ok else _collect(collected, machine, fmt)
     return Result(findings, summary, setpoints)
-
-
-def plan_program(program: Program, progress: Progress | None = None) -> Plan:
-    """Check and, when nothing is wrong, plan.
-
-    Raises
-    ------
-    InputError
-        With all findings when one of them is an error.
-    SolverError
-        When no feasible velocity profile is found.
-    """
-    options = program.options
-    played = feed_override(options.override, options.slow_start, program.machine.limits)
-    bounds, findings = check_program(program, progress)
-    if worst(findings) == "error":
-        raise InputError(*findings)
-    total = len(program.contour)
-    report = None if progress is None else lambda done: progress("planning", done, total)
-    planning = PlanningOptions(program.cycle, options.solver, options.quality, played)
-    limits = program.machine.limits
-    profiles = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, report)
-    return Plan(program, profiles, timeline(program.contour, profiles, planning), tuple(findings))
 
 
 def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:

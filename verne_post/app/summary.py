@@ -1,9 +1,8 @@
 """The facts of a conversion, collected from its plan."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from verne_post.app.plan import Plan
 from verne_post.base.columns import blocks
 from verne_post.base.long_text import Text
 from verne_post.kinematics.checks.keep_out import tool_of_moves
@@ -13,11 +12,8 @@ from verne_post.model.summary import Part, Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints
 
-if TYPE_CHECKING:
-    from verne_post.app.convert import Plan
 
-
-def _parts(plan: "Plan") -> tuple[tuple[Event, ...], tuple[Part, ...]]:
+def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     """What happens before the first motion; and the rows between stops, with what happens after them.
 
     An event belongs to the gap between the two moves with a length that it stands between.
@@ -39,7 +35,7 @@ def _parts(plan: "Plan") -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     return within(0), tuple(Part(first, last, within(number)) for first, last, number in parts)
 
 
-def summarise(source: Text, plan: "Plan", fmt: SetpointFormat, verdict: Verification | None) -> Summary:
+def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
