@@ -53,7 +53,7 @@ WEAK_SHARE: Final = 0.01
 NOISE_LEVERAGE: Final = 3.0
 #: Coefficients below this are left out where an undetermined combination is named.
 SMALL_COEFFICIENT: Final = 0.03
-#: No coordinate of a machine is larger, mm; a larger number is a slip of the hand, and would drown the fit.
+#: No coordinate of a machine is larger, mm; a larger number is a typing mistake, and would dominate the fit.
 LARGEST_READING_MM: Final = 1e6
 #: Two fits that end closer than this in every length ended in one place.
 SAME_LENGTHS_MM: Final = 0.01
