@@ -1,13 +1,13 @@
 """Rows come in blocks, and a verdict does not depend on where the blocks end: not of good files, and not of spoilt ones."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from verne_post.pipeline import Program, read_program, verify_setpoints
 
+from verne_post.app.assemble import Program, assemble
+from verne_post.app.verify import verify_setpoints
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import setpoint_format
 from verne_post.trajectory.sample import BLOCK_ROWS
@@ -79,7 +79,7 @@ HOW: dict[str, Callable[..., Table]] = {
 SOURCES = {
     "stops": (LOOPS, OPTIONS),
     "rounded": (ROUNDED, OPTIONS),
-    "0.05 s a row": (ROUNDED, replace(OPTIONS, cycle=0.05)),
+    "0.05 s a row": (ROUNDED, OPTIONS.changed(cycle=0.05)),
 }
 
 
@@ -92,7 +92,7 @@ def rest_places(values: np.ndarray) -> np.ndarray:
 def test_a_good_file_passes_wherever_a_block_ends(what: str) -> None:
     source, options = SOURCES[what]
     values, line = made(source, options)
-    asked = read_program(source, MACHINE, options)
+    asked = assemble(source, MACHINE, options)
     changes = np.flatnonzero(np.diff(line)) + 1
     near = np.unique(
         np.concatenate([changes + k for k in (-2, -1, 0, 1, 2)] + [rest_places(values), [1, 2, len(line) - 1]])
@@ -108,7 +108,7 @@ def test_a_spoilt_file_fails_alike_wherever_a_block_ends(what: str, how: str) ->
     """Spoilt from a line's first row on, to its last, and by a single row; blocks end at each edge and beside it."""
     source, options = SOURCES[what]
     values, line = made(source, options)
-    asked = read_program(source, MACHINE, options)
+    asked = assemble(source, MACHINE, options)
     edges = [0, *(np.flatnonzero(np.diff(line)) + 1).tolist(), len(line) - 1]
     for first, last in pairwise(edges):
         for a, b in {(first, last), (first, first + 1), (last - 1, last), (first, (first + last) // 2)}:
@@ -139,7 +139,7 @@ def of_line(values: np.ndarray, line: np.ndarray, number: int, count: int) -> li
 def test_one_of_several_motions_of_a_line_left_out(number: int) -> None:
     """A circle ends where it begins: without its rows nothing jumps, no line is missing, and only one of four is gone."""
     values, line = made(LOOPS)
-    asked = read_program(LOOPS, MACHINE, OPTIONS)
+    asked = assemble(LOOPS, MACHINE, OPTIONS)
     first, last = of_line(values, line, 4, 4)[number]
     spoilt = deleted(values, line, first, last)
     for ends in ([], [first], [first - 1], [first + 1], range(1, len(line), 3)):
@@ -149,7 +149,7 @@ def test_one_of_several_motions_of_a_line_left_out(number: int) -> None:
 @pytest.mark.parametrize("number", [0, 1, 2, 3])
 def test_one_of_several_motions_of_a_line_twice(number: int) -> None:
     values, line = made(LOOPS)
-    asked = read_program(LOOPS, MACHINE, OPTIONS)
+    asked = assemble(LOOPS, MACHINE, OPTIONS)
     first, last = of_line(values, line, 4, 4)[number]
     spoilt = repeated(values, line, first, last)
     for ends in ([], [first], [last], [last - 1], [last + 1], range(1, len(line), 3)):
@@ -167,7 +167,7 @@ def test_a_file_spoilt_where_a_block_of_the_real_size_ends(how: str, shift: int)
     source = program(f"G0 X0 Y0 Z24 A0 C0\n{LONG}")
     values, line = made(source)
     assert len(line) > BLOCK_ROWS + 1000
-    asked = read_program(source, MACHINE, OPTIONS)
+    asked = assemble(source, MACHINE, OPTIONS)
     at = BLOCK_ROWS + shift
     spoilt = HOW[how](values, line, at, at + 40)
     whole = verdict(asked, *spoilt, [])

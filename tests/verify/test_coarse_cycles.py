@@ -3,13 +3,12 @@
 The judge of the turns of a circle shares nothing with planning or verification but the forward kinematics.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import verne_post
-from verne_post.model.options import Options, WorkOffset
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 
 from .test_verifier import MACHINE, codes, judge, made, program
 
@@ -43,7 +42,7 @@ def turned(points: np.ndarray, center: tuple[float, float]) -> np.ndarray:
 @pytest.mark.parametrize("cycle", CYCLES)
 def test_circles_pass_at_any_cycle(cycle: float, mode: str) -> None:
     """A full circle, half of its feed's second long, a line along its diameter and half a circle as short as a cycle."""
-    options = replace(OPTIONS, cycle=cycle, smoothing=mode)
+    options = OPTIONS.changed(cycle=cycle, smoothing=mode)
     values, _line = made(source("F2000\nG2 I5\nG1 X5\nG2 X7 I1"), options)
     assert np.abs(tips(values)[-1] - [7.0, 0.0, 5.0]).max() < 1e-4
 
@@ -54,7 +53,7 @@ def test_circles_pass_at_any_cycle(cycle: float, mode: str) -> None:
 ])  # fmt: skip
 def test_rows_show_every_turn(words: str, center: tuple[float, float], turns: int, cycle: float) -> None:
     """Whoever adds up the angles from row to row finds the turns of the program: fewer rows could be fewer turns."""
-    values, line = made(source(f"F6000 {words}"), replace(OPTIONS, cycle=cycle, smoothing="off"))
+    values, line = made(source(f"F6000 {words}"), OPTIONS.changed(cycle=cycle, smoothing="off"))
     points = tips(values)
     steps = turned(points[line == 3], center)
     assert np.sum(steps) == pytest.approx(turns, abs=1e-3)  # a radius of 0.02 mm is written to 1e-5 mm
@@ -66,7 +65,7 @@ def test_turns_that_rows_do_not_show_are_refused(cycle: float) -> None:
     """The same places with fewer turns between them: the rows of a program without the circle, under its lines."""
     whole, short = source("F2000 G1 X5\nG2 J3\nG1 X9", "G21 G90 G94 G17 G61.1"), source("F2000 G1 X5\nX9")
     for mode in ("off", "blend"):
-        options = replace(OPTIONS, cycle=cycle, smoothing=mode)
+        options = OPTIONS.changed(cycle=cycle, smoothing=mode)
         values, line = made(short, options)
         assert {"VP412", "VP413"} & codes(judge(whole, values, np.where(line == 4, 5, line), options))
         standing = np.where(line == 4, 4, line)
@@ -79,7 +78,7 @@ def test_turns_that_rows_do_not_show_are_refused(cycle: float) -> None:
 def test_more_than_half_a_turn_in_a_step_is_not_accepted(places: tuple[float, ...], shown: bool) -> None:
     """Some rows of a circle, as a file of half a second a row: each is on the path, and none is early."""
     asked = source("F2000\nG2 I1.5\nG1 X9", "G21 G90 G94 G17 G61.1")
-    fine, coarse = (replace(OPTIONS, cycle=cycle, smoothing="off") for cycle in (0.001, 0.5))
+    fine, coarse = (OPTIONS.changed(cycle=cycle, smoothing="off") for cycle in (0.001, 0.5))
     values, line = made(asked, fine)
     circle = np.flatnonzero(line == 4)
     done = -np.cumsum(turned(tips(values)[: circle[-1] + 2], (1.5, 0.0)))
@@ -106,7 +105,7 @@ SHORT = {
 @pytest.mark.parametrize("cycle", [0.001, 0.002, 0.01, 0.05, 0.5])
 @pytest.mark.parametrize("what", SHORT)
 def test_moves_as_short_as_rounding_pass(what: str, cycle: float, mode: str) -> None:
-    made(source(f"F1000\n{SHORT[what]}"), replace(OPTIONS, cycle=cycle, smoothing=mode))
+    made(source(f"F1000\n{SHORT[what]}"), OPTIONS.changed(cycle=cycle, smoothing=mode))
 
 
 @pytest.mark.parametrize("step", [3e-7, 9e-7, 1e-6])
@@ -136,7 +135,7 @@ SLOW = {
 def test_rounding_is_no_feed(what: str) -> None:
     """Rows that are nearer to each other than a few units of the last decimal say little about the speed."""
     body, cycle = SLOW[what]
-    made(source(body), replace(OPTIONS, cycle=cycle))
+    made(source(body), OPTIONS.changed(cycle=cycle))
 
 
 @pytest.mark.parametrize(("excess", "found"), [(1.0, set()), (1.004, {"VP404"})])
@@ -144,7 +143,7 @@ def test_feed_in_corners_is_judged_at_slow_feeds(excess: float, found: set[str])
     """F20 at 2 ms: 7e-4 mm a row, of which rounding to 1e-5 mm and 1e-6 deg leaves 0.1 % over 256 rows."""
     angle = np.linspace(0, np.pi, 40)
     points = "\n".join(f"G1 X{np.sin(a):.4f} Y{1 - np.cos(a):.4f}" for a in angle[1:])
-    options = replace(OPTIONS, cycle=0.002)
+    options = OPTIONS.changed(cycle=0.002)
     values, line = made(source(f"F20\n{points}"), options)
     assert codes(judge(source(f"F{20 / excess:.9f}\n{points}"), values, line, options)) == found
 
@@ -164,4 +163,4 @@ SHAPES = {
 @pytest.mark.parametrize("cycle", [0.002, 0.02, *COARSE])
 @pytest.mark.parametrize("what", SHAPES)
 def test_small_shapes_pass_at_any_cycle(what: str, cycle: float, mode: str) -> None:
-    made(source(f"F3000 G1\n{SHAPES[what]}"), replace(OPTIONS, cycle=cycle, smoothing=mode))
+    made(source(f"F3000 G1\n{SHAPES[what]}"), OPTIONS.changed(cycle=cycle, smoothing=mode))

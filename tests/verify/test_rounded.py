@@ -1,7 +1,6 @@
 """The verifier on files with rounded corners: it passes what is right, and refuses what leaves more than corners out."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -202,8 +201,7 @@ def programs(draw: st.DrawFn) -> tuple[bytes, Options]:
             words.append({"L": f"G1 {xy}", "T": f"G1 {turned}", "5": f"G1 {xy} {turned}", "R": f"G0 {xy}"}[kind])
     if not any(word.startswith(("G1", "G2 ", "G3 ", "G0")) for word in words[2:]):
         words.append("G0 X1")
-    options = replace(
-        OPTIONS,
+    options = OPTIONS.changed(
         cycle=draw(st.sampled_from([0.00025, 0.001, 0.004])),
         smoothing=draw(st.sampled_from(["blend", "spline"])),
     )

@@ -1,7 +1,7 @@
-"""Columns as long as a program: made block by block, in memory while they are short, in temporary files beyond.
+"""Columns as long as a program: built block by block, in memory while they are short, in temporary files beyond that.
 
-A column is read like any other array. What has been read of a file counts as memory of the process until it is given up
-(:func:`release_memory`), and the system writes out and drops what it needs for others: programs of any length fit.
+A column is read like any other array. Pages of a file that were read count as memory of the process until they are given up
+(:func:`release_memory`). So programs of any length fit.
 """
 
 import mmap
@@ -14,7 +14,7 @@ from typing import IO, Any, Final, TypeVar
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-#: Rows that are worked on together: temporary arrays have no more. A number of the rows of any table.
+#: Rows that are worked on together, of any table: temporary arrays have no more.
 BLOCK_ROWS: Final = 1 << 16
 #: A column of more bytes goes to a file; some forty are held at a time.
 IN_MEMORY: Final = 1 << 21
@@ -25,7 +25,7 @@ _MAPS: "weakref.WeakSet[mmap.mmap]" = weakref.WeakSet()
 
 
 def blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
-    """Where the blocks of rows ``first`` to ``n`` begin and end; what the work on one has read is given up before the next."""
+    """Begin and end of the blocks of rows ``first`` to ``n``; memory that one has read is released before the next."""
     for begin in range(first, n, BLOCK_ROWS):
         if begin > first:
             release_memory()
@@ -33,14 +33,14 @@ def blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
 
 
 def release_memory() -> None:
-    """Let the system have the memory of everything that was read from files; it is read again where it is needed."""
+    """Give back the memory of everything that was read from files; it is read again where it is needed."""
     for each in tuple(_MAPS):
         if hasattr(each, "madvise"):
             each.madvise(mmap.MADV_DONTNEED)
 
 
 def map_columns(file: IO[bytes], kind: type[_Map]) -> _Map:
-    """What lies in a file, to be read; it may be closed then. :func:`release_memory` knows of it."""
+    """Map a file for reading; it may be closed then. :func:`release_memory` releases its pages."""
     whole = kind(file.fileno(), 0, access=mmap.ACCESS_READ)
     _MAPS.add(whole)
     return whole
@@ -52,15 +52,15 @@ def running_sums(values: NDArray[Any]) -> NDArray[Any]:
     last = np.zeros(1, sums.dtype)
     sums.extend(last)
     for first, end in blocks(len(values)):
-        some = np.cumsum(np.append(last, values[first:end]))[1:]
-        sums.extend(some)
-        last = some[-1:]
+        block = np.cumsum(np.append(last, values[first:end]))[1:]
+        sums.extend(block)
+        last = block[-1:]
     return sums.column()
 
 
 @contextmanager
 def temporary_storage() -> Iterator[None]:
-    """What goes wrong with a temporary file, which has no name, is told with the name of the folder that is full."""
+    """Name the folder of temporary files in errors: the files have no name."""
     try:
         yield
     except OSError as error:
@@ -79,7 +79,7 @@ class Growing:
     Raises
     ------
     OSError
-        By what adds to it: the folder of temporary files, which it names, is full.
+        When rows are added and the folder of temporary files, which the error names, is full.
     """
 
     def __init__(self, dtype: DTypeLike, *width: int) -> None:
@@ -103,7 +103,7 @@ class Growing:
     def _write(self) -> None:
         with temporary_storage():
             if self._file is None:
-                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole, or nobody wants it
+                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole or deleted
                 weakref.finalize(self, self._file.close)
             for block in self._blocks:
                 self._file.write(block.data.cast("B"))
@@ -111,15 +111,15 @@ class Growing:
         self._blocks, self._held = [], 0
         release_memory()  # what has been read to make them
 
-    def copy(self, rows: NDArray[Any], before: int = 0, behind: int = 0) -> None:
-        """Add rows (m, *width) of another column, which may be long; the first and last as often again before and behind."""
+    def copy(self, rows: NDArray[Any], before: int = 0, after: int = 0) -> None:
+        """Add rows (m, *width) of another column, which may be long; the first and last repeated so often before and after."""
         self.extend(rows[:1].repeat(before, axis=0))
         for first, last in blocks(len(rows)):
             self.extend(rows[first:last])
-        self.extend(rows[-1:].repeat(behind, axis=0))
+        self.extend(rows[-1:].repeat(after, axis=0))
 
     def column(self) -> NDArray[Any]:
-        """Everything that was added; nothing can be added any more."""
+        """Return all rows (count, *width); none can be added any more."""
         shape = (self.count, *self.width)
         if self._file is None:
             if not self._blocks:
@@ -144,5 +144,5 @@ class GrowingTable:
             column.extend(part)
 
     def columns(self) -> dict[str, Any]:
-        """All columns, whole."""
+        """Return all columns, whole."""
         return {name: column.column() for name, column in self._columns.items()}

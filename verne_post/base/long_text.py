@@ -12,14 +12,14 @@ _CHUNK: Final = 1 << 20
 
 
 class LongText(mmap.mmap):
-    """What ``bytes`` have and maps of files lack, as far as readers of programs need it."""
+    """A mapped file with the methods of ``bytes`` that readers of programs need and maps lack."""
 
     def count(self, byte: bytes, start: int = 0, end: int | None = None) -> int:
-        """How often one byte occurs in a stretch."""
+        """Count one byte in a stretch."""
         return sum(part.count(byte) for part in parts(self, start, end))
 
     def index(self, part: bytes) -> int:
-        """Where a part stands that occurs."""
+        """Position of the first occurrence of a part, which must occur."""
         at = self.find(part)
         if at < 0:
             raise ValueError(f"{part!r} does not occur")
@@ -39,7 +39,7 @@ Text = bytes | LongText
 
 
 def parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]:
-    """A stretch of a text in parts; what was read of a file is given up behind each."""
+    """A stretch of a text in parts; memory of a mapped file is released after each."""
     last = len(text) if end is None else min(end, len(text))
     for at in range(start, last, _CHUNK):
         yield text[at : min(at + _CHUNK, last)]
@@ -47,7 +47,7 @@ def parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]
 
 
 def sha256(text: Text) -> str:
-    """Its digest in hexadecimal."""
+    """SHA-256 of a text, in hexadecimal."""
     digest = hashlib.sha256()
     for part in parts(text):
         digest.update(part)
@@ -55,12 +55,12 @@ def sha256(text: Text) -> str:
 
 
 def text_in(file: IO[bytes]) -> LongText:
-    """The text in a file that nobody else can change."""
+    """Map the text of a file that nobody else changes."""
     return map_columns(file, LongText)
 
 
 def line_of(text: Text, number: int) -> bytes | None:
-    """Line ``number``, 1-based, without its end; None behind the last one."""
+    """Line ``number``, 1-based, without its end; None after the last one."""
     start, left = 0, number - 1
     while left:
         part = text[start : start + _CHUNK]

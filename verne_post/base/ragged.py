@@ -1,4 +1,4 @@
-"""Ragged tables laid out flat: things that have several parts each, one part after the other."""
+"""Ragged tables laid out flat: each owner has several parts, one after the other."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +7,6 @@ Ints = NDArray[np.integer]
 
 
 def ragged(count: Ints) -> tuple[Ints, Ints]:
-    """Owner and place of every part (m,), for things (n,) that have ``count`` parts, 0 or more: places begin at 0."""
+    """Owner and place of every part (m,), for owners (n,) with ``count`` parts, 0 or more; places begin at 0."""
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)

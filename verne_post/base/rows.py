@@ -13,17 +13,17 @@ Array = NDArray[np.float64]
 
 def row_max(table: Array) -> Array:
     """Largest value of each row."""
-    return _reduced(np.maximum, table)
+    return _reduce_columns(np.maximum, table)
 
 
 def row_min(table: Array) -> Array:
     """Smallest value of each row."""
-    return _reduced(np.minimum, table)
+    return _reduce_columns(np.minimum, table)
 
 
 def row_sum(table: Array) -> Array:
     """Sum of each row."""
-    return _reduced(np.add, table)
+    return _reduce_columns(np.add, table)
 
 
 def row_norm(table: Array) -> Array:
@@ -31,6 +31,6 @@ def row_norm(table: Array) -> Array:
     return np.sqrt(row_sum(table * table))
 
 
-def _reduced(pair: np.ufunc, table: Array) -> Array:
+def _reduce_columns(pair: np.ufunc, table: Array) -> Array:
     first, *others = table.T
     return np.asarray(reduce(pair, others, first.copy()))

@@ -35,6 +35,11 @@ ROD_RESIDUAL_MM2: Final = 2e-6
 #: sin(tilt of the tool axis) below which the axis counts as vertical, so that C means nothing.
 POLE_SINE: Final = 1e-9
 
+# --- drives --------------------------------------------------------------------------------
+
+#: The iteration for a commanded place ends below this step (mm, degrees): rounding of a coordinate of some hundred mm.
+DRIVE_STEP: Final = 1e-13
+
 # --- identification of lengths from measured poses -----------------------------------------
 
 #: Corrections of readings have settled below this step (mm, rad): far below any instrument, above rounding.
@@ -48,7 +53,7 @@ WEAK_SHARE: Final = 0.01
 NOISE_LEVERAGE: Final = 3.0
 #: Coefficients below this are left out where an undetermined combination is named.
 SMALL_COEFFICIENT: Final = 0.03
-#: No coordinate of a machine is larger, mm; a larger number is a slip of the hand, and would drown the fit.
+#: No coordinate of a machine is larger, mm; a larger number is a typing mistake, and would dominate the fit.
 LARGEST_READING_MM: Final = 1e6
 #: Two fits that end closer than this in every length ended in one place.
 SAME_LENGTHS_MM: Final = 0.01
@@ -130,8 +135,14 @@ FEED_RATIO: Final = 1.001
 PATH_TIP_MM: Final = 1e-3
 PATH_AXIS_DEG: Final = 1e-3
 #: Share of a column's limits that rounding to its decimals may cost: half of what is accepted beyond the limit, or less
-#: where mending has used some of it (velocity, acceleration, jerk).
+#: where repairs of the profile have used some of it (velocity, acceleration, jerk).
 ROUNDING_SHARES: Final = (2e-4, 1e-3, 0.01)
+#: Noise that exceeds its share by no more than this, relative, is inside it: decimals are chosen for equality.
+SHARE_ROUNDING: Final = 1e-12
+#: A dwell this close above a whole number of cycles is that number (in cycles).
+WHOLE_CYCLE: Final = 1e-9
+#: A joint that moves less than this over a file (mm, rad) stands still: its errors are not divided by its motion.
+STANDING_JOINT: Final = 1e-9
 #: A unit of the last decimal is no larger than this, mm and rad: the tip moves by three times the one and a metre times the
 #: other, together 5 % of PATH_TIP_MM.
 ROUNDING_MM: Final = 1e-5

@@ -8,7 +8,7 @@ from verne_post.model.verdict import Severity
 
 @dataclass(frozen=True)
 class Code:
-    """What a finding code means, what the program does about it, and how a person mends it."""
+    """What a finding code means, and what a person can do about it."""
 
     code: str
     title: str
@@ -70,14 +70,14 @@ CODES: Final[dict[str, Code]] = _table(
         "VP008",
         "impossible arc",
         "error",
-        "Start, end and centre or radius of the arc do not fit together.",
+        "Start, end and centre (or radius) of the arc do not fit together.",
         "Post the arc with more decimals, or as straight moves.",
     ),
     (
         "VP009",
-        "feed missing",
+        "feed rate missing",
         "error",
-        "A feed move has no feed: F is zero, was never given, or must stand in each block (G93).",
+        "A feed move has no feed rate: F is zero, was never given, or must stand in each block (G93).",
         "Give F.",
     ),
     (
@@ -98,15 +98,15 @@ CODES: Final[dict[str, Code]] = _table(
         "VP012",
         "tool length unknown",
         "error",
-        "The tool length that the program needs has not been said.",
+        "The program needs a tool length that was not given.",
         "Give --tool-length, --tool-table with the tool, or G10 L1 in the program.",
     ),
     (
         "VP013",
         "position unknown",
         "error",
-        "An incremental move, an arc or a G92 needs a position that no absolute word has named yet.",
-        "Name the axis with G90 first.",
+        "An incremental move, an arc or a G92 needs a position that no absolute word has set yet.",
+        "Program the axis in G90 first.",
     ),
     (
         "VP014",
@@ -126,12 +126,12 @@ CODES: Final[dict[str, Code]] = _table(
         "VP016",
         "tool length changed under tilt",
         "error",
-        "After a change of tool length with the table tilted, the next move must be a rapid in absolute terms.",
-        "Follow the change with a G0 that names the position.",
+        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in G90.",
+        "Program a G0 with the position after the change.",
     ),
     (
         "VP017",
-        "modal state forbids it",
+        "not allowed in this modal state",
         "error",
         "The code is not allowed in the present modal state.",
         "Change the mode that the message names first.",
@@ -148,14 +148,14 @@ CODES: Final[dict[str, Code]] = _table(
         "unreadable tool table",
         "error",
         "A line of the tool table is not of the form 'T1 P1 Z50 D6 ; remark'.",
-        "Mend the line that the message names.",
+        "Correct the line that the message names.",
     ),
     (
         "VP020",
         "unreadable setpoint file",
         "error",
         "The setpoint file does not have the columns or the numbers that the machine needs.",
-        "Write it with verne-post convert, or mend the row that the message names.",
+        "Write it with verne-post convert, or correct the row that the message names.",
     ),
     (
         "VP021",
@@ -167,7 +167,7 @@ CODES: Final[dict[str, Code]] = _table(
     ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
     (
         "VP023",
-        "O words that do not fit together",
+        "O words do not match",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
         "Close what is open, in reverse order, with the same label; define a subroutine before the program calls it.",
@@ -177,20 +177,20 @@ CODES: Final[dict[str, Code]] = _table(
         "program without end",
         "error",
         "Loops and calls repeat more blocks, or go deeper, than is permitted.",
-        "Mend the condition of the loop; where so many blocks are meant, raise --max-repeats.",
+        "Correct the condition of the loop; where so many blocks are meant, raise --max-repeats.",
     ),
     (
         "VP025",
         "impossible parameter",
         "error",
-        "The parameter does not exist, has no value, or cannot be set.",
+        "The parameter does not exist, has no value, or is read-only.",
         "Set it first, or use one that the message names.",
     ),
     (
         "VP026",
         "impossible cutter compensation",
         "error",
-        "The tool's radius does not fit the contour, or the move is none that compensation knows.",
+        "The tool radius does not fit the contour, or compensation is not possible for this kind of move.",
         "Use a smaller tool, a longer straight entry move, or a contour without such corners.",
     ),
     (
@@ -198,29 +198,29 @@ CODES: Final[dict[str, Code]] = _table(
         "stopped by the program",
         "error",
         "The program itself asks to stop, with (ABORT, ...).",
-        "Do what its message says.",
+        "Follow its message.",
     ),
     (
         "VP028",
         "unreadable parameter file",
         "error",
         "A line of the parameter file is not a number and a value.",
-        "Mend the line that the message names.",
+        "Correct the line that the message names.",
     ),
     (
         "VP029",
-        "no restart here",
+        "no restart (block search) at this line",
         "error",
         "--from-line names a line that the program does not execute exactly once by itself, or one inside cutter "
         "compensation or a canned cycle.",
-        "Take the line that the message names.",
+        "Use the line that the message names.",
     ),
     (
         "VP030",
-        "cycle words of the other distance mode",
+        "canned cycle words of the other distance mode",
         "warning",
         "A canned cycle goes on after G90 or G91 has changed, with R or a depth that was given before: the number now means "
-        "something else, or is kept where another control would read it anew. The message has both depths.",
+        "something else, or is kept where another control would read it again. The message has both depths.",
         "Give R and the bottom of the hole again after every change of G90 and G91.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
@@ -229,27 +229,27 @@ CODES: Final[dict[str, Code]] = _table(
         "slider travel",
         "error",
         "A slider, or a linear axis of a serial machine, leaves its travel.",
-        "Move the part on the table (--wcs), or tilt differently.",
+        "Move the part on the table (--wcs), or use another tilt.",
     ),
     (
         "VP102",
         "tilt range",
         "error",
-        "The actuated tilt A (the programmed tilt plus the platform's tilt) leaves its range.",
+        "The actuated tilt A (programmed tilt plus platform tilt alpha) leaves its travel.",
         "Tilt less, or post with the other table solution.",
     ),
     (
         "VP103",
         "rotary range",
         "error",
-        "The rotary axis C leaves its range.",
-        "Unwind C in the program, or use a machine file without c_deg.",
+        "The rotary axis C leaves its travel.",
+        "Rewind C in the program, or use a machine file without c_deg.",
     ),
     (
         "VP110",
         "out of reach",
         "error",
-        "No real solution of the rod equations exists: the rods are too short for this pose.",
+        "The inverse kinematics has no real solution: the rods are too short for this pose.",
         "Move the part towards the middle of the workspace (--wcs), or use a shorter tool.",
     ),
     # --- VP2xx: singularity, rod crossing, clearance ----------------------------------------
@@ -280,8 +280,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP210",
         "below the table face",
         "error",
-        "The tool tip or the spindle nose is below the table face, inside the table's radius.",
-        "Raise the part's zero (--wcs), or use a longer tool.",
+        "The tool tip or the spindle nose is below the table face, inside the table radius.",
+        "Raise the work offset (--wcs), or use a longer tool.",
     ),
     (
         "VP211",
@@ -302,7 +302,7 @@ CODES: Final[dict[str, Code]] = _table(
         "spindle or tool too close to the table",
         "error",
         "The spindle or the end of the largest tool comes closer to the table than the machine file's clearance.minimum_mm.",
-        "Raise the part's zero (--wcs), or use a longer tool.",
+        "Raise the work offset (--wcs), or use a longer tool.",
     ),
     (
         "VP214",
@@ -315,16 +315,16 @@ CODES: Final[dict[str, Code]] = _table(
         "VP215",
         "too close to a fixture",
         "error",
-        "Tool, spindle or platform comes closer to a box that is to be kept out of than it allows, or reaches into it.",
-        "Move or tilt the tool otherwise, use a longer or thinner one, or move the fixture; see the distance in the message.",
+        "Tool, spindle or platform comes closer to a keep-out box than its clearance, or reaches into it.",
+        "Change the motion or the tilt, use a longer or thinner tool, or move the fixture; the message has the distance.",
     ),
     (
         "VP216",
         "in the stock",
         "error",
-        "The cutter enters the box of the stock, or moves inside it, in a rapid other than a retract along its axis; or holder, "
+        "The cutter enters the stock box, or moves inside it, in a rapid traverse other than a retract along its axis; or holder, "
         "spindle, platform or a shank thicker than the cutter reaches into it.",
-        "Lift the rapid above the stock, or make the box as small as what is left of it.",
+        "Move the rapid traverse above the stock, or make the box as small as the rest of the stock.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
@@ -333,8 +333,8 @@ CODES: Final[dict[str, Code]] = _table(
         "error",
         "The table must change to its other solution (-A, C + 180), rewind C, or leave the programmed A and C, to keep a "
         "limit; or C turns under a standing, vertical tool (a warning). With --allow-rewind a change between feed moves "
-        "is a warning too, and a retract, turn and return are added.",
-        "Lift the tool where the message says, give --allow-rewind, or post the program with other angles.",
+        "is a warning too: a retract, a turn and a return are added.",
+        "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
     (
@@ -360,23 +360,23 @@ CODES: Final[dict[str, Code]] = _table(
     ),
     (
         "VP404",
-        "feed exceeded",
+        "feed rate exceeded",
         "error",
-        "The tool moves faster along the segment than programmed.",
+        "The tool moves along the segment faster than the programmed feed rate.",
         "The file is not fit to run.",
     ),
     (
         "VP410",
-        "feed not reached",
+        "feed rate not reached",
         "note",
-        "The programmed feed was not reached on some segments, because of an axis limit.",
-        "Nothing needs mending; the summary says where and how much.",
+        "The programmed feed rate was not reached on some segments, because of an axis limit.",
+        "No action is needed; the summary says where and by how much.",
     ),
     (
         "VP411",
         "off the programmed path",
         "error",
-        "The forward kinematics of a row lies farther from the programmed segment than the tolerance.",
+        "The pose of a row (by forward kinematics) is farther from the programmed segment than the tolerance.",
         "The file is not fit to run.",
     ),
     (
@@ -402,10 +402,10 @@ CODES: Final[dict[str, Code]] = _table(
     ),
     (
         "VP420",
-        "no time law found",
+        "no feasible velocity profile",
         "error",
-        "The solver found no time law for a segment; there is no verdict on the program.",
-        "Report the program; a longer control cycle or a simpler segment may help.",
+        "The solver found no feasible velocity profile for a section; there is no verdict on the program.",
+        "Report the program; a longer control cycle or a simpler path may help.",
     ),
     # --- VP5xx: machine file ----------------------------------------------------------------
     (
@@ -413,47 +413,47 @@ CODES: Final[dict[str, Code]] = _table(
         "machine file",
         "error",
         "The machine file is missing, is not TOML, or a key of it is unknown, missing or out of bounds.",
-        "Mend the key that the message names; `verne-post machine show` prints a good file.",
+        "Correct the key that the message names; `verne-post machine show` prints a valid file.",
     ),
     (
         "VP502",
         "measured poses",
         "error",
         "The file of measured sliders and poses has a missing column, a value that is no number, or too little data.",
-        "Mend the line and column that the message names; docs/calibration.md shows a good file.",
+        "Correct the line and column that the message names; docs/calibration.md shows a valid file.",
     ),
     (
         "VP503",
         "settings file",
         "error",
-        "The settings file is not TOML, or a key of it is unknown or has a value that means nothing.",
-        "Mend the key that the message names (docs/gcode.md, codes of the shop).",
+        "The settings file is not TOML, or a key of it is unknown or has an invalid value.",
+        "Correct the key that the message names (docs/gcode.md, user-defined M codes).",
     ),
     (
         "VP504",
         "tool shapes or measured values",
         "error",
-        "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or says something impossible.",
-        "Mend the key or row that the message names (docs/setpoints.md).",
+        "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an impossible value.",
+        "Correct the key or row that the message names (docs/setpoints.md).",
     ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (
         "VP901",
-        "our own verification failed",
+        "converted file failed verification",
         "error",
-        "What was about to be written did not pass verification. Nothing was written.",
-        "Please report it with the program and the machine file.",
+        "The setpoints that were to be written did not pass verification. Nothing was written.",
+        "This is a bug: report it with the program and the machine file.",
     ),
     (
         "VP902",
         "internal error",
         "error",
-        "The program that converts has failed, or the process that ran it was killed.",
-        "Convert this program by itself with VERNE_POST_TRACEBACK=1, and report it.",
+        "The conversion has failed with an unexpected error, or its process was killed.",
+        "Convert this program alone with VERNE_POST_TRACEBACK=1, and report it.",
     ),
 )
 
-#: What sets the threshold of a code, where something does: keys of the machine file, options.
+#: Keys of the machine file and options that set the threshold of a code, where there are any.
 PARAMETERS: Final[dict[str, str]] = {
     "VP012": "--tool-length, --tool-table",
     "VP014": "--optional-stop (for M1)",
@@ -464,14 +464,14 @@ PARAMETERS: Final[dict[str, str]] = {
     "VP110": "the lengths in module, table.pivot, spindle.nose_offset_mm of the machine file; --wcs, --tool-length",
     "VP201": "module.R1, module.r1 of the machine file",
     "VP202": "limits.serial_singularity_mm of the machine file",
-    "VP203": "limits.parallel_singularity of the machine file; not judged without it",
+    "VP203": "limits.parallel_singularity of the machine file; not checked without it",
     "VP210": "table.radius of the machine file; --wcs, --tool-length",
-    "VP211": "clearance.minimum_mm, rods.diameter_mm of the machine file; not judged without them",
-    "VP212": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.spindle_top_mm, rods.diameter_mm of the machine file; not judged without them",
-    "VP213": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.tool_diameter_mm, table.radius of the machine file; not judged without them",
-    "VP214": "rods.slider_cone_deg, rods.platform_cone_deg, rods.cone_centre of the machine file; not judged without them",
-    "VP215": "--keep-out, [keep_out] of the settings file, --tool-shapes, clearance of the machine file; not judged without a box",
-    "VP216": "--stock, [stock] of the settings file, --tool-shapes, clearance of the machine file; not judged without a box",
+    "VP211": "clearance.minimum_mm, rods.diameter_mm of the machine file; not checked without them",
+    "VP212": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.spindle_top_mm, rods.diameter_mm of the machine file; not checked without them",
+    "VP213": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.tool_diameter_mm, table.radius of the machine file; not checked without them",
+    "VP214": "rods.slider_cone_deg, rods.platform_cone_deg, rods.cone_centre of the machine file; not checked without them",
+    "VP215": "--keep-out, [keep_out] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
+    "VP216": "--stock, [stock] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
     "VP301": "limits.a_deg, limits.c_deg of the machine file; --allow-rewind",
     "VP401": "the velocities in limits of the machine file; control.cycle_s, or --cycle; --decimals",
     "VP402": "the accelerations in limits of the machine file; control.cycle_s, or --cycle; --decimals",
@@ -480,7 +480,7 @@ PARAMETERS: Final[dict[str, str]] = {
     "VP420": "control.cycle_s of the machine file, or --cycle",
 }
 
-#: Codes that are errors or warnings, as the case is.
+#: Codes that are errors in some cases and warnings in others.
 _EITHER: Final = ("VP202", "VP203", "VP301")
 
 
@@ -488,7 +488,7 @@ def response(code: Code) -> str:
     """What the program does about a finding of this code: exit status, and whether anything is written."""
     number = int(code.code[2:])
     if code.severity == "note":
-        return "It only informs; exit status and setpoints are not changed."
+        return "For information only; exit status and setpoints are not changed."
     warned = "it is printed and does not stop the conversion; check --fail-level warning then ends with 1."
     if number < 100 and code.severity == "warning":
         return warned.capitalize()
@@ -503,7 +503,7 @@ def response(code: Code) -> str:
         return "There is no verdict: nothing is written, exit status 3."
     if number < 500:
         return (
-            "verify ends with status 1. convert judges its own rows in the same way before anything is written; "
+            "verify ends with status 1. convert checks its rows in the same way before anything is written; "
             "there it is VP901."
         )
     return "Nothing is read or written, exit status 2." if number < 900 else "Nothing is written, exit status 70."

@@ -7,13 +7,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import DRIVE_STEP
+
 Array = NDArray[np.float64]
 
-#: A lead error changes by at most this share of the way: a steeper table is a mistake of units.
+#: A lead error changes by at most this share of the distance: a steeper table is a mistake of units.
 STEEPEST_ERROR: Final = 0.1
-#: Steps of the iteration for a commanded place, each at least ten times as near; and where they end, mm or degrees.
+#: Steps of the iteration for a commanded place; each is at least ten times as near.
 _STEPS: Final = 40
-_NEAR: Final = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Drive:
     integer : bool
         The drive takes whole numbers.
     error : callable or None
-        Lead error (n,) at commanded places (n,); changes by less than ``STEEPEST_ERROR`` of the way.
+        Lead error (n,) at commanded places (n,); changes by less than ``STEEPEST_ERROR`` of the distance.
     """
 
     unit: str
@@ -47,16 +48,16 @@ class Drive:
     error: Callable[[Array], Array] | None = None
 
     def numbers(self, places: Array) -> Array:
-        """What to command (n,) so that the actuator stands at places (n,); not rounded."""
+        """Numbers (n,) to command so that the actuator stands at places (n,); not rounded."""
         x = places
         if self.error is not None:
             for _ in range(_STEPS):
                 before, x = x, places - self.error(x)
-                if np.abs(x - before).max(initial=0.0) < _NEAR:
+                if np.abs(x - before).max(initial=0.0) < DRIVE_STEP:
                     break
         return np.asarray(self.sign * self.scale * (x - self.zero))
 
     def places(self, numbers: Array) -> Array:
-        """Where the actuator stands (n,) when it is commanded to numbers (n,)."""
+        """Places (n,) at which the actuator stands when it is commanded to numbers (n,)."""
         x = self.zero + self.sign * numbers / self.scale
         return x if self.error is None else x + self.error(x)

@@ -1,4 +1,4 @@
-"""Findings: what is wrong with a program, as data. Every room returns them, output prints them."""
+"""Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
 from dataclasses import dataclass
 
@@ -44,7 +44,7 @@ class Finding:
 
 
 def finding(code: str, message: str, **where: object) -> Finding:
-    """Build a finding whose severity is the code's own, unless ``severity=`` is given."""
+    """Build a finding whose severity is that of its code, unless ``severity=`` is given."""
     where.setdefault("severity", CODES[code].severity)
     return Finding(code=code, message=message, **where)  # type: ignore[arg-type]
 

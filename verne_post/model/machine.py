@@ -1,4 +1,4 @@
-"""The machine as the rooms see it: frozen values, lengths in mm, angles in rad, times in s."""
+"""The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
 from dataclasses import dataclass
 
@@ -76,7 +76,7 @@ class Bodies:
     rod_radius : ndarray, shape (k,) or None
         Of each rod, in the order of ``module.rods``.
     spindle_radius, spindle_top : float or None
-        The spindle reaches from the gauge line to ``spindle_top`` behind the platform point P.
+        The spindle reaches from the gauge line to ``spindle_top`` above the platform point P.
     tool_radius : float or None
         Of the largest tool.
     platform : tuple of 2 ndarrays, shape (3,), or None
@@ -104,9 +104,9 @@ class Bodies:
 class Machine:
     """One machine: kinematics, limits, control, and where every number comes from.
 
-    The functions :meth:`inverse` and :meth:`forward` speak the table frame, mm and rad, workpiece
+    The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
-    does not name them; ``bodies`` what ``clearance`` is made of.
+    does not name them; ``bodies`` are the sizes that ``clearance`` is computed from.
     """
 
     name: str
@@ -148,7 +148,7 @@ class Machine:
         q : ndarray, shape (..., n_joints)
             mm and rad; the table solution with tilt b in [0, pi] and C in (-pi, pi]. NaN where ``ok`` is False.
         ok : ndarray of bool, shape (...)
-            True where a real solution in the working mode exists; travel is judged elsewhere.
+            True where a real solution in the working mode exists; travel is not checked here.
         """
         return self.five_axis.inverse(tip, axis, tool_length)
 

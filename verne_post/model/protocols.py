@@ -1,6 +1,7 @@
-"""What the rooms expect of each other, so that none has to import another.
+"""Protocols: what packages expect of each other, so that none has to import another.
 
-Coordinates are given to gcode and toolpath, the kinematics to pipeline and verify.
+gcode and toolpath are given coordinates; trajectory is given joint functions; app, output and calibration are given the
+kinematics of a machine.
 """
 
 from collections.abc import Sequence
@@ -50,25 +51,25 @@ class PoseFunction(Protocol):
 
 
 class JointFunctions(Protocol):
-    """The joints along a contour, and how fast the feed lets them go."""
+    """The joints along a contour, and the speed that the feed rate allows."""
 
     @property
     def contour(self) -> Contour:
-        """What is followed."""
+        """The contour that is followed."""
 
     @property
     def pose(self) -> PoseFunction:
-        """Where the tool is along a contour."""
+        """Tip and angles along a contour."""
 
     def q(self, element: NDArray[np.integer], w: Array) -> Array:
         """Joints (n, n_joints) at parameter w (n,) of elements (n,)."""
 
     def speed_cap(self, element: NDArray[np.integer], w: Array) -> Array:
-        """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
+        """Feed cap: largest ds/dt (n,) that the feed rate allows, mm/s; infinite for rapids."""
 
 
 class SpeedFunction(Protocol):
-    """The feed along a contour."""
+    """The feed cap along a contour."""
 
     def __call__(self, contour: Contour, element: NDArray[np.integer], w: Array) -> Array:
         """Largest ds/dt (n,) at parameter w (n,) of elements (n,)."""
@@ -79,7 +80,7 @@ class ModuleSolution(Protocol):
 
     @property
     def alpha(self) -> float:
-        """Lean of the platform, rad."""
+        """Platform tilt, rad."""
 
     @property
     def signs(self) -> tuple[int, ...]:
@@ -91,7 +92,7 @@ class ModuleSolution(Protocol):
 
     @property
     def refused(self) -> str | None:
-        """None for the one in use, else why not."""
+        """Reason why it is not in use; None for the one in use."""
 
 
 class AssemblyMode(Protocol):
@@ -103,17 +104,18 @@ class AssemblyMode(Protocol):
 
     @property
     def alpha(self) -> float:
-        """Lean of the platform, rad."""
+        """Platform tilt, rad."""
 
     @property
     def refused(self) -> str | None:
-        """None for the one in use, else why not."""
+        """Reason why it is not in use; None for the one in use."""
 
 
 class ParallelModule(Protocol):
     """Kinematics of the spindle carrier, parallel or not. Positions in the base frame (z down), mm.
 
-    Rows without a solution are NaN with ok False, never an exception. The platform may tilt about x by an angle alpha that follows from its position.
+    Rows without a solution are NaN with ok False, never an exception. The platform may tilt about x
+    by an angle alpha that follows from its position (parasitic motion).
     """
 
     @property
@@ -127,7 +129,7 @@ class ParallelModule(Protocol):
         """(..., 3) -> position (..., 3), alpha (...), ok (...), in the working mode."""
 
     def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Solve for a platform point that turns with the platform's own tilt.
+        """Solve for a platform point that turns with the platform's tilt.
 
         The platform point is ``pivot + F Rx(alpha) gauge`` with ``F = diag(1, -1, -1)``.
 
@@ -150,10 +152,10 @@ class ParallelModule(Protocol):
         """
 
     def inverse_all(self, position: Array) -> Sequence[ModuleSolution]:
-        """All real inverse solutions of one position (3,), with the reason by geometry why each is refused."""
+        """All real inverse solutions of one position (3,), each with the geometric reason why it is refused."""
 
     def forward_all(self, rho: Array) -> Sequence[AssemblyMode]:
-        """All real assembly modes of one set of actuators (3,), with the reason why each is refused."""
+        """All real assembly modes of one set of actuators (3,), each with the reason why it is refused."""
 
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""
@@ -233,7 +235,7 @@ class ClearanceModel(Protocol):
 
     @property
     def slack(self) -> float:
-        """A margin may be below its threshold by this, mm: how finely is judged."""
+        """A margin may be below its threshold by this, mm: the resolution of the check."""
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change."""
@@ -248,13 +250,13 @@ class WholeSolution:
     q : tuple of float
         Joints, mm and rad; A is the table's, with the platform's tilt in it.
     alpha : float
-        Lean of the platform, rad.
+        Platform tilt, rad.
     signs : tuple of int
         Configuration indices of the module.
     other_table : bool
         The table solution with the tilt on the other side and C turned by half a turn.
     refused : str or None
-        None for one that the machine can use, else why not by the module's geometry.
+        Reason by the module's geometry why it cannot be used; None where it can.
     """
 
     q: tuple[float, ...]
@@ -266,7 +268,7 @@ class WholeSolution:
 
 @runtime_checkable
 class Identifiable(Protocol):
-    """A module whose lengths can be identified: its loop equations may be asked with any lengths."""
+    """A module whose lengths can be identified: its loop equations can be evaluated with any lengths."""
 
     @property
     def actuators(self) -> tuple[str, ...]:
@@ -289,22 +291,22 @@ class Identifiable(Protocol):
 
 @runtime_checkable
 class IsoAlpha(Protocol):
-    """A module whose places of equal tilt are closed curves in x and y."""
+    """A module whose positions of equal tilt are closed curves in x and y."""
 
     def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
-        """Points (n, 2) of P at which the platform may tilt by alpha or -alpha, by the parameter turn (n,)."""
+        """Points (n, 2) of P whose platform tilt is alpha or -alpha, by the parameter turn (n,)."""
 
 
 @runtime_checkable
 class Drawable(Protocol):
-    """A module that can be drawn: where its rods are, near enough for a picture."""
+    """A module that can be drawn: its rods, exact enough for a picture."""
 
     def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
         """Rods of solved poses (n,) from slider to platform: (n, k, 2, 3), base frame, mm."""
 
 
 class FiveAxis(Protocol):
-    """The whole machine: parallel module and tilting rotary table. Table frame, workpiece sense."""
+    """The whole machine: parallel module and tilting rotary table (tool centre point control). Table frame, workpiece sense."""
 
     @property
     def nose_offset(self) -> float:
@@ -342,7 +344,7 @@ class FiveAxis(Protocol):
 
 
 class Coordinates(Protocol):
-    """What program coordinates mean: the maps between program and machine coordinates.
+    """Maps between program and machine coordinates.
 
     Points are nine-vectors X Y Z A B C U V W, shape (..., 9), mm and degrees, file sense.
     """
@@ -360,7 +362,7 @@ class Coordinates(Protocol):
         """A program point (9) with rotary words that hold the tool axis ``vector`` (3,), program directions."""
 
     def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
-        """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles mean nothing."""
+        """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 
 
 class TableCoordinates(Coordinates, Protocol):

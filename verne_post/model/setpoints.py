@@ -10,7 +10,7 @@ from verne_post.model.drives import Drive
 
 @dataclass(frozen=True)
 class SetpointFormat:
-    """What a reader must know of a setpoint file: the cycle, and how every column is rounded.
+    """Format of a setpoint file: the cycle, and how every column is rounded.
 
     Attributes
     ----------
@@ -44,14 +44,14 @@ class SetpointBlock:
     first : int
         Index of the first row; row k stands at ``t = k * cycle``.
     values : ndarray, shape (n, n_joints)
-        Joint values in mm and degrees, in the sense of the machine file: exactly what the written numbers stand for.
+        Joint values in mm and degrees, in the sense of the machine file, as the written numbers stand for them.
     line : ndarray of int32, shape (n,)
         Source line of each row.
     format : SetpointFormat
     numbers : ndarray, shape (n, n_joints), or None
         The numbers as written; None where they are ``values`` themselves.
     tool_length : ndarray, shape (n,), or None
-        mm; None where the rows come from a file, which does not say it.
+        mm; None where the rows come from a file, which does not hold it.
     """
 
     first: int

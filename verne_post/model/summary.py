@@ -1,4 +1,4 @@
-"""The facts of one conversion: what the summary paragraph says and `--meta` writes."""
+"""The facts of one conversion: the summary paragraph and `--meta` are made from them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from verne_post.model.verification import Verification
 
 @dataclass(frozen=True)
 class FreeTurn:
-    """What `--free-c` chose: C in rad (nominal, workpiece sense), and the smallest margin at the old and the new C.
+    """Result of `--free-c`: C in rad (nominal, workpiece sense), and the smallest margin at the old and the new C.
 
     A margin is 0 at its limit and 1 in the middle of a travel, or where a warning begins (toolpath.free_turn); minus
     infinity where the program cannot be reached. ``nearest`` names the smallest one at the new C.
@@ -28,7 +28,7 @@ class FreeTurn:
 
 @dataclass(frozen=True)
 class Part:
-    """Rows between two stops for a person, both ends at rest, and what happens behind them."""
+    """Rows between two stops for a person, both ends at rest, and the events after them."""
 
     first_row: int
     last_row: int
@@ -55,14 +55,14 @@ class Summary:
     n_stops : int
         Standstills between the first and the last motion.
     feed_segments, feed_reached : int
-        Segments with a feed, and those that reach it.
+        Segments with a feed rate, and those that reach it.
     n_blended : int
         Corners that are rounded.
     continuous_time, second_order_bound_s : float
-        Time of the runs with rounded corners, and their second-order bound: what no profile inside the limits on velocity and
-        acceleration can be faster than, s.
+        Time of the sections with rounded corners, and their second-order bound: no motion profile inside the limits on velocity
+        and acceleration is faster, s.
     toppra_bound_s : float or None
-        The bound by the other solver, where both were asked.
+        The bound by the other solver, where both were asked for.
     tolerance : tuple of float
         Largest tip (mm) and axis (rad) tolerance of rounded corners, 0 where there are none.
     start : tuple of float
@@ -74,13 +74,13 @@ class Summary:
     free_turn : FreeTurn or None
         None without `--free-c`.
     parameters : mapping
-        What a parameter file would keep.
+        Values that a parameter file would keep.
     before : tuple of Event
-        What happens before the first motion.
+        Events before the first motion.
     parts : tuple of Part
-        One where nothing is cut.
+        One where the file is not split.
     switched : tuple of Event
-        What a restart finds switched on by the blocks that it skips.
+        Auxiliary functions that the blocks before a restart have switched on.
     tools : tuple of (int, float)
         Tools in use and their lengths, mm, in order; number 0 where the program names none.
     timed : tuple of TimedEvent

@@ -1,4 +1,4 @@
-"""What verification found in a setpoint file."""
+"""The result of verifying a setpoint file."""
 
 from dataclasses import dataclass, field
 
@@ -12,9 +12,22 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Verification:
-    """What was found in a file.
+    """The result of verifying a setpoint file.
 
-    Ratios are the worst value over its limit per joint column; deviations in mm and degrees.
+    Attributes
+    ----------
+    n_rows : int
+    velocity_ratio, acceleration_ratio, jerk_ratio : ndarray, shape (n_joints,)
+        Worst value of each column over its limit.
+    feed_ratio, feed_line : float and int
+        Largest share of the programmed feed rate, and its source line.
+    tip_deviation_mm, axis_deviation_deg : float
+        Largest distance from the programmed path.
+    slow : dict
+        Seconds below the programmed feed rate, by the limit that was nearest: ("jerk", "rho2"), ...
+    first_row : ndarray, shape (n_joints,)
+        File units.
+    findings : list of Finding
     """
 
     n_rows: int = 0
@@ -25,7 +38,6 @@ class Verification:
     feed_line: int = 0
     tip_deviation_mm: float = 0.0
     axis_deviation_deg: float = 0.0
-    #: Seconds below the programmed feed, by what was nearest to its limit then: ("jerk", "rho2"), ...
     slow: dict[tuple[str, str], float] = field(default_factory=dict)
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)

@@ -1,1 +1,1 @@
-"""Judges setpoints as they are written. Believes nothing but the numbers; shares no code with timing."""
+"""Check setpoints as they are written, by code that shares nothing with planning."""

@@ -1,6 +1,6 @@
 """Where on its programmed segment a measured pose is, and how far off: closed-form projections.
 
-This room has its own evaluation of the segments, so that an error in the tool path's would show.
+The evaluation of the segments is independent of the tool path's, so that an error there shows as a deviation.
 """
 
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ Ints = NDArray[np.integer]
 
 #: Weight of a radian against a millimetre in the projection.
 RADIAN_MM: Final = 50.0
-#: Where a pose near a corner may be attributed to, a stretch of the segment is searched at so many points, so many times
-#: finer: to a millionth of a stretch that is a few tolerances long.
+#: The pose of a segment that is nearest to a row near a corner is searched at so many points of a stretch, so many times finer:
+#: to a millionth of a stretch that is a few tolerances long.
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
 #: A rotary angle this far off (rad) is one of another branch: those are half a turn away at least.
@@ -30,11 +30,25 @@ ARC_STEPS: Final = 2
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Poses that the written joint values really have; arrays of length n."""
+    """Poses that the joint values as written really have.
+
+    Attributes
+    ----------
+    q : ndarray, shape (n, n_joints)
+        mm and rad.
+    tip : ndarray, shape (n, 3)
+        Table frame, mm.
+    angles : ndarray, shape (n, 2)
+        Nominal A and C, rad, workpiece sense.
+    """
 
     q: Array
     tip: Array
     angles: Array
+
+    def select(self, rows: Ints) -> "Measured":
+        """The poses of some rows."""
+        return Measured(self.q[rows], self.tip[rows], self.angles[rows])
 
 
 def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
@@ -56,11 +70,11 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArra
         u = np.sum(now * delta * weight**2, axis=1) / np.sum((delta * weight) ** 2, axis=1)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
-        u[arc] = _arc_u(path, segment[arc], Measured(measured.q[arc], measured.tip[arc], measured.angles[arc]),
-                        _fresh_of(arc, fresh), u_before)  # fmt: skip
-    swung = np.flatnonzero(path.circle[segment] >= 0)
-    if len(swung):
-        u[swung] = _swung_u(path, segment[swung], measured.tip[swung], tool_axis(measured.angles[swung]))
+        u[arc] = _arc_u(path, segment[arc], measured.select(arc), _first_rows(arc, fresh), u_before)
+    on_circle = np.flatnonzero(path.circle[segment] >= 0)
+    if len(on_circle):
+        axis = tool_axis(measured.angles[on_circle])
+        u[on_circle] = _great_circle_u(path, segment[on_circle], measured.tip[on_circle], axis)
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
@@ -71,7 +85,7 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArra
     return u
 
 
-def _fresh_of(rows: Ints, fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _first_rows(rows: Ints, fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """First rows of segments among a selection: marked, or after a gap in the selection."""
     return fresh[rows] | (np.diff(rows, prepend=rows[0]) > 1)
 
@@ -81,6 +95,7 @@ def _joint_weight(n_joints: int) -> Array:
 
 
 def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+    """As :func:`unwrapped_u`, on arcs."""
     arcs, row = path.arcs, path.arc[segment]
     away = measured.tip - arcs.center[row]
     sweep = arcs.sweep[row]
@@ -89,7 +104,9 @@ def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.
     # add the small steps from row to row, so that full turns and several turns count
     step = np.diff(angle, prepend=angle[0])
     step = (step + np.pi) % (2 * np.pi) - np.pi
-    begin = (angle + np.pi / 2) % (2 * np.pi) - np.pi / 2  # the first row may be some way ahead, or a little behind
+    begin = (angle + np.pi / 2) % (
+        2 * np.pi
+    ) - np.pi / 2  # the first row may be far ahead, or a little before the start
     if not fresh[0]:
         expected = u_before * abs(sweep[0])
         begin[0] = expected + (angle[0] - expected + np.pi) % (2 * np.pi) - np.pi
@@ -108,49 +125,49 @@ def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.
     return u
 
 
-def _swung_u(path: ToolPath, segment: Ints, tip: Array, axis: Array) -> Array:
+def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array) -> Array:
     """Nearest u on straight segments whose tool axis follows a great circle."""
-    start, way = path.start[segment, :3], path.end[segment, :3] - path.start[segment, :3]
-    k0, k1, angle = _swing(path, segment)
+    start, delta = path.start[segment, :3], path.end[segment, :3] - path.start[segment, :3]
+    k0, k1, angle = _great_circle(path, segment)
     across = np.cross(np.cross(k0, k1), k0)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     turned = np.arctan2(np.sum(axis * across, axis=1), np.sum(axis * k0, axis=1)) / angle
     # both estimates are exact on the segment; each counts by the length that it stands for
-    weight_tip, weight_axis = np.sum(way**2, axis=1), (RADIAN_MM * angle) ** 2
-    moved = np.sum((tip - start) * way, axis=1)
+    weight_tip, weight_axis = np.sum(delta**2, axis=1), (RADIAN_MM * angle) ** 2
+    moved = np.sum((tip - start) * delta, axis=1)
     return np.asarray((moved + weight_axis * turned) / (weight_tip + weight_axis))
 
 
-def _swing(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
+def _great_circle(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of segments, and the angle between them."""
     k0, k1 = tool_axis(path.start[segment, 3:]), tool_axis(path.end[segment, 3:])
     return k0, k1, np.arctan2(row_norm(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
 
 
-def chord_lengths(path: ToolPath) -> Array:
-    """Length (n,) of each segment that its tip and its tool axis, or its A and C where they are linear, go evenly; mm.
+def metric_lengths(path: ToolPath) -> Array:
+    """Metric length (n,) of each segment: of tip and tool axis together, or of tip and A, C where they are linear; mm.
 
-    0 for JOINT segments, whose tip goes as it will: there the limits on the joints' speed keep rows from being left out.
+    0 for JOINT segments, whose tip follows from the joints: there the velocity limits keep rows from being left out.
     """
     length = np.where(path.kind == SegmentKind.JOINT, 0.0, path.length)
     arc = np.flatnonzero(path.arc >= 0)
-    length[arc] = _arc_ways(path, arc, np.ones(len(arc)))
-    swung = np.flatnonzero(path.circle >= 0)
-    tip = row_norm(path.end[swung, :3] - path.start[swung, :3])
-    length[swung] = np.hypot(tip, RADIAN_MM * _swing(path, swung)[2])
+    length[arc] = _arc_lengths(path, arc, np.ones(len(arc)))
+    on_circle = np.flatnonzero(path.circle >= 0)
+    tip = row_norm(path.end[on_circle, :3] - path.start[on_circle, :3])
+    length[on_circle] = np.hypot(tip, RADIAN_MM * _great_circle(path, on_circle)[2])
     return length
 
 
-def ways(path: ToolPath, segment: Ints, u: Array, chord_length: Array) -> Array:
-    """Way (n,) from the start of segments to their u (n,), mm; ``chord_length`` of all segments."""
-    found = u * chord_length[segment]
+def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) -> Array:
+    """Metric length (n,) from the start of segments to their u (n,), mm; ``metric_length`` of all segments."""
+    length = u * metric_length[segment]
     arc = np.flatnonzero(path.arc[segment] >= 0)
-    found[arc] = _arc_ways(path, segment[arc], u[arc])
-    return np.asarray(found)
+    length[arc] = _arc_lengths(path, segment[arc], u[arc])
+    return np.asarray(length)
 
 
-def _arc_ways(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """As :func:`ways`, on arcs: what they turn by is not even in u where their radius changes."""
+def _arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """As :func:`lengths_to`, on arcs: length is not linear in u where the radius changes."""
     arcs, row = path.arcs, path.arc[segment]
     grow = arcs.r1[row] - arcs.r0[row]
     around = arcs.sweep[row] * u * (arcs.r0[row] + 0.5 * u * grow)
@@ -162,7 +179,7 @@ def _arc_ways(path: ToolPath, segment: Ints, u: Array) -> Array:
 def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     """Seconds that each segment takes at its feed, over its motion: three arrays (n,), two of them 0 for every segment.
 
-    Per mm of the tip; where that stands, per rad of A and C together; and on a great circle per rad of the tool axis.
+    Per mm of the tip; where the tip stands, per rad of A and C together, and on a great circle per rad of the tool axis.
     """
     delta = path.end - path.start
     turn = row_norm(delta[:, 3:])
@@ -172,17 +189,17 @@ def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         tip_pace = np.where(by_tip, path.feed_time / tip, 0.0)
-        turn_pace = np.where(by_tip, 0.0, path.feed_time / turn)
-    swing_pace = np.zeros(len(path))
-    swung = np.flatnonzero((path.circle >= 0) & ~by_tip)
-    swing_pace[swung] = path.feed_time[swung] / _swing(path, swung)[2]
-    turn_pace[swung] = 0.0
-    return tip_pace, turn_pace, swing_pace
+        rotary_pace = np.where(by_tip, 0.0, path.feed_time / turn)
+    axis_pace = np.zeros(len(path))
+    on_circle = np.flatnonzero((path.circle >= 0) & ~by_tip)
+    axis_pace[on_circle] = path.feed_time[on_circle] / _great_circle(path, on_circle)[2]
+    rotary_pace[on_circle] = 0.0
+    return tip_pace, rotary_pace, axis_pace
 
 
-def _swung_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
+def _great_circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Nominal angles on a great circle: spherical interpolation between the tool axes at both ends."""
-    k0, k1, angle = _swing(path, segment)
+    k0, k1, angle = _great_circle(path, segment)
     share0, share1 = np.sin((1 - u) * angle) / np.sin(angle), np.sin(u * angle) / np.sin(angle)
     axis = share0[:, None] * k0 + share1[:, None] * k1
     start, end = path.start[segment, 3:], path.end[segment, 3:]
@@ -194,7 +211,7 @@ def _swung_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
 
 
 def _arc_point(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array]:
-    """Point of an arc and its derivative by u."""
+    """Points (n, 3) of arcs, and their derivatives by u."""
     phi = (u * arcs.sweep[row])[:, None]
     grow = (arcs.r1 - arcs.r0)[row][:, None]
     radius = arcs.r0[row][:, None] + u[:, None] * grow
@@ -211,9 +228,9 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         tip[arc] = _arc_point(path.arcs, path.arc[segment[arc]], u[arc])[0]
-    swung = np.flatnonzero(path.circle[segment] >= 0)
-    if len(swung):
-        angles[swung] = _swung_angles(path, segment[swung], u[swung])
+    on_circle = np.flatnonzero(path.circle[segment] >= 0)
+    if len(on_circle):
+        angles[on_circle] = _great_circle_angles(path, segment[on_circle], u[on_circle])
     return tip, angles
 
 
@@ -228,9 +245,9 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     tip_off = row_norm(measured.tip - tip)
     axis_off = row_norm(tool_axis(measured.angles) - tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
-    swung = np.flatnonzero(path.circle[segment] >= 0)
-    moved = rotary_off[swung] * np.abs(np.sin(angles[swung, 0]))
-    rotary_off[swung] = np.where(rotary_off[swung] < OTHER_BRANCH, moved, rotary_off[swung])
+    on_circle = np.flatnonzero(path.circle[segment] >= 0)
+    moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
+    rotary_off[on_circle] = np.where(rotary_off[on_circle] < OTHER_BRANCH, moved, rotary_off[on_circle])
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
@@ -247,19 +264,19 @@ def deviation_nearby(
     measured: Measured,
     tip_bound: Array,
     angle_bound: Array,
-    even_length: Array,
+    metric_length: Array,
 ) -> tuple[Array, Array, Array]:
     """As :func:`deviation`, at the pose near u whose larger share of the two bounds (mm, rad) is smallest.
 
-    ``even_length`` are the :func:`chord_lengths` of the segments.
+    ``metric_length`` are the :func:`metric_lengths` of the segments (n,).
     A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
     """
-    # by what goes evenly: near the pole C turns by much over little of a great circle
-    reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / even_length
+    # by metric length: near the pole C turns far over a small part of a great circle
+    reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / metric_length
     low, high = np.clip(u - reach, 0.0, 1.0), np.clip(u + reach, 0.0, 1.0)
     row = np.arange(len(segment))
     rows = np.repeat(row, NEARBY_POINTS)
-    many = Measured(measured.q[rows], measured.tip[rows], measured.angles[rows])
+    many = measured.select(rows)
     for _ in range(NEARBY_ROUNDS):
         at = low[:, None] + np.linspace(0.0, 1.0, NEARBY_POINTS) * (high - low)[:, None]
         tip, axis, rotary = deviation(path, segment[rows], at.ravel(), many)
@@ -271,5 +288,6 @@ def deviation_nearby(
 
 
 def tool_axis(angles: Array) -> Array:
+    """Unit tool axes (n, 3) of nominal angles (n, 2), table frame."""
     a, c = angles[:, 0], angles[:, 1]
     return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)

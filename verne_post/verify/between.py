@@ -1,0 +1,158 @@
+"""The path between rows: what the program has between two rows lies near the straight step from one to the other."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.verify.collector import FindingCollector
+from verne_post.verify.projection import RADIAN_MM, lengths_to, programmed_pose, tool_axis
+from verne_post.verify.reference import Reference
+from verne_post.verify.rows import MeasuredRows
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+#: Where a segment between two rows is looked at, as shares of what the step passes; no multiples of a turn, for arcs of
+#: several.
+_PLACES: Final = (0.17, 0.41, 0.68, 1.0)
+#: What lies between two rows is at most half the length between them from the nearer one. The length is known from the step
+#: and the one before, and a corner is a little longer than its chord.
+_BULGE: Final = 0.6
+#: A step along an arc of half a turn is longer than its chord by pi / 2; rows do not show more than half a turn.
+_ARC_OVER_CHORD: Final = 1.6
+
+
+class BetweenRowsCheck:
+    """Shows that nothing is left out between two rows, though both are on the path.
+
+    Progress needs motion: the length that two rows pass on the path is at most 1.6 of the step between them. Beside rounded
+    corners, where a step may be shorter, places of the program that it passes lie near the straight step: within the
+    tolerance and 0.6 of the longer of this step and the one before.
+    """
+
+    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
+        self.reference, self.findings = reference, findings
+        self._last_step = np.zeros(5)
+
+    def check(self, rows: MeasuredRows) -> None:
+        """Check the steps to the next rows."""
+        touched, length = rows.touched, self._lengths(rows)
+        step_size = row_norm(rows.step)
+        # a corner is shorter than its vertex: there the places that the step passes are compared
+        length[touched.row] = 0.0
+        goes_on = ~self.reference.items.stop_before[rows.item[touched.row]]
+        self._compare(rows, *self._places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on]))
+        # a corner may cut turns short that are narrower than its tolerance: there too
+        cut = np.flatnonzero(
+            self._too_long(length, step_size) & self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell
+        )
+        length[cut] = 0.0
+        part = np.clip(np.stack([rows.u_before[cut], rows.u[cut]], axis=1), 0.0, 1.0)
+        self._compare(rows, *self._places(cut, rows.segment[cut], part))
+        bad = np.flatnonzero(self._too_long(length, step_size))
+        if len(bad):
+            row, line = int(bad[0]), int(rows.line[bad[0]])
+            text = f"row {rows.first + row}: {length[row]:.4f} mm of the path of line {line} are left out"
+            self.findings.add("VP412", text, line)
+        self._last_step = rows.step[-1]
+
+    def _too_long(self, length: Array, step_size: Array) -> Mask:
+        """Where steps (n,) are shorter than the length (n,) along the path that they pass can be, mm."""
+        return np.asarray(length > _ARC_OVER_CHORD * step_size + PATH_TIP_MM + 2 * self.reference.noise.tip)
+
+    # --- lengths along the path -----------------------------------------------------------
+
+    def _lengths(self, rows: MeasuredRows) -> Array:
+        """Length (n,) along the path that each step passes, mm; 0 for dwells and where a stop is left out."""
+        items = self.reference.items
+        stays = (rows.item_before == rows.item) & ~rows.dwell
+        length = self._length(rows.item, rows.u) - self._length(rows.item, np.where(stays, rows.u_before, rows.u))
+        entered = rows.entered
+        if len(entered):
+            old, new = rows.item_before[entered], rows.item[entered]
+            begun, left, came, whole = items.passed(old, new, rows.u_before[entered], rows.u[entered])
+            passed = self._length(begun, np.ones(len(old))) - self._length(begun, 1.0 - left)
+            passed += items.length_before[new] - items.length_before[old + 1] + self._length(new, came)
+            length[entered] = passed * whole
+        return length
+
+    def _length(self, item: Ints, u: Array) -> Array:
+        """Length (n,) from the start of items to u (n,), mm; 0 for dwells."""
+        segment = self.reference.items.segment[item]
+        length = lengths_to(self.reference.path, segment, u, self.reference.measures.metric_length)
+        return np.where(segment >= 0, length, 0.0)
+
+    # --- places between rows --------------------------------------------------------------
+
+    def _places(self, row: Ints, segment: Ints, part: Array) -> tuple[Ints, Ints, Array]:
+        """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
+        path = self.reference.path
+        straight = (path.arc[segment] < 0) & (path.circle[segment] < 0)
+        last = np.diff(row, append=-1) != 0
+        touch, within = ragged(np.where(straight, ~last, len(_PLACES)))
+        share = np.where(straight[touch], _PLACES[-1], np.array(_PLACES)[within])
+        low, high = part[touch].T
+        return row[touch], segment[touch], low + share * (high - low)
+
+    def _compare(self, rows: MeasuredRows, row: Ints, segment: Ints, u: Array) -> None:
+        """Compare places u (m,) of segments (m,) with the straight steps to rows (m,).
+
+        A pose of the step within both bounds has a sum of squared shares of at most 2, and so has the nearest one.
+        """
+        if not len(row):
+            return
+        path = self.reference.path
+        tip, angles = programmed_pose(path, segment, u)
+        place = np.concatenate([tip, RADIAN_MM * angles], axis=1)
+        start, step = rows.origin[row], rows.step[row]
+        # along a great circle the tool axis turns evenly; near the pole A and C do not
+        on_circle = np.flatnonzero(path.circle[segment] >= 0)
+        if len(on_circle):
+            ends = [RADIAN_MM * tool_axis(at[on_circle, 3:] / RADIAN_MM) for at in (start, start + step)]
+            here = RADIAN_MM * tool_axis(angles[on_circle])
+            # two components tell the axis apart: those across the mean of both ends
+            across = _across(ends[0] + ends[1])
+            begin, end, middle = (np.einsum("nij,nj->ni", across, vector) for vector in (*ends, here))
+            start[on_circle, 3:], step[on_circle, 3:], place[on_circle, 3:] = begin, end - begin, middle
+        bound = self._bounds(rows, row, segment)
+        off = (place - start) / bound
+        step /= bound
+        along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
+        off -= np.clip(along, 0.0, 1.0)[:, None] * step
+        bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
+        if len(bad):
+            worst = int(row[bad[0]])
+            line = int(path.line[segment[bad[0]]])
+            text = f"row {rows.first + worst}: the motion of line {line} is left out"
+            self.findings.add("VP412", text, int(rows.line[worst]))
+
+    def _bounds(self, rows: MeasuredRows, row: Ints, segment: Ints) -> Array:
+        """How far places of segments (m,) may be from the steps to rows (m,), by component: (m, 5), mm."""
+        reference, noise = self.reference, self.reference.noise
+        steps = np.vstack([self._last_step[None], rows.step])
+        size = np.stack([row_norm(steps[:, :3]), row_norm(steps[:, 3:])])
+        size = np.maximum(size[:, 1:], size[:, :-1])[:, row]
+        # the segments that a step passes share their corners, and each corner its tolerance
+        tip_tolerance, axis_tolerance = np.zeros(len(rows.step)), np.zeros(len(rows.step))
+        np.maximum.at(tip_tolerance, row, reference.tip_tolerance[segment])
+        np.maximum.at(axis_tolerance, row, reference.axis_tolerance[segment])
+        turn = axis_tolerance[row] + PATH_AXIS_DEG * RAD_PER_DEG + noise.angle
+        bound = np.empty((len(row), 5))
+        bound[:, :3] = (tip_tolerance[row] + PATH_TIP_MM + noise.tip + _BULGE * size[0])[:, None]
+        bound[:, 3:] = (RADIAN_MM * turn + _BULGE * size[1])[:, None]
+        return bound
+
+
+def _across(axis: Array) -> Array:
+    """Two unit vectors (n, 2, 3) across each axis (n, 3), whose length may be any."""
+    normal = axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    first = np.cross(normal, helper)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normal, first)], axis=1)

@@ -1,0 +1,88 @@
+"""Completeness: every segment and dwell of the program in its order, every stop reached, from the first pose to the last."""
+
+import numpy as np
+
+from verne_post.base.tolerances import PATH_TIP_MM
+from verne_post.verify.collector import FindingCollector
+from verne_post.verify.reference import Reference
+from verne_post.verify.rows import LastRow, MeasuredRows
+
+
+class CompletenessCheck:
+    """Shows that the rows pass every segment in order, reach each stop, and keep each dwell.
+
+    Progress on a segment never runs back, and no row lies beyond its ends. No standstill of the program is passed between two
+    rows: at each of them a row stands, within PATH_TIP_MM. A dwell has no fewer rows than its time has cycles. The file begins
+    at the start pose and ends at the last pose. Rounding of the rows is allowed for, and what a corner within its tolerance
+    adds to a projection.
+    """
+
+    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
+        self.reference, self.findings = reference, findings
+
+    def check(self, rows: MeasuredRows) -> None:
+        """Check the next rows."""
+        self._order(rows)
+        self._changes(rows)
+
+    def finish(self, last: LastRow) -> None:
+        """Check that the last row is the end of the program."""
+        items, measures = self.reference.items, self.reference.measures
+        end, line = len(items.segment) - 1, last.line
+        if last.item < end:
+            missing = items.line[last.item + 1]
+            self.findings.add("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
+            return
+        segment = int(items.segment[end])
+        if segment < 0:
+            if last.rows < items.dwell_cycles[end] + 1:
+                self.findings.add("VP412", f"the dwell of line {line} is too short", line)
+        elif abs(1.0 - last.u) * measures.motion_length[segment] > PATH_TIP_MM + self.reference.noise.tip:
+            self.findings.add("VP412", f"the file ends before the end of the motion of line {line}", line)
+
+    def _order(self, rows: MeasuredRows) -> None:
+        """Check that progress on each segment goes from its start to its end."""
+        measures, segment, moves = self.reference.measures, rows.segment, ~rows.dwell
+        length, blend_u = measures.motion_length[segment], measures.blend_u[segment]
+        slack = 2 * self.reference.noise.tip / length + blend_u
+        # each of two rows may stand aside of the segment, one ahead of its place and one after it
+        least = rows.u_before - slack - blend_u
+        back = np.flatnonzero((rows.item_before == rows.item) & moves & ~(rows.u >= least))
+        if len(back):
+            row = int(back[0])
+            text = f"row {rows.first + row}: progress on line {rows.line[row]} runs back ({len(back)} rows)"
+            self.findings.add("VP413", text, int(rows.line[row]))
+        margin = slack + PATH_TIP_MM / length
+        outside = np.flatnonzero(moves & ((rows.u < -margin) | (rows.u > 1 + margin)))
+        if len(outside):
+            row = int(outside[0])
+            text = f"row {rows.first + row} lies beyond the ends of the segment of line {rows.line[row]}"
+            self.findings.add("VP413", text, int(rows.line[row]))
+
+    def _changes(self, rows: MeasuredRows) -> None:
+        """Check steps from one item to a later one: no standstill is left out, and stops are reached."""
+        reference, items = self.reference, self.reference.items
+        old, new = rows.item_before[rows.entered], rows.item[rows.entered]
+        stops_there = items.stop_before[new]
+        skips = items.stops_between(old, new) > stops_there
+        after_dwell = (old >= 0) & (items.segment[old] < 0)
+        segment = items.segment[new]
+        length = reference.measures.motion_length[segment]
+        # a restart may begin beside the corner that the whole program would round
+        aside = np.where(segment == reference.entry, reference.measures.blend_u[segment] * length, 0.0)
+        off = np.abs(rows.u[rows.entered]) * length > PATH_TIP_MM + reference.noise.tip + aside
+        off &= stops_there & (segment >= 0)
+        for k in np.flatnonzero(skips | after_dwell | off).tolist():
+            row, line = f"row {rows.first + rows.entered[k]}", int(rows.line[rows.entered[k]])
+            if skips[k]:
+                skipped = items.line[old[k] + 1 : new[k]]
+                lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
+                self.findings.add("VP412", f"{row}: the motion of line {lines} is left out", line)
+                continue
+            if after_dwell[k] and rows.rows_before[k] < items.dwell_cycles[old[k]]:
+                self.findings.add("VP412", f"{row}: the dwell of line {items.line[old[k]]} is too short", line)
+            if off[k] and old[k] < 0:
+                self.findings.add("VP412", f"{row}: the file does not begin at the start pose", line)
+            elif off[k]:
+                text = f"{row}: the end of the segment before line {line} is not reached"
+                self.findings.add("VP412", text, line)

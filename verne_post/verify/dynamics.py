@@ -1,0 +1,104 @@
+"""Limits of the joints: velocity, acceleration and jerk by differences of the rows as written, and travel."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, LIMIT_SLACK, LIMIT_SLACK_MM, VELOCITY_RATIO
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.verify.collector import FindingCollector
+from verne_post.verify.reference import DERIVATIVES, Reference
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Rows at rest that stand before the first row and after the last one: as many as a third difference needs.
+_REST_ROWS: Final = 3
+#: Finding code and accepted share of the limit, by the order of the difference - 1.
+_BOUNDS: Final = (("VP401", VELOCITY_RATIO), ("VP402", ACCELERATION_RATIO), ("VP403", JERK_RATIO))
+
+
+class DynamicsCheck:
+    """Shows that no joint leaves its travel, nor exceeds its velocity, acceleration and jerk.
+
+    First, second and third differences of each column over the cycle stay within 1.001, 1.005 and 1.02 of the limits, and
+    the noise of coarse decimals. The machine stands before the first row and after the last one. Every row is inside the
+    travel, within LIMIT_SLACK_MM or LIMIT_SLACK and one unit of the last decimal.
+
+    Attributes
+    ----------
+    worst : list of 3 ndarrays, shape (n_joints,)
+        Largest velocity, acceleration and jerk so far, in file units.
+    """
+
+    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
+        self.reference, self.findings = reference, findings
+        self.worst = [np.zeros(len(reference.columns)) for _ in DERIVATIVES]
+        self._tail = np.empty((0, len(reference.columns)))
+
+    def check(self, block: SetpointBlock) -> Ints:
+        """Check the next rows.
+
+        Returns
+        -------
+        ndarray of int, shape (n,)
+            Which limit is nearest to each row: number of its derivative times n_joints, and number of the joint.
+        """
+        if not len(self._tail):
+            self._tail = np.repeat(block.values[:1], _REST_ROWS, axis=0)
+        values = np.concatenate([self._tail, block.values])
+        nearest = self._differences(values, block.first, block.line)
+        self._travel(block)
+        self._tail = values[-_REST_ROWS:]
+        return nearest
+
+    def finish(self, n_rows: int) -> None:
+        """Check the standstill after the last of ``n_rows`` rows."""
+        rest = np.repeat(self._tail[-1:], _REST_ROWS, axis=0)
+        self._differences(np.concatenate([self._tail, rest]), n_rows, None)
+
+    def _differences(self, values: Array, first: int, lines: Ints | None) -> Ints:
+        """Check differences that end in row ``first`` or later; ``values`` begins with the rows before that row."""
+        columns, n = self.reference.columns, len(values) - _REST_ROWS
+        difference = values
+        largest, nearest = np.zeros(n), np.zeros(n, dtype=np.int64)
+        for order, (code, ratio) in enumerate(_BOUNDS):
+            difference = np.diff(difference, axis=0) / self.reference.cycle
+            size = np.abs(difference[_REST_ROWS - 1 - order :])
+            limit = self.reference.derivative_limits[order]
+            share = size / limit
+            joint_of_row = share.argmax(axis=1)
+            top = share[np.arange(n), joint_of_row]
+            nearest = np.where(top > largest, order * len(columns) + joint_of_row, nearest)
+            largest = np.maximum(top, largest)
+            self.worst[order] = np.maximum(self.worst[order], size.max(axis=0))
+            bound = ratio * limit + self.reference.noise.differences[order]
+            for joint in np.flatnonzero((size > bound).any(axis=0)):
+                rows = np.flatnonzero(size[:, joint] > bound[joint])
+                column, row = columns[joint], int(rows[0])
+                line = None if lines is None else int(lines[row])
+                unit = f"{column.unit}/s{order + 1}" if order else f"{column.unit}/s"
+                self.findings.add(
+                    code, f"row {first + row}: {DERIVATIVES[order]} of {column.joint} {size[row, joint]:.6g} {unit} exceeds "
+                    f"{limit[joint]:g} {unit} ({len(rows)} rows)", line, axis=column.joint,
+                    value=float(size[row, joint]), limit=float(limit[joint]), unit=unit,
+                )  # fmt: skip
+        return nearest
+
+    def _travel(self, block: SetpointBlock) -> None:
+        """Check the travel of every joint."""
+        factor, limits = self.reference.factor, self.reference.limits
+        inside = block.values / factor
+        for joint, column in enumerate(self.reference.columns):
+            slack = (LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK) + self.reference.noise.joints[joint]
+            low, high = limits.lower[joint], limits.upper[joint]
+            bad = np.flatnonzero(~((inside[:, joint] >= low - slack) & (inside[:, joint] <= high + slack)))
+            if len(bad):
+                row = int(bad[0])
+                value = block.values[row, joint]
+                limit = (low if inside[row, joint] < low else high) * factor[joint]
+                self.findings.add(
+                    column.code, f"row {block.first + row}: {column.header} = {value:.6f} is beyond {limit:g}",
+                    int(block.line[row]), axis=column.joint, value=float(value), limit=float(limit), unit=column.unit,
+                )  # fmt: skip

@@ -1,0 +1,146 @@
+"""The feed: the time that rows take, against the time that the program allows at the programmed feed rate."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import FEED_RATIO
+from verne_post.verify.collector import FindingCollector
+from verne_post.verify.projection import RADIAN_MM
+from verne_post.verify.reference import DERIVATIVES, Reference
+from verne_post.verify.rows import MeasuredRows
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: The feed is checked over so many rows.
+_FEED_ROWS: Final = (1, 16, 256, 4096)
+#: A row that takes less than this share of its cycle at the programmed feed is slow. Motion profiles come to the feed from
+#: below, to within two thousandths, which nobody could see.
+_SLOW: Final = 0.99
+#: Mean square of what rounding adds to a step between two rows, over the square of the largest displacement of the tip: half
+#: a unit of the last decimal displaces by half of it, and values between are as likely as others.
+_NOISE_SQUARE: Final = 2.0 / 12.0
+
+
+class FeedCheck:
+    """Shows that the tool moves no faster than programmed: 1.001 of the feed over 1, 16, 256 and 4096 rows.
+
+    The more rows, the less rounding weighs. Progress along the segment counts; beside rounded corners, which are shorter than
+    their vertex, the step of the tip (of the angles where only they move), by the fastest segment that it touches.
+
+    Attributes
+    ----------
+    ratio, line : float and int
+        Largest share of the programmed feed so far that is certain, and its source line.
+    slow_rows : ndarray of int, shape (3 * n_joints,)
+        Rows of feed moves that fall short of the feed, by the limit that was nearest.
+    """
+
+    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
+        self.reference, self.findings = reference, findings
+        self.ratio, self.line = 0.0, 0
+        self.slow_rows = np.zeros(len(DERIVATIVES) * len(reference.columns), dtype=np.int64)
+        # sums up to the last rows, as far back as the longest stretch
+        self._totals, self._slacks = np.zeros(1), np.zeros(1)
+
+    def check(self, rows: MeasuredRows, nearest: Ints) -> None:
+        """Check the next rows; ``nearest`` (n,) is the limit that is nearest to each."""
+        time, slack = self._progress_times(rows)
+        by_step = self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell
+        if by_step.any():
+            step_time, step_slack = self._step_times(rows)
+            time, slack = np.where(by_step, step_time, time), np.where(by_step, step_slack, slack)
+        self._compare(rows, time, slack)
+        spent = time + slack
+        slow = (spent > 0) & (spent < _SLOW * self.reference.cycle)
+        self.slow_rows += np.bincount(nearest[slow], minlength=len(self.slow_rows))
+
+    def slow_seconds(self) -> dict[tuple[str, str], float]:
+        """Seconds below the programmed feed, by derivative and joint of the limit that was nearest."""
+        columns = self.reference.columns
+        return {
+            (DERIVATIVES[k // len(columns)], columns[k % len(columns)].joint): rows * self.reference.cycle
+            for k, rows in enumerate(self.slow_rows.tolist())
+            if rows
+        }
+
+    def _compare(self, rows: MeasuredRows, time: Array, slack: Array) -> None:
+        """Compare times (n,) at the programmed feed with those that rows take, one and many together."""
+        n = len(time)
+        totals = np.append(self._totals, self._totals[-1] + np.cumsum(time))
+        slacks = np.append(self._slacks, slack)
+        self._totals, self._slacks = totals[-_FEED_ROWS[-1] :], slacks[-_FEED_ROWS[-1] :]
+        for count in _FEED_ROWS:
+            first = max(len(totals) - n, count)
+            if first >= len(totals):
+                break
+            spent = totals[first:] - totals[first - count : len(totals) - count]
+            noise = np.maximum(slacks[first:], slacks[first - count : len(slacks) - count])
+            certain = np.zeros(n)
+            certain[n - len(spent) :] = (spent - noise) / (count * self.reference.cycle)
+            top = int(np.argmax(certain))
+            if certain[top] > self.ratio:
+                self.ratio, self.line = float(certain[top]), int(rows.line[top])
+            bad = np.flatnonzero(certain > FEED_RATIO)
+            if len(bad):
+                row = int(bad[0])
+                line, value = int(rows.line[row]), float(certain[row])
+                self.findings.add(
+                    "VP404", f"row {rows.first + row}: {value:.6f} of the programmed feed on line {line} ({len(bad)} rows)",
+                    line, value=value, limit=FEED_RATIO, unit="of the feed",
+                )  # fmt: skip
+
+    def _progress_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
+        """Seconds (n,) that the progress to rows takes at the programmed feed, and by how much rounding may change them."""
+        items, feed_time = self.reference.items, self.reference.path.feed_time[rows.segment]
+        double_noise = 2 * self.reference.noise.tip
+        length = self.reference.measures.motion_length
+        stays = (rows.item_before == rows.item) & ~rows.dwell
+        time = np.where(stays, rows.u - rows.u_before, 0.0) * feed_time
+        slack = np.where(rows.dwell, 0.0, 2 * double_noise / length[rows.segment] * feed_time)
+        entered = rows.entered
+        if len(entered):
+            old, new = rows.item_before[entered], rows.item[entered]
+            begun, left, came, whole = items.passed(old, new, rows.u_before[entered], rows.u[entered])
+            spent = left * self._item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
+            time[entered] = (spent + came * self._item_times(new)) * whole
+            segment = items.segment[begun]
+            more = double_noise / length[segment] * self._item_times(begun)
+            slack[entered] += np.where((old >= 0) & (segment >= 0), more, 0.0)
+        return time, slack
+
+    def _item_times(self, item: Ints) -> Array:
+        """Seconds (n,) that items take at the programmed feed; 0 for dwells."""
+        segment = self.reference.items.segment[item]
+        return np.where(segment >= 0, self.reference.path.feed_time[segment], 0.0)
+
+    def _step_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
+        """As :meth:`_progress_times`, by the steps to rows; the fastest segment counts that a step touches."""
+        size = self._step_sizes(rows)
+        time, slack = self._paced(size, rows.segment)
+        row = rows.touched.row
+        time[row], slack[row] = np.inf, np.inf
+        passing_time, passing_slack = self._paced(size[:, row], rows.touched.segment)
+        np.minimum.at(time, row, passing_time)
+        np.minimum.at(slack, row, passing_slack)
+        return time, slack
+
+    def _step_sizes(self, rows: MeasuredRows) -> Array:
+        """Steps of tip (mm), of A and C, and of the tool axis (times RADIAN_MM): (3, n).
+
+        Rounding makes every step longer across its direction, so that a sum of steps grows with their number: the mean of that
+        is taken off.
+        """
+        size = np.stack([row_norm(rows.step[:, :3]), row_norm(rows.step[:, 3:]), RADIAN_MM * rows.axis_step])
+        return np.sqrt(np.maximum(size**2 - _NOISE_SQUARE * self.reference.noise.tip**2, 0.0))
+
+    def _paced(self, size: Array, segment: Ints) -> tuple[Array, Array]:
+        """Seconds (n,) that steps (3, n) take at the feed of segments (n,), 0 for rapids, and what rounding may change."""
+        measures = self.reference.measures
+        paces = np.stack([
+            measures.tip_pace[segment], measures.rotary_pace[segment] / RADIAN_MM, measures.axis_pace[segment] / RADIAN_MM
+        ])  # fmt: skip
+        return np.sum(size * paces, axis=0), 4 * self.reference.noise.tip * np.sum(paces, axis=0)

@@ -1,0 +1,118 @@
+"""What rows are compared with: the program, the limits of the machine, and what rounding adds to the rows."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import PATH_TIP_MM, ROUNDING_SHARES, SHARE_ROUNDING
+from verne_post.model.contour import Contour
+from verne_post.model.machine import Column, Limits
+from verne_post.model.setpoints import SetpointFormat
+from verne_post.model.toolpath import ToolPath
+from verne_post.verify.items import Items, SegmentMeasures, items_of, segment_measures
+
+Array = NDArray[np.float64]
+
+#: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per radian of
+#: a table angle's. Half a unit in each actuator moves the tip by at most 1.5 units on the VERNE, 1.6 on the linear delta and
+#: 0.9 on the serial machine (measured over the workspaces of the shipped files); a radian of A or C moves sliders by 200 mm,
+#: and a tip may be 1 m from the table's axes.
+_TIP_PER_SLIDER: Final = 3.0
+_TIP_PER_RADIAN_MM: Final = 1000.0
+#: Rounding that moves the tip by no more than this share of the tolerance is inside it; the default decimals do.
+_FINE_SHARE: Final = 0.1
+#: Derivatives of the joints by their order - 1.
+DERIVATIVES: Final = ("velocity", "acceleration", "jerk")
+
+
+@dataclass(frozen=True, eq=False)
+class RoundingNoise:
+    """What rounding to the decimals of the file may change.
+
+    Attributes
+    ----------
+    differences : tuple of 3 ndarrays, shape (n_joints,)
+        First, second and third differences over the cycle, in file units. 0 where the noise is inside the acceptance ratio.
+    joints : ndarray, shape (n_joints,)
+        One unit of the last decimal, mm and rad.
+    tip : float
+        Displacement of the tip, mm.
+    angle : float
+        Change of the nominal angles, rad.
+    coarse : bool
+        The decimals are so few that the noise is added to the tolerance of the path.
+    """
+
+    differences: tuple[Array, ...]
+    joints: Array
+    tip: float
+    angle: float
+    coarse: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Everything that the checks of a file compare its rows with; none of it changes.
+
+    Attributes
+    ----------
+    path : ToolPath
+        The programmed segments.
+    tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)
+        How far the motion may be from each segment, mm and rad.
+    entry : int
+        A restart begins with this segment; -1 for a whole program.
+    measures : SegmentMeasures
+    items : Items
+    columns : tuple of Column
+    factor : ndarray, shape (n_joints,)
+        File value over inside value.
+    limits : Limits
+    derivative_limits : tuple of 3 ndarrays, shape (n_joints,)
+        Velocity, acceleration and jerk in file units.
+    cycle : float
+        s.
+    noise : RoundingNoise
+    """
+
+    path: ToolPath
+    tip_tolerance: Array
+    axis_tolerance: Array
+    entry: int
+    measures: SegmentMeasures
+    items: Items
+    columns: tuple[Column, ...]
+    factor: Array
+    limits: Limits
+    derivative_limits: tuple[Array, ...]
+    cycle: float
+    noise: RoundingNoise
+
+
+def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat) -> Reference:
+    """Build the reference of a program. Of the contour only segments, standstills and tolerances are taken."""
+    factor = np.array([column.factor for column in columns])
+    size = np.abs(factor)
+    derivative_limits = (limits.velocity * size, limits.acceleration * size, limits.jerk * size)
+    measures = segment_measures(contour)
+    return Reference(
+        contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, measures,
+        items_of(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,
+        _rounding_noise(fmt, size, derivative_limits),
+    )  # fmt: skip
+
+
+def _rounding_noise(fmt: SetpointFormat, size: Array, derivative_limits: tuple[Array, ...]) -> RoundingNoise:
+    """Noise of a format; ``size`` (n_joints,) are file units per mm and rad."""
+    noise = [2**order * fmt.quanta / fmt.cycle ** (order + 1) for order in range(3)]
+    # fine decimals are inside the acceptance ratios; coarser ones that were asked for are allowed their noise
+    differences = tuple(
+        np.where(one > share * limit * (1 + SHARE_ROUNDING), one, 0.0)
+        for one, share, limit in zip(noise, ROUNDING_SHARES, derivative_limits, strict=True)
+    )
+    joints = fmt.quanta / size
+    tip = float(_TIP_PER_SLIDER * joints[:-2].max() + _TIP_PER_RADIAN_MM * joints[-2:].max())
+    coarse = any(one.any() for one in differences) or tip > _FINE_SHARE * PATH_TIP_MM
+    return RoundingNoise(differences, joints, tip, float(2 * joints[-2:].max()), coarse)

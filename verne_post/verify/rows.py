@@ -1,0 +1,287 @@
+"""Rows as they are checked: each matched with an item of the program, and measured once for all checks.
+
+A row is matched by its source line. Where several items share a line, the progress along them decides.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_norm
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.verify.projection import RADIAN_MM, Measured, tool_axis, unwrapped_u
+from verne_post.verify.reference import Reference
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+Forward = Callable[[Array, Array], tuple[Array, Array, Mask]]
+
+#: Rows looked at together when several segments share a source line.
+_LOOK_AHEAD: Final = 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Touched:
+    """Segments that steps between two items touch, where a corner of one of them may be rounded; m in order.
+
+    Attributes
+    ----------
+    row, segment : ndarray of int, shape (m,)
+    part : ndarray, shape (m, 2)
+        Between which u the step passes the segment, from 0 to 1.
+    """
+
+    row: Ints
+    segment: Ints
+    part: Array
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRows:
+    """Consecutive rows (n,), and the steps that lead to them. The first row of a file has a step of length 0.
+
+    Attributes
+    ----------
+    first : int
+        Index of the first row in the file.
+    line, item : ndarray of int, shape (n,)
+    dwell : ndarray of bool, shape (n,)
+        The item is a dwell.
+    segment : ndarray of int, shape (n,)
+        Of the item; where it is a dwell, the next segment (the last one, where none comes).
+    u : ndarray, shape (n,)
+        Where on its segment a row is, from 0 to 1; not limited.
+    item_before, u_before : ndarray, shape (n,)
+        Of the row before; -1 before the first row of a file.
+    pose : Measured
+    origin, step : ndarray, shape (n, 5)
+        Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row.
+    axis_step : ndarray, shape (n,)
+        Angle by which the tool axis turns, rad.
+    entered : ndarray of int, shape (c,)
+        Rows that are the first of their item.
+    rows_before : ndarray of int, shape (c,)
+        How many rows the item before those had.
+    touched : Touched
+        By the steps to ``entered``.
+    """
+
+    first: int
+    line: Ints
+    item: Ints
+    dwell: Mask
+    segment: Ints
+    u: Array
+    item_before: Ints
+    u_before: Array
+    pose: Measured
+    origin: Array
+    step: Array
+    axis_step: Array
+    entered: Ints
+    rows_before: Ints
+    touched: Touched
+
+
+@dataclass(frozen=True, eq=False)
+class LastRow:
+    """Where the last row was.
+
+    ``rows`` counts the rows of its item so far; ``pose`` (5,) and ``axis`` (3,) are None before the first row of a file.
+    """
+
+    item: int = -1
+    u: float = 0.0
+    group: int = -1
+    line: int = -2
+    rows: int = 0
+    pose: Array | None = None
+    axis: Array | None = None
+
+
+@dataclass(frozen=True)
+class LostPath:
+    """Why the rows of a block cannot be followed from ``row`` on."""
+
+    row: int
+    code: str
+    text: str
+
+
+class RowMatcher:
+    """Matches a stream of rows with the items of a program, and measures them.
+
+    Attributes
+    ----------
+    reference : Reference
+    forward : callable
+        (q, tool_length) -> tip, nominal angles, ok.
+    last : LastRow
+    """
+
+    def __init__(self, reference: Reference, forward: Forward) -> None:
+        self.reference, self.forward = reference, forward
+        self.last = LastRow()
+
+    def match(self, block: SetpointBlock) -> tuple[MeasuredRows | None, LostPath | None]:
+        """Measure the next rows, up to one that cannot be followed.
+
+        Returns
+        -------
+        rows : MeasuredRows or None
+            None where not even the first row can be followed.
+        lost : LostPath or None
+        """
+        group, lost = self._groups(block.line.astype(np.int64))
+        if not len(group):
+            return None, lost
+        items, path = self.reference.items, self.reference.path
+        q = block.values[: len(group)] / self.reference.factor
+        item: Ints = items.group_first[group]
+        several = items.group_first[group + 1] - item > 1
+        if several.any():
+            item = self._split_groups(q, group, item, several)
+        rest = items.rest_segment[item]
+        segment = np.minimum(rest, len(path) - 1)
+        tip, angles, ok = self.forward(q, path.tool_length[segment])
+        if not ok.all():
+            n = int(np.argmin(ok))
+            lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
+            if not n:
+                return None, lost
+            group, item, rest, segment = group[:n], item[:n], rest[:n], segment[:n]
+            q, tip, angles = q[:n], tip[:n], angles[:n]
+        u = self._progress(item, rest, segment, Measured(q, tip, angles))
+        return self._measure(block, group, item, segment, u, Measured(q, tip, angles)), lost
+
+    # --- matching -------------------------------------------------------------------------
+
+    def _groups(self, line: Ints) -> tuple[Ints, LostPath | None]:
+        """Group of each row by its source line, up to one whose line is not the program's next."""
+        items = self.reference.items
+        group = self.last.group + np.cumsum(line != np.append(self.last.line, line[:-1]))
+        while True:
+            beyond = group >= len(items.group_line)
+            expected = items.group_line[np.minimum(group, len(items.group_line) - 1)]
+            wrong = np.flatnonzero(beyond | (expected != line))
+            if not len(wrong):
+                return group, None
+            row = int(wrong[0])
+            hop = self._skipped(int(group[row]), int(line[row]))
+            if hop is None:
+                where = f"line {expected[row]}" if not beyond[row] else "the end"
+                hint = (
+                    "; line 0 is an approach or a departure: give the --from and --to of the conversion"
+                    if not line[row]
+                    else ""
+                )
+                text = f" belongs to line {line[row]}, where the program has {where}{hint}"
+                return group[:row], LostPath(row, "VP413", text)
+            group[row:] += hop
+
+    def _skipped(self, group: int, line: int) -> int | None:
+        """How many whole groups of one section were passed between two rows; None if the line does not follow."""
+        items = self.reference.items
+        for hop in range(1, len(items.group_line) - group):
+            first = items.group_first[group + hop]
+            if items.stop_before[items.group_first[group] : first].any():
+                return None
+            if items.group_line[group + hop] == line:
+                return hop
+        return None
+
+    def _split_groups(self, q: Array, group: Ints, item: Ints, several: Mask) -> Ints:
+        """Item of its group that each row belongs to, where groups have several items."""
+        items, item = self.reference.items, item.copy()
+        edges = np.flatnonzero(np.diff(group, prepend=-1, append=-1))
+        for begin, end in pairwise(edges.tolist()):
+            if not several[begin]:
+                continue
+            now, last = (int(items.group_first[group[begin] + k]) - k for k in (0, 1))
+            rows, u = 0, None
+            if begin == 0 and group[0] == self.last.group:
+                now, rows, u = self.last.item, self.last.rows, self.last.u
+            row = begin
+            while row < end:
+                if now == last:
+                    item[row:end] = now
+                    break
+                if items.segment[now] < 0:
+                    take = min(int(items.dwell_cycles[now]) - rows, end - row)
+                else:
+                    take = self._rows_of_item(q[row:end], now, u)
+                item[row : row + take] = now
+                row += take
+                if row < end:
+                    now, u, rows = now + 1, None, 0
+        return item
+
+    def _rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
+        """How many of the next rows lie before the end of a segment; ``u_before`` is None if the row before is not on it."""
+        path = self.reference.path
+        segment = int(self.reference.items.segment[item])
+        close = 1.0 - self.reference.noise.tip / self.reference.measures.motion_length[segment]
+        for begin in range(0, len(q), _LOOK_AHEAD):
+            some_q = q[begin : begin + _LOOK_AHEAD]
+            at = np.full(len(some_q), segment)
+            tip, angles, _ok = self.forward(some_q, path.tool_length[at])
+            fresh = np.zeros(len(some_q), dtype=bool)
+            fresh[0] = u_before is None
+            u = unwrapped_u(path, at, Measured(some_q, tip, angles), fresh, u_before or 0.0)
+            past = np.flatnonzero(u >= close)
+            if len(past):
+                return begin + int(past[0])
+            u_before = float(u[-1])
+        return len(q)
+
+    # --- measuring ------------------------------------------------------------------------
+
+    def _progress(self, item: Ints, rest: Ints, segment: Ints, pose: Measured) -> Array:
+        """Where on its segment (n,) each row is; on a dwell the start of the next segment, 1 after the last."""
+        path = self.reference.path
+        fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
+        u = unwrapped_u(path, segment, pose, fresh, self.last.u)
+        return np.where(self.reference.items.segment[item] < 0, np.where(rest < len(path), 0.0, 1.0), u)
+
+    def _measure(
+        self, block: SetpointBlock, group: Ints, item: Ints, segment: Ints, u: Array, pose: Measured
+    ) -> MeasuredRows:
+        """Measure the steps to rows, and remember the last row."""
+        last, n = self.last, len(item)
+        now = np.concatenate([pose.tip, RADIAN_MM * pose.angles], axis=1)
+        axis = tool_axis(pose.angles)
+        origin = np.vstack([now[:1] if last.pose is None else last.pose[None], now[:-1]])
+        axis_before = np.vstack([axis[:1] if last.axis is None else last.axis[None], axis[:-1]])
+        item_before, u_before = np.append(last.item, item[:-1]), np.append(last.u, u[:-1])
+        entered = np.flatnonzero(item_before != item)
+        rows = MeasuredRows(
+            block.first, block.line[:n], item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
+            pose, origin, now - origin, row_norm(axis - axis_before), entered, np.diff(entered, prepend=-last.rows),
+            self._touched(entered, item_before[entered], item[entered], u_before[entered], u[entered]),
+        )  # fmt: skip
+        count = n - int(entered[-1]) if len(entered) else n + last.rows
+        self.last = LastRow(
+            int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[n - 1]), count, now[-1], axis[-1]
+        )
+        return rows
+
+    def _touched(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> Touched:
+        """Segments that steps to rows (c,) touch, from one item to a later one."""
+        items, has_tolerance = self.reference.items, self.reference.measures.has_tolerance
+        begin = np.maximum(old, 0)
+        step, within = ragged(new - begin + 1)
+        segment = items.segment[begin[step] + within]
+        step, segment = step[segment >= 0], segment[segment >= 0]
+        blended = np.zeros(len(row), dtype=bool)
+        blended[step[has_tolerance[segment]]] = True
+        step, segment = step[blended[step]], segment[blended[step]]
+        first, last = np.diff(step, prepend=-1) != 0, np.diff(step, append=-1) != 0
+        low = np.where(first, np.clip(old_u[step], 0.0, 1.0), 0.0)
+        high = np.where(last, np.clip(new_u[step], 0.0, 1.0), 1.0)
+        return Touched(row[step], segment, np.stack([low, high], axis=1))
