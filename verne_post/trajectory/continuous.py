@@ -13,139 +13,19 @@ from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, release_memory
 from verne_post.model.machine import Limits
-from verne_post.trajectory import reachability
+from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.initial_profile import Solver, initial_profile
-from verne_post.trajectory.interior_point import X_MIN, Problem, solve
+from verne_post.trajectory.interior_point import Problem, solve
 from verne_post.trajectory.override import FeedOverride
-from verne_post.trajectory.repair import FAR, at_rest, exceeding, excess, repair_or_slow_down, repair_rows
+from verne_post.trajectory.repair import at_rest, exceeding, excess, repair_or_slow_down, repair_rows
 from verne_post.trajectory.section_path import Section, joints_at
 from verne_post.trajectory.spline_profile import Profile, Times, positions
+from verne_post.trajectory.tuning import Effort, PassSettings
 
 Array = NDArray[np.float64]
 
-#: The finest time scale of the profile; a longer control cycle takes its place.
-UNIT_S: Final = 1e-3
-#: Differences of shorter cycles are taken over this many units: they see the same profile.
-SHORTEST_DIFFERENCE: Final = 0.125
-#: A window that is re-timed to take so many times as long has lost its way: the problem is not convex. A first profile at a high
-#: feed has to be slowed down by half at sharp corners; a solution that all but stands takes up to a hundred times as long.
-CRAWLING: Final = 5.0
-#: A virtual joint with Q' = 1 keeps X from jumping where the real joints rest: its acceleration and jerk
-#: limits, times the unit and its square. X changes by its own size in no less than some 20 units.
-VIRTUAL_ACCELERATION: Final = 0.3
-VIRTUAL_JERK: Final = 0.2
-#: Shares of the limits that are planned with; rows may reach 1.0003, 1.002 and 1.01.
-PLANNED: Final = (0.9998, 0.9998, 0.999)
-#: The first knots of a window may exceed the limits by this share, falling to none over so many knots.
-ROOM: Final = 0.01
-TAPER: Final = 30
-#: Where every pass starts.
-NEAR_ONE: Final = 0.98
-#: They slow down over so many units at the end of a window.
-RAMP: Final = 100
-#: X at the end of a window after which no next one was found at the usual one.
-CRAWL: Final = 0.01
-#: A row counts as tighter by this when the rate's highest derivative takes it from zero to its limit first.
-RESERVE: Final = 1.0
-#: A profile that moves less than this share of its length has not begun to move.
-AT_REST: Final = 1e-13
 #: At the speed that was planned.
 AS_PLANNED: Final = FeedOverride()
-#: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from
-#: rest, and at most so many.
-CREEPING: Final = 0.1
-CREEPING_ROWS: Final = 200
-#: The last pass is repeated while more than one row in so many is far beyond a limit, since mending takes time at each,
-#: and while the rows cannot be mended.
-FEW: Final = 500
-#: Jerk sets the time of a profile that takes so many times as long as without jerk limits: it switches often, and between
-#: knots it cannot.
-SWITCHING: Final = 1.2
-#: Rows of every joint. A profile that is far from its limits, or far beyond some, says little about which will bind: where
-#: others were left out, such profiles were not brought back and took up to 4.5 times as long.
-ALL_ROWS: Final = (0, 0)
-
-
-@dataclass(frozen=True)
-class Pass:
-    """One pass of the interior point method; lengths in units.
-
-    Attributes
-    ----------
-    knot, per_knot : int
-        Knot spacing, and points per knot.
-    rows : tuple of int
-        So many of the tightest acceleration and jerk rows count on each side of each point; 0: all.
-    fastest : float
-        Largest X.
-    centre, gap : float
-        Complementarity to start from and to end at, over the time.
-    iterations : int
-    window, ahead : int
-        Knots that are kept of each solution, and those that look ahead.
-    slow : float
-        X at the end of a window that is not the last.
-    """
-
-    knot: int
-    per_knot: int
-    rows: tuple[int, int]
-    fastest: float
-    centre: float
-    gap: float
-    iterations: int
-    window: int
-    ahead: int
-    slow: float
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How finely a profile is planned.
-
-    Attributes
-    ----------
-    passes : tuple of Pass
-        Coarse to fine.
-    last, switching : Pass
-        The pass behind them, and the one in its place where jerk sets the time.
-    repeats : int
-        The last pass is repeated, with every row, at most so often.
-    shares : tuple of float
-        Of velocity, acceleration and jerk.
-    """
-
-    passes: tuple[Pass, ...]
-    last: Pass
-    switching: Pass
-    repeats: int
-    shares: tuple[float, float, float]
-
-
-NORMAL: Final = Effort(
-    passes=(
-        Pass(8, 3, ALL_ROWS, 8.0, 30.0, 3e-1, 25, 1600, 50, 0.05),
-        Pass(2, 2, (1, 2), 4.0, 10.0, 1.0, 16, 3500, 150, 0.1),
-    ),
-    last=Pass(2, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 3500, 150, 0.3),
-    switching=Pass(1, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 4000, 300, 0.3),
-    repeats=3,
-    shares=PLANNED,
-)
-_FINEST_PASS: Final = Pass(1, 2, ALL_ROWS, 2.0, 1.0, 5e-4, 40, 3000, 600, 0.3)
-#: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
-QUALITY: Final = Effort(
-    passes=(
-        Pass(2, 2, ALL_ROWS, 8.0, 30.0, 1e-1, 25, 1500, 300, 0.1),
-        Pass(2, 2, ALL_ROWS, 4.0, 10.0, 1e-1, 25, 1500, 300, 0.1),
-        Pass(2, 4, ALL_ROWS, 2.0, 3.0, 3e-3, 40, 1500, 300, 0.1),
-        Pass(2, 4, ALL_ROWS, 2.0, 1.0, 1e-3, 40, 1500, 300, 0.1),
-    ),
-    last=_FINEST_PASS,
-    switching=_FINEST_PASS,
-    repeats=3,
-    shares=(1.0, 1.0, 1.0),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +46,7 @@ class ContinuousProfile:
 
 
 def plan_continuous(
-    section: Section, limits: Limits, cycle: float, effort: Effort = NORMAL, solver: Solver = reachability.solve,
+    section: Section, limits: Limits, cycle: float, effort: Effort = tuning.NORMAL, solver: Solver = reachability.solve,
     played: FeedOverride = AS_PLANNED, begin: float = 0.0,
 ) -> ContinuousProfile:  # fmt: skip
     """Plan a run from rest to rest.
@@ -194,11 +74,11 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    profile, unit, bound = initial_profile(section, limits, max(UNIT_S, cycle), solver)
+    profile, unit, bound = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver)
     for step in effort.passes:
-        profile = rebuild_profile(profile, retime(section, profile, limits, cycle, unit, step, effort.shares), unit)
-    last = effort.switching if profile.duration > SWITCHING * bound else effort.last
-    times = retime(section, profile, limits, cycle, unit, last, effort.shares)
+        profile = rebuild_profile(profile, retime(section, profile, limits, cycle, unit, step, step.shares), unit)
+    last = effort.jerk_bound if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
+    times = retime(section, profile, limits, cycle, unit, last, last.shares)
 
     def rows(slower: float, played: FeedOverride = played) -> Array:
         return _rows(section, profile, times, limits, cycle, slower, played, begin)
@@ -206,16 +86,16 @@ def plan_continuous(
     for left in reversed(range(effort.repeats + 1)):
         z = at_rest(rows(1.0, AS_PLANNED))
         over = exceeding(excess(section, z, limits, cycle))
-        if not left or FEW * np.count_nonzero(over[1] > FAR) <= len(z):
+        if not left or tuning.ROWS_PER_FAR_ROW * np.count_nonzero(over[1] > tuning.FAR_RATIO) <= len(z):
             found = repair_rows(section, z, over, limits, cycle, unit)
             if found is not None and played == AS_PLANNED:
                 return ContinuousProfile(found, bound)
-            if found is not None or (not left and effort is QUALITY):
+            if found is not None or (not left and effort is tuning.QUALITY):
                 break
             if not left:  # a better profile costs less than to mend this one, and is faster by far
-                return plan_continuous(section, limits, cycle, QUALITY, solver, played, begin)
+                return plan_continuous(section, limits, cycle, tuning.QUALITY, solver, played, begin)
         profile = rebuild_profile(profile, times, unit)
-        times = retime(section, profile, limits, cycle, unit, replace(last, rows=ALL_ROWS), effort.shares)
+        times = retime(section, profile, limits, cycle, unit, replace(last, tightest_rows=tuning.ALL_ROWS), last.shares)
     return ContinuousProfile(repair_or_slow_down(section, rows, limits, cycle, unit), bound)
 
 
@@ -237,56 +117,56 @@ def retime(
     limits: Limits,
     cycle: float,
     unit: float,
-    step: Pass,
+    settings: PassSettings,
     shares: tuple[float, float, float],
 ) -> Times:
     """One pass of the interior point method over the whole run, window by window."""
-    knot = step.knot * unit
+    knot = settings.knot_units * unit
     n = int(np.ceil(profile.duration / knot * (1 - 1e-12)))
     settled = Growing(float)
     recent = np.empty(0)  # coefficients behind those: of the window before, and of this one
     begin, careful = 0, -1
     while begin < n:
         release_memory()
-        end = min(begin + step.window + step.ahead, n)
-        if n - end < step.ahead:
+        end = min(begin + settings.window_knots + settings.look_ahead_knots, n)
+        if n - end < settings.look_ahead_knots:
             end = n
         recent = np.append(recent, np.ones(max(end + 3 - settled.count - len(recent), 0)))
         coefficients = recent[begin - settled.count : end + 3 - settled.count]
         fixed = coefficients[:3].copy() if begin else np.empty(0)
-        slow = None if end == n else CRAWL if begin <= careful else step.slow
-        problem = _problem(section, profile, limits, cycle, unit, step, shares, begin, end, fixed, slow)
-        start = _start(coefficients, step, begin > 0, slow)
-        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
+        slow = None if end == n else tuning.CRAWLING_X if begin <= careful else settings.window_end_x
+        problem = _problem(section, profile, limits, cycle, unit, settings, shares, begin, end, fixed, slow)
+        start = _start(coefficients, settings, begin > 0, slow)
+        found = solve(problem, start, centre=settings.start_gap, gap=settings.final_gap, iterations=settings.iterations)
         if begin > careful and begin and not found.legal:
             # the window before may have been too fast at its end: again, this time down to a crawl
             careful = begin
-            begin -= step.window
+            begin -= settings.window_knots
             continue
-        if _crawls(found.coefficients[: step.window + 3]):
+        if _crawls(found.coefficients[: settings.window_knots + 3]):
             coefficients[len(fixed) :] = 1.0  # the profile as it is needs less mending than one that all but stands
         else:
             coefficients[:] = found.coefficients
         done = begin - settled.count
         settled.extend(recent[:done].copy())
         recent = recent[done:]
-        begin = end if end == n else begin + step.window
+        begin = end if end == n else begin + settings.window_knots
     settled.extend(recent)
     return Times.of_coefficients(settled.column(), knot)
 
 
 def _crawls(coefficients: Array) -> bool:
     """A solution that has lost its way slows down far more than re-timing a profile near the optimum ever needs."""
-    return Times.of_coefficients(coefficients, 1.0).total > CRAWLING * (len(coefficients) - 3)
+    return Times.of_coefficients(coefficients, 1.0).total > tuning.STRAYED * (len(coefficients) - 3)
 
 
-def _start(known: Array, step: Pass, goes_on: bool, slow: float | None) -> Array:
+def _start(known: Array, settings: PassSettings, goes_on: bool, slow: float | None) -> Array:
     """Coefficients that a window starts from; where it goes on, ``known`` begins with those of the window before."""
-    start = np.full(len(known), NEAR_ONE)
-    ramp = min(round(RAMP / step.knot), step.ahead // 2)
+    start = np.full(len(known), tuning.START_X)
+    ramp = min(round(tuning.START_RAMP / settings.knot_units), settings.look_ahead_knots // 2)
     if goes_on:  # less and less of them: the window before slows down
-        seen = step.ahead - ramp
-        start[:seen] += (known[:seen] - NEAR_ONE) * _falling(seen)
+        seen = settings.look_ahead_knots - ramp
+        start[:seen] += (known[:seen] - tuning.START_X) * _falling(seen)
     if slow is not None:  # as the solution will, slow down over the end of the window
         start[-ramp:] *= slow ** (1.0 - _falling(ramp))
     return start
@@ -299,13 +179,13 @@ def _falling(n: int) -> Array:
 
 
 def _problem(
-    section: Section, profile: Profile, limits: Limits, cycle: float, unit: float, step: Pass,
+    section: Section, profile: Profile, limits: Limits, cycle: float, unit: float, settings: PassSettings,
     shares: tuple[float, float, float], begin: int, end: int, fixed: Array, slow: float | None,
 ) -> Problem:  # fmt: skip
     """Limits at the points of a window, from differences of rows a cycle apart: the acceptance metric itself."""
-    delta = max(cycle, SHORTEST_DIFFERENCE * unit)
-    n, k = end - begin, step.per_knot
-    knot = step.knot * unit
+    delta = max(cycle, tuning.SHORTEST_DIFFERENCE * unit)
+    n, k = end - begin, settings.points_per_knot
+    knot = settings.knot_units * unit
     spacing = knot / k
     points = n * k
     apart = round(delta / spacing)
@@ -334,25 +214,25 @@ def _problem(
         by_feed = _by_phase((shares[0] * delta * speed / slope)[None], k)[0] ** 2
         by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
     cap = np.minimum(np.where(np.isnan(by_feed), np.inf, by_feed), by_speed)
-    cap = np.clip(cap, 2 * X_MIN, step.fastest)
+    cap = np.clip(cap, 2 * tuning.SMALLEST_X, settings.largest_x)
     # a window that goes on where another has used every limit up needs some room to do so
     by_interval = np.ones(n)
     if len(fixed):
-        by_interval[:TAPER] -= np.linspace(ROOM, 0.0, TAPER)[:n]
+        by_interval[: tuning.HANDOVER_KNOTS] -= np.linspace(tuning.HANDOVER_EXCESS, 0.0, tuning.HANDOVER_KNOTS)[:n]
     room = np.tile(by_interval, k)
     cap /= room
     acceleration = shares[1] * limits.acceleration[:, None] / room
     jerk = shares[2] * limits.jerk[:, None] / room
     virtual = np.zeros((1, points))
-    q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / VIRTUAL_ACCELERATION])
+    q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / tuning.VIRTUAL_ACCELERATION])
     q2a = np.concatenate([q2 / acceleration, virtual])
-    q1j = np.concatenate([0.5 * q1 / jerk, virtual + 0.5 * unit**2 / VIRTUAL_JERK])
+    q1j = np.concatenate([0.5 * q1 / jerk, virtual + 0.5 * unit**2 / tuning.VIRTUAL_JERK])
     q2j = np.concatenate([1.5 * q2 / jerk, virtual])
     q3j = np.concatenate([q3 / jerk, virtual])
 
     both: list[tuple[Array, ...]] = [(q2a, q1a), (q3j, q2j, q1j)]
     acceleration_rows, jerk_rows = (
-        _signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True)
+        _signed(rows, count or len(rows[0])) for rows, count in zip(both, settings.tightest_rows, strict=True)
     )
     return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, slow)
 
@@ -367,7 +247,7 @@ def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
     upper = tuple(row * above for row in rows)
     if count >= len(above):
         return tuple(np.concatenate([row, -row]) for row in upper)
-    reach = RESERVE * (upper[-1] / upper[-1].max(axis=0))
+    reach = upper[-1] / upper[-1].max(axis=0)
     sides = []
     points = np.arange(reach.shape[1])
     for sign in (1.0, -1.0):
@@ -424,8 +304,8 @@ def _rows(
         every.extend(s)
         farthest = float(s[-1])
     s = every.column()
-    first = int(np.searchsorted(s, AT_REST * section.length, side="right")) - 1
-    last = int(np.searchsorted(s, (1 - AT_REST) * section.length, side="left"))
+    first = int(np.searchsorted(s, tuning.REST_SHARE * section.length, side="right")) - 1
+    last = int(np.searchsorted(s, (1 - tuning.REST_SHARE) * section.length, side="left"))
     s = s[max(first, 0) : last + 1]
     at_start, at_end = _creeping(section, s, limits, cycle)
     rows = Growing(float)
@@ -438,7 +318,7 @@ def _rows(
 def _creeping(section: Section, s: Array, limits: Limits, cycle: float) -> tuple[int, int]:
     """How many rows behind the first and before the last a joint hardly moves over; the profile creeps there, and need not."""
     n = len(s)
-    count = min(CREEPING_ROWS, n // 4)
+    count = min(tuning.CREEPING_ROWS, n // 4)
     if count < 2:
         return 0, 0
     reach = np.minimum(limits.jerk * cycle**3, np.minimum(limits.acceleration * cycle**2, limits.velocity * cycle))
@@ -449,7 +329,7 @@ def _creeping(section: Section, s: Array, limits: Limits, cycle: float) -> tuple
     def creeping(rows: slice, end: int) -> int:
         strain = (np.abs(moved[rows] - moved[end]) / reach).max(axis=1)
         strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
-        return int(np.count_nonzero(strain < CREEPING))
+        return int(np.count_nonzero(strain < tuning.CREEPING_MOTION))
 
     at_start, at_end = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
     # the step that takes their place must be one that the rows allow
@@ -463,4 +343,4 @@ def _creeping(section: Section, s: Array, limits: Limits, cycle: float) -> tuple
 def _too_far(section: Section, s: Array, cycle: float) -> bool:
     """Whether the last step between rows s (n,) hides the path, or where the feed changes along it is far beyond the feed."""
     cap = np.asarray(section.speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
-    return bool(section.hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * CREEPING) * cycle * cap)
+    return bool(section.hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * tuning.CREEPING_MOTION) * cycle * cap)

@@ -12,6 +12,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
+from verne_post.trajectory import tuning
 from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
@@ -21,10 +22,6 @@ Ints = NDArray[np.integer]
 
 #: Rows of rest added where a continuous run follows or precedes another; the row at the stop itself is the third.
 REST_ROWS: Final = 2
-#: Rows whose feed is looked at together.
-CHUNK_ROWS: Final = 1 << 15
-#: A feed counts as reached at this share of it, which profiles come to from below; the same share makes a row slow (verify).
-REACHED: Final = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +75,6 @@ class PlanningOptions:
     solver: str = "scan"
     quality: bool = False
     playback: FeedOverride = field(default_factory=FeedOverride)
-
-
-#: A duration this close above a whole number of cycles is that number (in cycles).
-WHOLE_CYCLE: Final = 1e-9
 
 
 class ContourSection:
@@ -174,13 +167,13 @@ def plan_contour(
     peak = np.where(continuous, 0.0, profiles.peak_speed())
     for begin, end in blocks(len(contour)):
         some = slice(begin, end)
-        by_peak = peak[contour.section[some]] * contour.pace(some) >= REACHED
+        by_peak = peak[contour.section[some]] * contour.pace(some) >= tuning.FEED_REACHED
         reached[contour.segment[some][by_peak]] = True
     continuous_first = np.full(len(continuous), -1, dtype=np.int64)
     continuous_s = Growing(float)
     second_order_bound_s, toppra_bound_s = 0.0, 0.0
     cycle, played = planning.cycle, planning.playback
-    cycles = np.maximum(np.ceil(profiles.total / (played.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
+    cycles = np.maximum(np.ceil(profiles.total / (played.override * cycle) - tuning.WHOLE_CYCLE), 1).astype(np.int64)
     clock = _Clock(contour, cycles, cycle)
     for section in range(len(continuous)) if played.ramp else np.flatnonzero(continuous).tolist():
         begin_s = clock.at(section) if played.ramp else 0.0
@@ -194,7 +187,7 @@ def plan_contour(
 
         section_path = ContourSection(joints, int(begins[section]), int(begins[section + 1]), cycle)
         try:
-            effort = flow.QUALITY if planning.quality else flow.NORMAL
+            effort = tuning.QUALITY if planning.quality else tuning.NORMAL
             profile = flow.plan_continuous(
                 section_path, limits, cycle, effort, _solver(planning.solver), played, begin_s
             )
@@ -212,10 +205,10 @@ def plan_contour(
         continuous_s.copy(s, REST_ROWS * before, REST_ROWS * after)
         cycles[section] = continuous_s.count - continuous_first[section] - 1
         for begin, end in blocks(len(s) - 1):
-            for row in range(begin, end, CHUNK_ROWS):
-                part = s[row : min(row + CHUNK_ROWS, end) + 1]
+            for row in range(begin, end, tuning.ROWS_AT_A_TIME):
+                part = s[row : min(row + tuning.ROWS_AT_A_TIME, end) + 1]
                 element, w = section_path.locate(0.5 * (part[1:] + part[:-1]))
-                fast = np.diff(part) / cycle >= REACHED * joints.speed_cap(element, w)
+                fast = np.diff(part) / cycle >= tuning.FEED_REACHED * joints.speed_cap(element, w)
                 reached[contour.segment[element[fast]]] = True
         if progress is not None:
             progress(int(begins[section + 1]))
@@ -251,7 +244,7 @@ class _Clock:
 
 def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:
     """Cycles (d,) of every dwell: no shorter than programmed."""
-    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
+    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - tuning.WHOLE_CYCLE), 1).astype(np.int64)
 
 
 def _solver(name: str) -> Callable[..., Array]:

@@ -15,33 +15,18 @@ largest and its smallest start value encloses the truth, and where the two meet 
 what came before: windows are scanned side by side and joined exactly.
 """
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rows import row_max, row_min
 from verne_post.model.machine import Limits
+from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
 
 Array = NDArray[np.float64]
 
-#: Grid points per window: enough steps to forget the start, few enough Python steps.
-WINDOW: Final = 96
-#: Windows whose start is not known when those before them have been scanned are scanned from the narrower bracket that these
-#: leave, up to so many brackets in all; what then is left goes one window after the other.
-BRACKETINGS: Final = 3
-#: Steps of a window that are scanned again before it is looked which windows have forgotten their start.
-STRETCHES: Final = ((0, 8), (8, 16), (16, 32), (32, 64), (64, 1 << 62))
-#: A line of (x, K) whose slope is beyond this bounds K or x alone.
-STEEP: Final = 1e9
-#: Stands for the squared speed where nothing bounds it.
-X_UNBOUNDED: Final = 1e14
-#: Grid points whose corners V are sought at a time.
-CHUNK: Final = 1 << 10
 
-
-def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int = WINDOW) -> Array:
+def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None = None) -> Array:
     """Squared speed x = sd^2 of the time-optimal profile, at rest at the end of the grid.
 
     Parameters
@@ -58,6 +43,7 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int = WINDO
     ndarray, shape (n,)
         mm2/s2.
     """
+    window = window or tuning.PASS_WINDOW
     x_cap = speed_caps(grid, limits)
     x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     lines = _lines(grid, limits)
@@ -80,7 +66,7 @@ def speed_caps(grid: Grid, limits: Limits) -> Array:
     """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
-        return np.minimum(x, X_UNBOUNDED)
+        return np.minimum(x, tuning.X_UNBOUNDED)
 
 
 def jerk_caps(grid: Grid, limits: Limits) -> Array:
@@ -104,7 +90,7 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     a, b = lines
     steep, size = np.abs(a), np.abs(b)
     # as a factor: which lines rise is as good as random, and choosing by a mask waits for every guess that is wrong
-    rising = ((a * b <= 0) & (steep < STEEP * size)).astype(float)
+    rising = ((a * b <= 0) & (steep < tuning.STEEP_LINE * size)).astype(float)
     steep *= rising
     steep /= np.maximum(size, np.finfo(float).tiny)
     size *= rising
@@ -115,7 +101,7 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
 def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     """Offset and gain of the bounds K <= offset + gain x; the gain is negative where a larger x leaves less K."""
     a, b = lines
-    bounding = np.abs(a) * STEEP > np.abs(b)
+    bounding = np.abs(a) * tuning.STEEP_LINE > np.abs(b)
     size = np.where(bounding, a, 1.0)
     return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
 
@@ -134,8 +120,8 @@ def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
     found = np.full(len(a), np.inf)
     # where even motion at the cap keeps all limits, x = K = cap is possible
     tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
-    for first in range(0, len(tight), CHUNK):
-        rows = tight[first : first + CHUNK]
+    for first in range(0, len(tight), tuning.CORNER_POINTS):
+        rows = tight[first : first + tuning.CORNER_POINTS]
         found[rows] = _corners_of(a[rows], b[rows])
     return found
 
@@ -172,7 +158,7 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     low, high = np.zeros(windows + 1), np.append(start, caps[-1])  # brackets of starts
     low[0] = start
     rows = np.arange(windows)
-    for _ in range(BRACKETINGS):
+    for _ in range(tuning.BRACKETINGS):
         at = slice(None) if len(rows) == windows else rows
         bracket = _section(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
         values[:, rows], uncertain[rows] = bracket[:, 1], np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)
@@ -183,7 +169,7 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     rows = np.flatnonzero(low[:-1] == high[:-1])
     begin = high[:-1]
     while len(rows):  # windows whose start is known
-        for first, last in STRETCHES:
+        for first, last in tuning.PASS_STRETCHES:
             some = rows[uncertain[rows] > first]
             if not len(some) or first >= window:
                 break

@@ -20,71 +20,17 @@ from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max, row_sum
 from verne_post.model.machine import Limits
+from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Section, joints_at
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
-#: Ratios that rows may reach: velocity and feed, acceleration, jerk.
-ACCEPTED: Final = (1.0003, 1.002, 1.010)
-#: Ratios that shifts aim at; least squares approaches them from outside.
-AIMED: Final = (1.0001, 1.0007, 1.0065)
 #: Resting rows at both ends, which the differences count as well.
 REST: Final = 3
 #: Rows that stay at the ends of a stretch: what differences across the end are taken from, and the run's own ends.
 HELD: Final = REST + 1
-#: Rows are shifted over so many units on each side of one that is beyond a limit.
-REACH: Final = 40
-#: A round finds the stretches and mends them; from the second on, they get more rows first.
-ROUNDS: Final = 6
-#: Steps of the least squares in one round.
-STEPS: Final = 8
-#: Weight of the jerk of the shifts against the excess.
-DAMPING: Final = 1e-4
-#: A row so far beyond a limit is not mended by shifts alone.
-FAR: Final = 1.15
-FAR_ROWS: Final = 4
-#: Short runs are given fewer: one for so many rows that they have.
-FAR_SHARE: Final = 50
-#: More rows come over a stretch so long that the change of speed takes a share of the jerk only: its length cubed is
-#: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
-GENTLE: Final = 600.0
-#: Before the run as a whole is slowed down, the places that cannot be mended are: so often, over so many units on each
-#: side, and by so much more than the excess asks for.
-EASINGS: Final = 5
-EASE_REACH: Final = 60
-EASE_MORE: Final = 1.3
-#: Rows on each side of such a place that the curve through its rows takes into account.
-CONTEXT: Final = 12
-#: Slower runs that are mended when the run itself cannot be, then runs that are only slowed.
-STRETCHES: Final = (1.0, 1.004, 1.02, 1.1)
-SLOWDOWNS: Final = 40
-SLOWER_BY: Final = (1.3, 3.0)
-#: Slowing down lowers the worst ratio at least by the factor of the speed; where it stays above this share of what it
-#: was, the joints jump.
-STUBBORN: Final = 0.9
-#: A stretch is given more rows if it has so many.
-SHORTEST: Final = 12
-#: Rows whose joints are evaluated at a time.
-CHUNK_ROWS: Final = 1 << 15
-#: The same for rows that lie far apart, and so many rows a stretch counts for at least: around each, the system reads 64 kB of
-#: every column.
-SCATTERED_ROWS: Final = 1 << 8
-STRETCH_ROWS: Final = 1 << 8
-#: The rows that are beyond their aims are found anew so often in one step.
-ACTIVE_SETS: Final = 4
-#: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
-SMALLEST_STRAIN: Final = 1e-6
-#: Steps that hide the path between them are made shorter by no more than this at a time: how much they need is not known.
-HIDDEN: Final = 2.0
-#: Or they are halved, so often at most: a millionth of a step shows everything.
-HALVINGS: Final = 20
-#: Diagonal entry that keeps a row where it is.
-FIXED: Final = 1e30
-#: The derivative by s is taken over this share of a row's step, and at least this much of the run's length.
-SHARE_OF_STEP: Final = 1e-2
-SHARE_OF_LENGTH: Final = 1e-9
 
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 _DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
@@ -110,31 +56,31 @@ def repair_or_slow_down(
         However slow, the rows are beyond a limit: the joints jump along the run.
     """
     s = rows(1.0)
-    for attempt in range(EASINGS):
+    for attempt in range(tuning.SLOWDOWN_ATTEMPTS):
         z = at_rest(s)
         worst = excess(section, z, limits, cycle)
         found = repair_rows(section, z, exceeding(worst), limits, cycle, unit)
         if found is not None:
             return found
         # braking before a place takes jerk of its own, the less the longer it lasts
-        reach = max(round(2**attempt * EASE_REACH * unit / cycle), 8)
+        reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * unit / cycle), 8)
         s = slow_down_locally(s, np.cbrt(_over_rows(worst)), reach)
-    for slower in STRETCHES:
+    for slower in tuning.STRETCH_FACTORS:
         z = at_rest(rows(slower))
         found = repair_rows(section, z, exceeding(excess(section, z, limits, cycle)), limits, cycle, unit)
         if found is not None:
             return found
-    slower, before = STRETCHES[-1], np.inf
-    for _ in range(SLOWDOWNS):
+    slower, before = tuning.STRETCH_FACTORS[-1], np.inf
+    for _ in range(tuning.STRETCH_ATTEMPTS):
         s = rows(slower)
         worst = excess(section, at_rest(s), limits, cycle)
         top = float(worst.max())
         if top <= 1.0:
             return s
-        if top > STUBBORN * before and not (section.hidden(at_rest(s)) > 1.0).any():
+        if top > tuning.JUMP_SHARE * before and not (section.hidden(at_rest(s)) > 1.0).any():
             break
         before = top
-        slower *= float(np.clip(np.cbrt(top), SLOWER_BY[0], SLOWER_BY[1]))
+        slower *= float(np.clip(np.cbrt(top), tuning.STRETCH_STEP[0], tuning.STRETCH_STEP[1]))
     at = at_rest(s)[int(np.argmax(worst))]
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the run: the joints jump there")
 
@@ -153,7 +99,7 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     more, so all rows outside stay as they are.
     """
     n = len(s)
-    extra = np.pad(EASE_MORE * (slower - 1.0), 2 * reach)
+    extra = np.pad(tuning.SLOWDOWN_MARGIN * (slower - 1.0), 2 * reach)
     plateau = np.lib.stride_tricks.sliding_window_view(extra, reach + 1).max(axis=1)
     bell = np.hanning(reach + 2)[1:-1]
     smooth = np.convolve(plateau, bell / bell.sum(), mode="full")
@@ -165,7 +111,7 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     parts, done = [], 0
     for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         first, last = low - 1, high  # rows that stay where they are
-        around = slice(max(first - CONTEXT, 0), min(last + CONTEXT, n - 1) + 1)
+        around = slice(max(first - tuning.SLOWDOWN_CONTEXT, 0), min(last + tuning.SLOWDOWN_CONTEXT, n - 1) + 1)
         at = _slower_instants(first, slowness[first : last + 1])
         parts += [
             s[done : first + 1],
@@ -193,9 +139,9 @@ def excess(section: Section, s: Array, limits: Limits, cycle: float) -> Array:
     """
     worst = Growing(float)
     for begin, end in blocks(len(s) - REST):
-        for first in range(begin, end, CHUNK_ROWS):
+        for first in range(begin, end, tuning.ROWS_AT_A_TIME):
             before = min(first, 1)
-            rows = _Rows.at(section, s[first - before : min(first + CHUNK_ROWS, end) + REST], cycle)
+            rows = _Rows.at(section, s[first - before : min(first + tuning.ROWS_AT_A_TIME, end) + REST], cycle)
             worst.extend(_excess(rows, limits, cycle)[before:])
     return worst.column()
 
@@ -203,11 +149,11 @@ def excess(section: Section, s: Array, limits: Limits, cycle: float) -> Array:
 def _excess(rows: "_Rows", limits: Limits, cycle: float) -> Array:
     """As :func:`excess`, of rows whose joints are known."""
     count = len(rows.s) - REST
-    worst = (np.diff(rows.s) / (cycle * rows.cap))[:count] / ACCEPTED[0]
+    worst = (np.diff(rows.s) / (cycle * rows.cap))[:count] / tuning.ACCEPTED_RATIOS[0]
     difference = rows.q
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
         difference = np.diff(difference, axis=0)
-        ratio = row_max(np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * ACCEPTED[order])))
+        ratio = row_max(np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * tuning.ACCEPTED_RATIOS[order])))
         worst = np.maximum(worst, ratio[:count])
     return worst
 
@@ -227,21 +173,23 @@ def repair_rows(
     are :func:`exceeding` a limit.
     """
     z, (bad, ratio) = _showing(section, z, over, limits, cycle)
-    reach = max(round(REACH * unit / cycle), 8)
-    for attempt in range(ROUNDS + 1):
+    reach = max(round(tuning.REPAIR_REACH * unit / cycle), 8)
+    for attempt in range(tuning.REPAIR_ROUNDS + 1):
         if not len(bad):
             return z[REST:-REST] if _never_back(z) else None
-        if attempt == ROUNDS:
+        if attempt == tuning.REPAIR_ROUNDS:
             break
         width = reach * (2 + attempt) // 2
-        added = np.where(ratio > FAR, min(FAR_ROWS, 1 + len(z) // FAR_SHARE), 0)
+        added = np.where(
+            ratio > tuning.FAR_RATIO, min(tuning.FAR_ADDED_ROWS, 1 + len(z) // tuning.ROWS_PER_ADDED_ROW), 0
+        )
         added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
         around = np.clip(bad[added > 0, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
-        gentle = 0.5 * np.cbrt(GENTLE * added * _pace(section, z, around, limits, cycle))
+        gentle = 0.5 * np.cbrt(tuning.GENTLE_LENGTH * added * _pace(section, z, around, limits, cycle))
         low, high = _stretches(
             bad, np.maximum(width, np.round(gentle)).astype(np.intp), np.zeros_like(bad), np.full_like(bad, len(z))
         )
-        more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low >= SHORTEST)
+        more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low >= tuning.SHORTEST_STRETCH)
         z, bad, ratio = _mended_stretches(z, low, high, more, reach, section, limits, cycle)
     return None
 
@@ -253,7 +201,7 @@ def _showing(
 
     Unchanged where no step hides the path.
     """
-    for halving in range(HALVINGS):
+    for halving in range(tuning.STEP_HALVINGS):
         bad = over[0]
         if not len(bad):
             break
@@ -262,7 +210,7 @@ def _showing(
         if not hides.any() and not halving:
             break
         cap = _Rows.at(section, steps, cycle).cap[1::3]
-        long = bad[hides | (z[bad + 1] - z[bad] > FAR * cycle * cap)]
+        long = bad[hides | (z[bad + 1] - z[bad] > tuning.FAR_RATIO * cycle * cap)]
         if not len(long):
             break
         more = Growing(float)
@@ -290,7 +238,7 @@ def _mended_stretches(
     done = 0  # of the old rows
     rows, ratios = [], []
     lengths = high - low + more
-    group = np.cumsum(np.maximum(lengths, STRETCH_ROWS)) // CHUNK_ROWS
+    group = np.cumsum(np.maximum(lengths, tuning.STRETCH_ROWS)) // tuning.ROWS_AT_A_TIME
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
         release_memory()
         some = slice(first, last)
@@ -331,9 +279,9 @@ def at_rest(s: Array) -> Array:
 def _pace(section: Section, s: Array, rows: Ints, limits: Limits, cycle: float) -> float:
     """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
     most = 0.0
-    for first in range(0, len(rows), SCATTERED_ROWS):
+    for first in range(0, len(rows), tuning.SCATTERED_ROWS):
         release_memory()
-        some = rows[first : first + SCATTERED_ROWS]
+        some = rows[first : first + tuning.SCATTERED_ROWS]
         q = joints_at(section, np.stack([s[some], s[some + 1]]).ravel()).reshape(2, len(some), -1)
         most = max(most, float((np.abs(q[1] - q[0]) / (limits.jerk * cycle**3)).max()))
     return most
@@ -368,7 +316,7 @@ class _Rows:
         cap = np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
         hidden = section.hidden(s)
         too_long = np.flatnonzero(hidden > 1.0)
-        slower = (s[too_long + 1] - s[too_long]) / (cycle * np.minimum(hidden[too_long], HIDDEN))
+        slower = (s[too_long + 1] - s[too_long]) / (cycle * np.minimum(hidden[too_long], tuning.HIDDEN_SHORTENING))
         cap[too_long] = np.minimum(cap[too_long], slower)
         return cls(s, joints_at(section, s), cap)
 
@@ -387,8 +335,8 @@ def _shifted(s: Array, lengths: Ints, reach: int, section: Section, limits: Limi
     slope = _slopes(section, rows)  # shifts are small against a row's step: the slopes stay what they are
     high: Ints = np.cumsum(lengths)
     low: Ints = high - lengths
-    damping = np.full(len(lengths), DAMPING)
-    for _ in range(STEPS):
+    damping = np.full(len(lengths), tuning.SHIFT_DAMPING)
+    for _ in range(tuning.SHIFT_STEPS):
         owner, place = ragged(high - low)
         here = low[owner] + place
         model = _Model(rows.taken(here), slope[here], owner, limits, cycle)
@@ -396,15 +344,15 @@ def _shifted(s: Array, lengths: Ints, reach: int, section: Section, limits: Limi
         trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
         np.maximum.accumulate(trial, out=trial)
         tried = _Model(_Rows.at(section, trial, cycle), slope[here], owner, limits, cycle)
-        merit, after = (np.bincount(owner, one.squares(AIMED)) for one in (model, tried))
-        left = tried.squares(ACCEPTED)
+        merit, after = (np.bincount(owner, one.squares(tuning.AIMED_RATIOS)) for one in (model, tried))
+        left = tried.squares(tuning.ACCEPTED_RATIOS)
         better = (np.bincount(owner, left) == 0.0) | (after < merit)
         taken = better[owner]
         rows.s[here[taken]], rows.q[here[taken]] = trial[taken], tried.rows.q[taken]
         taken = taken[:-1] & (owner[1:] == owner[:-1])
         rows.cap[here[:-1][taken]] = tried.rows.cap[taken]
-        damping = np.where(better, np.maximum(0.1 * damping, DAMPING), 100.0 * damping)
-        still = np.flatnonzero(np.where(better[owner], left, model.squares(ACCEPTED)) > 0.0)
+        damping = np.where(better, np.maximum(0.1 * damping, tuning.SHIFT_DAMPING), 100.0 * damping)
+        still = np.flatnonzero(np.where(better[owner], left, model.squares(tuning.ACCEPTED_RATIOS)) > 0.0)
         if not len(still):
             break
         bad, of = here[still], owner[still]
@@ -415,7 +363,7 @@ def _shifted(s: Array, lengths: Ints, reach: int, section: Section, limits: Limi
 
 def _slopes(section: Section, rows: _Rows) -> Array:
     """Derivatives of the joints by s (n, n_joints) at rows."""
-    step = np.maximum(SHARE_OF_STEP * np.abs(np.gradient(rows.s)), SHARE_OF_LENGTH * section.length)
+    step = np.maximum(tuning.SLOPE_STEP * np.abs(np.gradient(rows.s)), tuning.SLOPE_LENGTH * section.length)
     step = np.where(rows.s + step > section.length, -step, step)
     return np.asarray((joints_at(section, rows.s + step) - rows.q) / step[:, None])
 
@@ -440,7 +388,7 @@ class _Model:
         self.by_feed = np.where(owner[1:] == owner[:-1], 1.0 / (cycle * rows.cap), 0.0)
         self.feed = np.diff(rows.s) * self.by_feed
         strain = row_max(np.abs(self.gains[2]))
-        self.strain = np.maximum(strain, SMALLEST_STRAIN * strain.max())
+        self.strain = np.maximum(strain, tuning.SMALLEST_STRAIN * strain.max())
         self.weight = np.where(owner[1:] == owner[:-1], np.minimum(self.strain[1:], self.strain[:-1]), 0.0)
         self.forward = np.diff(rows.s) * self.weight
         edge = np.ones(self.n, dtype=bool)
@@ -465,23 +413,23 @@ class _Model:
         for i in range(4):
             for k in range(i, 4):
                 fixed[k - i, i : n - 3 + i] += third[i] * third[k] * damped
-        fixed[0] += damping[self.owner] * self.strain**2 * SMALLEST_STRAIN
-        fixed[0, self.edge] = FIXED
+        fixed[0] += damping[self.owner] * self.strain**2 * tuning.SMALLEST_STRAIN
+        fixed[0, self.edge] = tuning.FIXED_DIAGONAL
         change = np.zeros(n)
-        for _ in range(ACTIVE_SETS):
+        for _ in range(tuning.ACTIVE_SET_STEPS):
             band, rhs = fixed.copy(order="F"), np.zeros(n)
             for order, (values, gains) in enumerate(zip(self.values, self.gains, strict=True), start=1):
                 predicted = values.copy()
                 moved = gains * change[:, None]
                 for i, c in enumerate(_DIFFERENCES[order - 1]):
                     predicted += c * moved[i : n - order + i]
-                rows, joints = np.nonzero(np.abs(predicted) > AIMED[order - 1])
+                rows, joints = np.nonzero(np.abs(predicted) > tuning.AIMED_RATIOS[order - 1])
                 sign = np.sign(predicted[rows, joints])
-                excess_now = sign * values[rows, joints] - AIMED[order - 1]
+                excess_now = sign * values[rows, joints] - tuning.AIMED_RATIOS[order - 1]
                 slopes = [c * sign * gains[rows + i, joints] for i, c in enumerate(_DIFFERENCES[order - 1])]
                 _add(band, rhs, rows, slopes, excess_now)
-            rows = np.flatnonzero(self.feed + self.by_feed * np.diff(change) > AIMED[0])
-            _add(band, rhs, rows, [-self.by_feed[rows], self.by_feed[rows]], self.feed[rows] - AIMED[0])
+            rows = np.flatnonzero(self.feed + self.by_feed * np.diff(change) > tuning.AIMED_RATIOS[0])
+            _add(band, rhs, rows, [-self.by_feed[rows], self.by_feed[rows]], self.feed[rows] - tuning.AIMED_RATIOS[0])
             # rows never run backwards
             rows = np.flatnonzero(self.forward + self.weight * np.diff(change) < 0)
             weight = self.weight[rows]

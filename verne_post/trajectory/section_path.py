@@ -9,24 +9,9 @@ from numpy.typing import NDArray
 from verne_post.base import spans
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max
+from verne_post.trajectory import tuning
 
 Array = NDArray[np.float64]
-
-#: A span of the grid is at most this much path.
-SPAN_MM: Final = 20.0
-#: A span is halved while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
-TAIL_SHARE: Final = 1e-4
-#: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
-TAIL_NOISE: Final = 1e-9
-#: The Chebyshev points of a span that become points of the grid where there are many spans: evenly spread.
-KEPT: Final = [1, 3, 4, 6]
-MANY_SPANS: Final = 200
-#: Spans derived at a time: what it takes then stays in the processor's cache.
-CHUNK_SPANS: Final = 1 << 10
-#: Joints are known to this share of their largest value.
-ROUNDING: Final = 3e-14
-#: Spans are halved at most so often.
-HALVINGS: Final = 6
 
 
 class Section(Protocol):
@@ -95,16 +80,16 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     if len(breaks) < 2 or whole[0] != 0.0 or whole[-1] != section.length or not (np.diff(breaks) >= 0).all():
         raise ValueError(f"the breaks of a run rise from 0 to its length {section.length:g}")
     width = np.diff(breaks)
-    parts = np.ceil(width / SPAN_MM).astype(int)  # none of a element without length
+    parts = np.ceil(width / tuning.LONGEST_SPAN).astype(int)  # none of a element without length
     owner, index = ragged(parts)
     width = width[owner] / parts[owner]
     low = breaks[owner] + index * width
     q = _samples(section, low, width)
     done: list[tuple[Array, Array, Array]] = []
-    for halving in range(HALVINGS + 1):
+    for halving in range(tuning.SPAN_HALVINGS + 1):
         motion = q.max(axis=0) - q.min(axis=0)
-        rough = row_max(spans.tail(q) - TAIL_SHARE * motion) > TAIL_NOISE
-        if halving == HALVINGS:
+        rough = row_max(spans.tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
+        if halving == tuning.SPAN_HALVINGS:
             rough[:] = False
         if not rough.any():
             done.append((low, width, q))
@@ -116,8 +101,8 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     lows, widths, samples = zip(*done, strict=True)
     order = np.argsort(np.concatenate(lows), kind="stable")
     low, width = (np.concatenate(column)[order] for column in (lows, widths))
-    kept = KEPT if len(low) > MANY_SPANS else list(range(spans.NODES))
-    noise = ROUNDING * max(float(np.abs(some).max(initial=0.0)) for some in samples)
+    kept = tuning.KEPT_POINTS if len(low) > tuning.MANY_SPANS else list(range(spans.NODES))
+    noise = tuning.JOINT_ROUNDING * max(float(np.abs(some).max(initial=0.0)) for some in samples)
     derived = [_derivatives(some, wide, kept, noise) for some, wide in zip(samples, widths, strict=True)]
     d1, d2, d3 = (
         np.concatenate(part).take(order, axis=0).reshape(len(order) * len(kept), -1)
@@ -161,8 +146,8 @@ def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[
     Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.
     """
     found = [np.empty((q.shape[1], len(kept), q.shape[2])) for _ in _DERIVE]
-    for first in range(0, len(width), CHUNK_SPANS):
-        part = slice(first, first + CHUNK_SPANS)
+    for first in range(0, len(width), tuning.SPANS_AT_A_TIME):
+        part = slice(first, first + tuning.SPANS_AT_A_TIME)
         per_mm = (1.0 / width[part])[:, None]
         some = np.ascontiguousarray(q[:, part])
         for order, (matrix, out) in enumerate(zip(_DERIVE, found, strict=True), start=1):

@@ -13,7 +13,6 @@ How the limits are split between the terms is free; the split that takes the lea
 """
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +21,11 @@ from verne_post.base.ragged import ragged
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
+from verne_post.trajectory import tuning
 from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.visible import visible_speed
 
 Array = NDArray[np.float64]
-
-#: Shares of the largest speed and acceleration that are tried.
-SPEED_SHARES: Final = np.concatenate([[1.0], np.geomspace(0.97, 0.02, 30)])
-ACCELERATION_SHARES: Final = np.array([1.0, 0.85, 0.7, 0.55, 0.4, 0.25, 0.12])
-#: Runs planned at a time, so that memory does not grow with the program.
-CHUNK_SECTIONS: Final = 4096
-#: The joint limits that are planned with. The bounds on the derivatives are exact up to 1e-9; the
-#: rest is left for the rounding of the written numbers, which verification also counts.
-PLANNED_SHARE: Final = 1.0 - 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +99,8 @@ def plan_sections(
     durations, jerks, distance = np.zeros((n_sections, 7)), np.zeros((n_sections, 7)), np.zeros(n_sections)
     chosen = np.flatnonzero(wanted)
     done = 0
-    for start in range(0, len(chosen), CHUNK_SECTIONS):
-        some = chosen[start : start + CHUNK_SECTIONS]
+    for start in range(0, len(chosen), tuning.SECTIONS_AT_A_TIME):
+        some = chosen[start : start + tuning.SECTIONS_AT_A_TIME]
         count = begins[some + 1] - begins[some]
         owner, place = ragged(count)
         element, at = begins[some][owner] + place, np.cumsum(count) - count
@@ -157,19 +148,21 @@ def split_limits(
     -------
     V, A, J : ndarray, shape (n,)
     """
-    velocity, acceleration, jerk = (PLANNED_SHARE * x for x in (limits.velocity, limits.acceleration, limits.jerk))
+    velocity, acceleration, jerk = (
+        tuning.STOP_TO_STOP_SHARE * x for x in (limits.velocity, limits.acceleration, limits.jerk)
+    )
     d1 = np.maximum(d1, np.finfo(float).tiny)
     with np.errstate(divide="ignore", over="ignore"):
         top = np.minimum(speed_cap, (velocity / d1).min(axis=1))
         top = np.minimum(top, np.sqrt(acceleration / d2).min(axis=1))
         top = np.minimum(top, np.cbrt(jerk / d3).min(axis=1))
     best = np.full((4, len(distance)), np.inf)
-    for speed_share in SPEED_SHARES:
+    for speed_share in tuning.SPEED_SHARES:
         v = top * speed_share
         with np.errstate(over="ignore"):
             a_top = ((acceleration - d2 * (v * v)[:, None]) / d1).min(axis=1)
             j_left = jerk - d3 * (v**3)[:, None]
-            for share in ACCELERATION_SHARES:
+            for share in tuning.ACCELERATION_SHARES:
                 a = a_top * share
                 j = ((j_left - 3 * d2 * (v * a)[:, None]) / d1).min(axis=1)
                 usable = (a > 0) & (j > 0)
