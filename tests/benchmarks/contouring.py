@@ -39,7 +39,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
 from verne_post.output.setpoints import csv_header, csv_rows
-from verne_post.trajectory import continuous, reachability, toppra_backend
+from verne_post.trajectory import continuous, reachability, toppra_backend, tuning
 from verne_post.trajectory.plan import ContourSection, PlanningOptions, plan_contour
 from verne_post.trajectory.section_path import grid_along
 
@@ -240,11 +240,7 @@ def reference_gap(plan: Plan) -> float:
         if plan.profiles.continuous_first[number] < 0:
             continue
         best += (
-            len(
-                continuous.plan_continuous(
-                    section, plan.program.machine.limits, plan.program.cycle, continuous.QUALITY
-                ).s
-            )
+            len(continuous.plan_continuous(section, plan.program.machine.limits, plan.program.cycle, tuning.QUALITY).s)
             - 1
         )
         ours += int(plan.profiles.cycles[number])

@@ -2,7 +2,7 @@
 
 Run from the repository's root: nice python tests/benchmarks/tuning.py [--write] [NAME ...]
 Prints the table of docs/tuning.md; ``--write`` puts it there, with the machine's name and the date. With names it measures
-those constants only. Each constant is varied alone; the programs are converted as the command does, verification included.
+those constants only. Each constant is varied alone. Only planning is repeated: it ends with rows inside ``ACCEPTED_RATIOS``.
 """
 
 import argparse
@@ -11,8 +11,9 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,18 +21,20 @@ from contouring import Part, percent, processor, program, sample, table, zigzag
 from page import write_section
 
 import verne_post
-from verne_post import Options, convert
+from verne_post import Options
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
 from verne_post.cli.arithmetic import settings
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
 from verne_post.trajectory import tuning
+from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
 
 #: Each value is measured so often, the present ones more often: the least CPU counts.
 REPEATS = 1
 REPEATS_AS_IT_IS = 6
-#: Changes of CPU below this are noise on shared cores, and below that of cycle time are a row or two.
+#: Changes of CPU below this are noise on shared cores.
 CPU_NOISE = 0.1
-TIME_NOISE = 0.0005
 
 HALF_TO_DOUBLE = (0.5, 2.0)
 WIDE = (0.1, 10.0)
@@ -176,12 +179,30 @@ class Measured:
     cpu: float
 
 
+@dataclass(frozen=True)
+class Job:
+    """A program that has been checked: what is left is planning."""
+
+    name: str
+    cycle: float
+    plan: Callable[[], MotionProfiles]
+
+
+def jobs_of(machine: Machine) -> Iterator[Job]:
+    """Assemble and check the programs once."""
+    for part in parts():
+        program = assemble(part.source, machine, part.options)
+        bounds, _findings = check_program(program)
+        yield Job(part.name, program.cycle, partial(
+            plan_contour, program.joints(), bounds.first, bounds.second, bounds.third, program.machine.limits,
+            PlanningOptions(program.cycle),
+        ))  # fmt: skip
+
+
 def parts() -> Iterator[Part]:
-    """Programs that a change shows in, from a rough pocket to sharp corners."""
+    """Programs that a change shows in, from smooth surfaces to sharp corners."""
     yield Part("blade_5axis.nc", sample("blade_5axis.nc"),
                Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}))  # fmt: skip
-    yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"),
-               Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))}))  # fmt: skip
     yield Part("slider_bound.nc", sample("slider_bound.nc"),
                Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 80.0))}))  # fmt: skip
     yield Part("zigzag of 30 degrees, 1 mm, F12000", zigzag(30, feed=12000), Options(tool_length=50.0))
@@ -258,24 +279,19 @@ def variations() -> Iterator[Variation]:
         yield Variation(name, shown(getattr(tuning, name)), {shown(new): new for new in values})
 
 
-def measure(programs: list[Part], machine: Machine, repeats: int) -> Measured:
-    """Convert all programs, and their least CPU."""
-    seconds, cpu = np.full(len(programs), np.nan), 0.0
-    for number, part in enumerate(programs):
+def measure(jobs: list[Job], repeats: int) -> Measured:
+    """Plan all programs, and their least CPU."""
+    seconds, cpu = np.full(len(jobs), np.nan), 0.0
+    for number, job in enumerate(jobs):
         spent = []
         for _ in range(repeats):
             start = time.process_time()
             try:
-                result = convert(part.source, machine, part.options)
+                seconds[number] = float(job.plan().cycles.sum()) * job.cycle
             except Exception as error:  # a constant far outside its range may break anything
-                print(f"    {part.name}: {type(error).__name__}: {error}", file=sys.stderr)
+                print(f"    {job.name}: {type(error).__name__}: {error}", file=sys.stderr)
                 break
             spent.append(time.process_time() - start)
-            if not result.ok:
-                print(f"    {part.name}: {result.findings[0].code}", file=sys.stderr)
-                break
-            assert result.setpoints is not None
-            seconds[number] = float(result.setpoints.t[-1])
         cpu += min(spent, default=0.0)
     return Measured(seconds, cpu)
 
@@ -285,7 +301,7 @@ def largest(changes: list[float]) -> float:
     return max(changes, key=abs, default=float("nan"))
 
 
-def row_of(one: Variation, programs: list[Part], machine: Machine, present: Measured) -> list[str]:
+def row_of(one: Variation, jobs: list[Job], present: Measured) -> list[str]:
     """Measure one constant over its range: a row of the table."""
     attribute = one.attribute or one.name
     before = getattr(tuning, attribute)
@@ -295,7 +311,7 @@ def row_of(one: Variation, programs: list[Part], machine: Machine, present: Meas
     for value in one.others.values():
         setattr(tuning, attribute, value)
         try:
-            found = measure(programs, machine, REPEATS)
+            found = measure(jobs, REPEATS)
         finally:
             setattr(tuning, attribute, before)
         lost = np.isnan(found.seconds)
@@ -304,13 +320,14 @@ def row_of(one: Variation, programs: list[Part], machine: Machine, present: Meas
         if not lost.any():
             cpus.append(found.cpu / present.cpu - 1)
     low, high = min(times, default=float("nan")), max(times, default=float("nan"))
-    print(f"{one.name:32} {low:+.5f} {high:+.5f} {largest(cpus):+.3f} {failed}", file=sys.stderr, flush=True)
     small = max(abs(low), abs(high)) == 0.0
     span = "0" if small else f"{100 * low:+.2f} to {100 * high:+.2f} %"
     cpu = largest(cpus)
     tried = [key for key in one.others if key != one.value]
-    return [f"`{one.name}`", one.value, "; ".join(tried), span, "-" if abs(cpu) < CPU_NOISE else f"{100 * cpu:+.0f} %",
-            str(failed) if failed else "-"]  # fmt: skip
+    row = [f"`{one.name}`", one.value, "; ".join(tried), span, "-" if abs(cpu) < CPU_NOISE else f"{100 * cpu:+.0f} %",
+           str(failed) if failed else "-"]  # fmt: skip
+    print(" | ".join(row), file=sys.stderr, flush=True)
+    return row
 
 
 def main() -> None:
@@ -319,22 +336,19 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="put the table into docs/tuning.md")
     parser.add_argument("names", nargs="*", help="constants to measure; all by default")
     given = parser.parse_args()
-    assert fields(tuning.PassSettings)
     machine = verne_post.load_machine()
-    programs = list(parts())
-    measure(programs, machine, 1)  # start-up
-    present = measure(programs, machine, REPEATS_AS_IT_IS)
+    jobs = list(jobs_of(machine))
+    measure(jobs, 1)  # start-up
+    present = measure(jobs, REPEATS_AS_IT_IS)
     assert not np.isnan(present.seconds).any(), "the programs fail with the present constants"
     begin = time.process_time()
-    rows = [
-        row_of(one, programs, machine, present) for one in variations() if not given.names or one.name in given.names
-    ]
+    rows = [row_of(one, jobs, present) for one in variations() if not given.names or one.name in given.names]
     minutes = (time.process_time() - begin) / 60
-    spread = abs(measure(programs, machine, REPEATS).cpu / present.cpu - 1)
+    spread = abs(measure(jobs, REPEATS).cpu / present.cpu - 1)
     text = "\n\n".join([
         f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy {np.__version__}; "
         f"{minutes:.0f} minutes of CPU.\nThe same constants measured again: CPU {percent(spread)} apart.",
-        "Programs: " + ", ".join(f"{part.name} ({took:.2f} s)" for part, took in zip(programs, present.seconds, strict=True)) + ".",
+        "Programs: " + ", ".join(f"{job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)) + ".",
         table(["constant", "value", "range", "cycle time", "CPU", "failed"], rows).strip("\n"),
     ])  # fmt: skip
     print(text)

@@ -71,7 +71,7 @@ def basis(knot: float, fraction: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Solution:
     """Coefficients of X (n + 3,), the iterations made, and whether all limits hold at the points."""
 
     coefficients: Array
@@ -79,7 +79,7 @@ class Found:
     legal: bool
 
 
-def solve(problem: Problem, start: Array, *, centre: float, gap: float, iterations: int) -> Found:
+def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float, iterations: int) -> Solution:
     """Minimise the time of one window.
 
     Parameters
@@ -87,19 +87,19 @@ def solve(problem: Problem, start: Array, *, centre: float, gap: float, iteratio
     problem : Problem
     start : ndarray, shape (n + 3,)
         Coefficients to start from, positive; they need not be legal.
-    centre : float
+    start_gap : float
         Sum of slack times multiplier to start from, over the window's time.
-    gap : float
+    final_gap : float
         The same sum at which the iteration ends.
     iterations : int
         At most so many.
 
     Returns
     -------
-    Found
+    Solution
         Always with positive coefficients; not legal where the iteration was cut short.
     """
-    return _Iteration(problem).run(start, centre, gap, iterations)
+    return _Iteration(problem).run(start, start_gap, final_gap, iterations)
 
 
 class _Iteration:
@@ -230,7 +230,7 @@ class _Iteration:
         return change
 
     @np.errstate(over="ignore", invalid="ignore")
-    def run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
+    def run(self, start: Array, start_gap: float, final_gap: float, iterations: int) -> Solution:
         """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
         c = start.copy()
         if self.problem.end is not None:
@@ -239,7 +239,7 @@ class _Iteration:
         y = self.at_points(c)
         now = self.slacks(y, self._slack_now)
         slack: Rows = np.maximum(now, np.float32(tuning.START_SLACK))
-        dual: Rows = np.float32(centre * self.weight * self.points / self.count) / slack
+        dual: Rows = np.float32(start_gap * self.weight * self.points / self.count) / slack
         done, legal, blocked = 0, False, False
         inverse, ratio, work, target = self._inverse, self._ratio, self._work, self._target
         d_slack, d_dual = self._d_slack, self._d_dual
@@ -249,7 +249,7 @@ class _Iteration:
             complementarity = _inner(slack, dual)
             objective = self.weight * float(root.sum())
             legal = float(infeasible.min()) > -tuning.ACCEPTED_INFEASIBILITY
-            if (legal and complementarity < gap * objective) or done == iterations:
+            if (legal and complementarity < final_gap * objective) or done == iterations:
                 break
             done += 1
             inverse_x = root * root
@@ -305,7 +305,7 @@ class _Iteration:
             np.maximum(slack, now, out=slack)
             d_dual *= step_d
             dual += d_dual
-        return Found(np.maximum(c, tuning.SMALLEST_X), done, legal)
+        return Solution(np.maximum(c, tuning.SMALLEST_X), done, legal)
 
 
 def _dot(a: Rows, b: Rows) -> Rows:

@@ -8,6 +8,7 @@ T >= 2 max(V/A, A/J, (V/J)^(1/2)). So the limits hold by construction, and verif
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,10 @@ class FeedOverride:
             return row / cycles
         start, now, end = (self.planned(begin + cycle * k) for k in (0.0 * row, row, cycles))
         return np.asarray((now - start) / (end - start))
+
+
+#: At the speed that was planned.
+AS_PLANNED: Final = FeedOverride()
 
 
 def feed_override(override: float, slow_start: float, limits: Limits) -> FeedOverride:

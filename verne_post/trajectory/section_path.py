@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from verne_post.base import spans
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max
+from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 
 Array = NDArray[np.float64]
@@ -37,6 +38,24 @@ class Section(Protocol):
 
     def hidden(self, s: Array) -> Array:
         """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
+
+
+@dataclass(frozen=True, eq=False)
+class SectionTask:
+    """A section that is planned, and what it is planned with.
+
+    Attributes
+    ----------
+    section : Section
+    limits : Limits
+    cycle, unit : float
+        Control cycle, and the time scale of the profile, s.
+    """
+
+    section: Section
+    limits: Limits
+    cycle: float
+    unit: float
 
 
 @dataclass(frozen=True, eq=False)
