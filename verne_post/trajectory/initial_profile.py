@@ -1,6 +1,6 @@
 """The profile that planning starts from: the second-order optimum, smoothed and sampled in time, and its time as a bound.
 
-A run of any length is scanned section by section.
+A section of any length is taken part by part.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,12 +17,12 @@ from verne_post.trajectory.spline_profile import Profile
 Array = NDArray[np.float64]
 
 
-#: Solvers of the second-order problem: grid, limits, and the x to start with; see ``scan.solve``.
+#: Solvers of the second-order problem: grid, limits, and the x to start with; see ``reachability.solve``.
 Solver = Callable[..., Array]
 
 
 def second_order_bound(section: Section, limits: Limits, solver: Solver) -> float:
-    """Time of the second-order optimum of a run, s."""
+    """Time of the second-order optimum of a section, s."""
     bound, x_end = 0.0, 0.0
     for first, last, seen in _sections(section):
         grid = grid_along(section, first, seen)
@@ -32,9 +32,9 @@ def second_order_bound(section: Section, limits: Limits, solver: Solver) -> floa
 
 
 def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver) -> tuple[Profile, float, float]:
-    """The scan's profile sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
+    """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
 
-    The run is scanned section by section, each with a look-ahead that ends at rest. Where even motion would take far more
+    The section is taken part by part, each with a look-ahead that ends at rest. Where even motion would take far more
     than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes.
     """
     smooth = _Smooth(tuning.START_SMOOTH)
@@ -82,7 +82,7 @@ class _Smooth:
 
 
 def _sections(section: Section) -> Iterator[tuple[int, int, int]]:
-    """First and last element of every section, and the end of what it looks ahead to; the latter two excluded."""
+    """First and last element of every part, and the end of what it looks ahead to; the latter two excluded."""
     elements = len(section.breaks) - 1
     for first in range(0, elements, tuning.ELEMENTS_AT_A_TIME):
         release_memory()

@@ -99,7 +99,7 @@ def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float,
     Solution
         Always with positive coefficients; not legal where the iteration was cut short.
     """
-    return _Iteration(problem).run(start, start_gap, final_gap, iterations)
+    return _Iteration(problem).iterate(start, start_gap, final_gap, iterations)
 
 
 class _Iteration:
@@ -230,7 +230,7 @@ class _Iteration:
         return change
 
     @np.errstate(over="ignore", invalid="ignore")
-    def run(self, start: Array, start_gap: float, final_gap: float, iterations: int) -> Solution:
+    def iterate(self, start: Array, start_gap: float, final_gap: float, iterations: int) -> Solution:
         """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
         c = start.copy()
         if self.problem.end is not None:

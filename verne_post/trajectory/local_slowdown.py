@@ -51,7 +51,7 @@ def _slower_instants(first: int, slowness: Array) -> Array:
 
 
 def excess_of_rows(worst: Array) -> Array:
-    """Largest excess of the differences that each row of a run is in, from :func:`excess` of the rows at rest."""
+    """Largest excess of the differences that each row of a section is in, from :func:`excess` of the rows at rest."""
     padded = np.concatenate([np.ones(REST_ROWS), np.maximum(worst, 1.0), np.ones(REST_ROWS)])
     around = np.lib.stride_tricks.sliding_window_view(padded, REST_ROWS + 1).max(axis=1)
     return np.asarray(around[REST_ROWS:-REST_ROWS])

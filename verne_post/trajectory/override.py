@@ -1,9 +1,9 @@
-"""How fast planned motion is played: an override of all speeds, and a slow start.
+"""Feed override and slow start: how fast planned motion is executed.
 
 With an override o the planned time tau passes at the rate o, so velocities are multiplied by o, accelerations by o^2
 and jerks by o^3: what was inside the limits stays inside. A slow start lets the rate rise along a logistic curve r(t)
-from ``SLOWEST`` to 1. Its change adds acceleration, qd r', and jerk, 3 qdd r r' + qd r''; with r' <= (1 - r)/T and
-|r''| <= (1 - r)/T^2 these fit into the room that r < 1 leaves, 1 - r^2 and 1 - r^3, when for each joint
+from ``SLOW_START_RATE`` to 1. Its change adds acceleration, qd r', and jerk, 3 qdd r r' + qd r''; with r' <= (1 - r)/T and
+|r''| <= (1 - r)/T^2 these fit into the margin that r < 1 leaves, 1 - r^2 and 1 - r^3, when for each joint
 T >= 2 max(V/A, A/J, (V/J)^(1/2)). So the limits hold by construction, and verification sees it on the rows.
 """
 

@@ -1,4 +1,4 @@
-"""The time-optimal profile under velocity and acceleration limits, by an exact reachability scan.
+"""The time-optimal profile under velocity and acceleration limits, by exact reachability passes.
 
 Between grid points i and i + 1 the path acceleration u is constant, so the squared speeds x and K at both are tied by
 K = x + 2 D u. Every joint demands |q' u + q'' x| <= a at both ends of the step, which is |A K + B x| <= a with
@@ -9,10 +9,10 @@ With symmetric limits rest is always feasible. The largest x from which some K u
 
     x = min(cap, V, min over A B <= 0 of (a + |A| K) / |B|),
 
-V being the largest x of any K, a corner of two lines. Scanned backwards this gives what is controllable; forwards,
-K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window scanned from its
+V being the largest x of any K, a corner of two lines. Solved backwards this gives what is controllable; forwards,
+K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window solved from its
 largest and its smallest start value encloses the truth, and where the two meet the value no longer depends on
-what came before: windows are scanned side by side and joined exactly.
+what came before: windows are solved side by side and joined exactly.
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
     start : float
         x at the first point, mm2/s2; less where the grid does not let the profile stop from it.
     window : int
-        Grid points that are scanned one after the other; does not change the result.
+        Grid points that are solved one after the other; does not change the result.
 
     Returns
     -------
@@ -49,11 +49,11 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
     lines = _lines(grid, limits)
     x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))
     # backward: from K at i + 1 to x at i
-    reach = _scan_windows(x_cap[:-1][::-1], _reversed(_rising_in_k(lines)), window)
+    reach = _solve_windows(x_cap[:-1][::-1], _reverse(_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to K at i + 1
     begin = float(controllable[0])
-    return np.append(begin, _scan_windows(controllable[1:], _rising_in_x(lines), window, begin))
+    return np.append(begin, _solve_windows(controllable[1:], _rising_in_x(lines), window, begin))
 
 
 def duration(s: Array, x: Array) -> float:
@@ -106,7 +106,7 @@ def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
 
 
-def _reversed(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+def _reverse(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     return lines[0][::-1], lines[1][::-1]
 
 
@@ -140,7 +140,7 @@ def _corners_of(a: Array, b: Array) -> Array:
     return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
 
 
-def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
+def _solve_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
     """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with ``start`` before the first, never below 0."""
     n, count = lines[0].shape
     windows = -(-n // window)
@@ -160,7 +160,7 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     rows = np.arange(windows)
     for _ in range(tuning.BRACKETINGS):
         at = slice(None) if len(rows) == windows else rows
-        bracket = _section(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
+        bracket = _solve_side_by_side(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
         values[:, rows], uncertain[rows] = bracket[:, 1], np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)
         low[rows + 1], high[rows + 1] = bracket[-1]
         rows = np.flatnonzero(low[:-1] != high[:-1])
@@ -176,9 +176,9 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
             steps = slice(first, min(last, window))
             at = slice(None) if len(some) == windows else some
             before = values[first - 1, some] if first else begin[some]
-            values[steps, some] = _section(caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None])[
-                :, 0
-            ]
+            values[steps, some] = _solve_side_by_side(
+                caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None]
+            )[:, 0]
         # a window that forgets nothing goes on in the next one
         rows = rows[uncertain[rows] == window] + 1
         rows = rows[rows < windows]
@@ -186,8 +186,8 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     return np.asarray(values.T.ravel()[:n])
 
 
-def _section(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
-    """Scan windows side by side, from one start value or from both ends of a bracket.
+def _solve_side_by_side(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
+    """Solve windows side by side, from one start value or from both ends of a bracket.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Rows that are legal, from rows that nearly are: small shifts along the path around those beyond a limit.
 
-Limits are those on the differences of the rows themselves, so what is found here is what will be judged. Around
+Limits are those on the differences of the rows themselves, so what counts here is what verification will check. Around
 each row that is beyond a limit the rows of a stretch are shifted along the path: least squares on the excess, damped
 by the jerk that the shifts make, one banded solution a step. Where that is not enough, the stretch is given more
-rows, and in the end the whole run is slowed down, which always helps: every ratio falls with the speed.
+rows, and in the end the whole section is slowed down, which always helps: every ratio falls with the speed.
 """
 
 from collections.abc import Callable
@@ -31,28 +31,28 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     ----------
     task : SectionTask
     rows : callable
-        Rows s (n,) of a profile stretched by a factor from 1 on; the first 0, the last the run's length.
+        Rows s (n,) of a profile stretched by a factor from 1 on; the first 0, the last the section's length.
 
     Raises
     ------
     ValueError
-        However slow, the rows are beyond a limit: the joints jump along the run.
+        However slow, the rows are beyond a limit: the joints jump along the section.
     """
     s = rows(1.0)
     for attempt in range(tuning.SLOWDOWN_ATTEMPTS):
         z = at_rest(s)
         worst = excess(task, z)
-        found = repair_rows(task, z, exceeding(worst))
-        if found is not None:
-            return found
-        # braking before a place takes jerk of its own, the less the longer it lasts
+        repaired = repair_rows(task, z, exceeding(worst))
+        if repaired is not None:
+            return repaired
+        # braking before a place takes jerk as well, the less the longer it lasts
         reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * task.unit / task.cycle), 8)
         s = slow_down_locally(s, np.cbrt(excess_of_rows(worst)), reach)
     for slower in tuning.STRETCH_FACTORS:
         z = at_rest(rows(slower))
-        found = repair_rows(task, z, exceeding(excess(task, z)))
-        if found is not None:
-            return found
+        repaired = repair_rows(task, z, exceeding(excess(task, z)))
+        if repaired is not None:
+            return repaired
     slower, before = tuning.STRETCH_FACTORS[-1], np.inf
     for _ in range(tuning.STRETCH_ATTEMPTS):
         s = rows(slower)
@@ -65,7 +65,7 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
         before = top
         slower *= float(np.clip(np.cbrt(top), tuning.STRETCH_STEP[0], tuning.STRETCH_STEP[1]))
     at = at_rest(s)[int(np.argmax(worst))]
-    raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the run: the joints jump there")
+    raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the section: the joints jump there")
 
 
 def repair_rows(
@@ -73,7 +73,7 @@ def repair_rows(
 ) -> Array | None:  # fmt: skip
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
-    Those given have rows of rest at both ends (:func:`at_rest`), those found have not. ``over`` says which of the given ones
+    Those given have rows of rest at both ends (:func:`at_rest`), the result does not. ``over`` says which of the given ones
     are :func:`exceeding` a limit.
     """
     z, (bad, ratio) = _show_path(task, z, over)
@@ -134,7 +134,7 @@ def _repair_stretches(
     """Rows with stretches [low, high) given ``more`` rows and shifted, and those that still are :func:`exceeding` a limit.
 
     All that were lie in the stretches, whose held rows at both ends keep what differences across the ends are. So many are
-    mended at a time that what is needed besides does not grow with the run.
+    repaired at a time that the memory besides does not grow with the section.
     """
     new = Growing(float)
     done = 0  # of the old rows

@@ -39,7 +39,7 @@ def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointR
         owner, place = ragged(high - low)
         here = low[owner] + place
         model = _LinearModel(rows.taken(here), slope[here], owner, task)
-        # stretches follow each other along the run, so that no row of one can hold back another's
+        # stretches follow each other along the section, so that no row of one can hold back another's
         trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
         np.maximum.accumulate(trial, out=trial)
         tried = _LinearModel(JointRows.at(task, trial), slope[here], owner, task)
@@ -142,7 +142,7 @@ class _LinearModel:
             _add_to_normal_equations(
                 band, rhs, rows, [-self.by_feed[rows], self.by_feed[rows]], self.feed[rows] - tuning.AIMED_RATIOS[0]
             )
-            # rows never run backwards
+            # rows never go backwards
             rows = np.flatnonzero(self.forward + self.weight * np.diff(change) < 0)
             weight = self.weight[rows]
             _add_to_normal_equations(band, rhs, rows, [weight, -weight], -self.forward[rows])

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
-    """Squared speed x = sd^2 of the time-optimal profile from rest to rest; see :func:`scan.solve`.
+    """Squared speed x = sd^2 of the time-optimal profile from rest to rest; see :func:`reachability.solve`.
 
     Parameters
     ----------

@@ -30,10 +30,10 @@ def turn_rate(contour: Contour, element: Ints) -> Array:
     """Rad by which arcs turn in a mm of s on elements (n,); 0 on straight segments."""
     path, segment = contour.path, contour.segment[element]
     arc = path.arc[segment]
-    found = np.zeros(len(segment))
+    result = np.zeros(len(segment))
     curved = np.flatnonzero(arc >= 0)
-    found[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
-    return found
+    result[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
+    return result
 
 
 def visible_speed(contour: Contour, element: Ints, cycle: float) -> Array:
@@ -50,18 +50,18 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     Parameters
     ----------
     pose : callable
-        Tip and angles at places of the run.
+        Tip and angles at places of the section.
     contour : Contour
     s, element : ndarray, shape (n,)
-        The rows: places of the run, and the elements that they are on.
+        The rows: places of the section, and the elements that they are on.
     turned : ndarray, shape (n,), or None
-        How far arcs have turned up to the rows, rad; None where the run has none.
+        How far arcs have turned up to the rows, rad; None where the section has none.
     """
-    found = np.zeros(len(s) - 1) if turned is None else np.diff(turned) / tuning.MOST_TURN
+    result = np.zeros(len(s) - 1) if turned is None else np.diff(turned) / tuning.MOST_TURN
     way = np.diff(s)
     rows = np.flatnonzero((element[1:] != element[:-1]) & (way > PATH_TIP_MM))
     if not len(rows):
-        return found
+        return result
     tip, angles = pose(s)
     size = np.stack([row_norm(np.diff(tip, axis=0)), row_norm(np.diff(angles, axis=0))])
     bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
@@ -81,5 +81,5 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
         off, step = off * scale, step * scale
         share = np.sum(off * step, axis=2) / np.maximum(np.sum(step * step, axis=1), np.finfo(float).tiny)
         off -= np.clip(share, 0.0, 1.0)[:, :, None] * step
-        found[some] = np.maximum(found[some], np.sqrt(np.max(np.sum(off * off, axis=2), axis=0)))
-    return found
+        result[some] = np.maximum(result[some], np.sqrt(np.max(np.sum(off * off, axis=2), axis=0)))
+    return result

@@ -140,13 +140,13 @@ def largest_rows(scores: Array, count: int) -> NDArray[np.int64]:
     bits = keys.view(np.int64)
     bits &= ~mask
     bits |= np.arange(len(scores))[:, None]
-    found = np.full((count, scores.shape[1]), -np.inf)
+    result = np.full((count, scores.shape[1]), -np.inf)
     for key in keys:
-        for place in found:
+        for place in result:
             lower = np.minimum(place, key)
             np.maximum(place, key, out=place)
             key = lower  # what gives way may be larger than the next
-    return found.view(np.int64) & mask
+    return result.view(np.int64) & mask
 
 
 def _by_phase(a: Array, k: int) -> Array:
