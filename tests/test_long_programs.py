@@ -17,7 +17,7 @@ from verne_post.cli import common
 from verne_post.gcode import scan, state
 from verne_post.model.part_setup import Tool
 from verne_post.toolpath import fairing
-from verne_post.trajectory import continuous, initial_profile, repair
+from verne_post.trajectory import tuning
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
 
@@ -113,15 +113,15 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
     monkeypatch.setattr(scan, "CHUNK_BYTES", 1 << 16)
-    monkeypatch.setattr(initial_profile, "SECTION", 1024)
-    monkeypatch.setattr(repair, "CHUNK_ROWS", 1024)
+    monkeypatch.setattr(tuning, "ELEMENTS_AT_A_TIME", 1024)
+    monkeypatch.setattr(tuning, "ROWS_AT_A_TIME", 1024)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
-    *passes, last, switching = (
-        replace(step, window=400)
-        for step in (*continuous.NORMAL.passes, continuous.NORMAL.last, continuous.NORMAL.switching)
+    *passes, last, jerk_bound = (
+        replace(step, window_knots=400)
+        for step in (*tuning.NORMAL.passes, tuning.NORMAL.last, tuning.NORMAL.jerk_bound)
     )
-    small = replace(continuous.NORMAL, passes=tuple(passes), last=last, switching=switching)
-    monkeypatch.setattr(continuous, "NORMAL", small)
+    small = replace(tuning.NORMAL, passes=tuple(passes), last=last, jerk_bound=jerk_bound)
+    monkeypatch.setattr(tuning, "NORMAL", small)
 
     def peak(count: int) -> int:
         source = finishing(count)

@@ -39,7 +39,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
 from verne_post.output.setpoints import csv_header, csv_rows
-from verne_post.trajectory import continuous, reachability, toppra_backend
+from verne_post.trajectory import continuous, reachability, toppra_backend, tuning
 from verne_post.trajectory.plan import ContourSection, PlanningOptions, plan_contour
 from verne_post.trajectory.section_path import grid_along
 
@@ -211,8 +211,8 @@ def seconds(plan: Plan) -> float:
     return float(plan.timeline.first_row[-1] * plan.timeline.cycle)
 
 
-def runs(plan: Plan) -> list[ContourSection]:
-    """All runs of a plan as functions of their path parameter."""
+def sections(plan: Plan) -> list[ContourSection]:
+    """All sections of a plan as functions of their path parameter."""
     contour, joints = plan.program.contour, plan.program.joints()
     begins = np.append(np.flatnonzero(np.diff(contour.section, prepend=-1)), len(contour)).tolist()
     return [ContourSection(joints, first, last) for first, last in pairwise(begins)]
@@ -227,24 +227,20 @@ def moving_time(plan: Plan) -> float:
 def second_order(plan: Plan) -> float:
     """Least time of the same contour under velocity, acceleration and feed, jerk left out, s."""
     total = 0.0
-    for section in runs(plan):
+    for section in sections(plan):
         grid = grid_along(section)
         total += reachability.duration(grid.s, reachability.solve(grid, plan.program.machine.limits))
     return total
 
 
 def reference_gap(plan: Plan) -> float:
-    """Time of the continuous runs over that of the same runs planned with the highest effort, less 1."""
+    """Time of the continuous sections over that of the same sections planned with the highest effort, less 1."""
     ours = best = 0
-    for number, section in enumerate(runs(plan)):
+    for number, section in enumerate(sections(plan)):
         if plan.profiles.continuous_first[number] < 0:
             continue
         best += (
-            len(
-                continuous.plan_continuous(
-                    section, plan.program.machine.limits, plan.program.cycle, continuous.QUALITY
-                ).s
-            )
+            len(continuous.plan_continuous(section, plan.program.machine.limits, plan.program.cycle, tuning.QUALITY).s)
             - 1
         )
         ours += int(plan.profiles.cycles[number])
@@ -325,11 +321,11 @@ def gain_table(machine: Machine) -> str:
 
 
 def toppra_table(machine: Machine) -> str:
-    """The scan against toppra on the same grids."""
+    """The reachability pass against toppra on the same grids."""
     rows = []
     for part in parts():
         plan = planned(part.short, part, machine, "spline")
-        section = max(runs(plan), key=lambda one: one.length)
+        section = max(sections(plan), key=lambda one: one.length)
         grid, limits = grid_along(section), machine.limits
         if len(grid.s) > TOPPRA_POINTS:
             continue
@@ -343,12 +339,12 @@ def toppra_table(machine: Machine) -> str:
         rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", f"{1e3 * theirs:.0f}",
                      f"{theirs / ours:.0f}", f"{theirs_s / ours_s - 1:.1e}"])  # fmt: skip
     header = [
-        "program, longest run",
+        "program, longest section",
         "points",
-        "scan ms",
+        "ours ms",
         "toppra ms",
         "ratio",
-        "toppra's time over the scan's, less 1",
+        "toppra's time over ours, less 1",
     ]
     return table(header, rows)
 
@@ -411,7 +407,7 @@ def main() -> None:
         "**Zigzags of 1 mm:** time with a stop at every corner over the time with rounded ones, in the least time without jerk\n"
         "limits and in the planned time with them:",
         gain_table(machine),
-        "**The second-order scan against toppra,** same grid, same constraints:",
+        "**The reachability pass against toppra,** same grid, same constraints:",
         toppra_table(machine),
         "**Long programs,** the blade again, by the command line, everything included:",
         scaling_table([10_000, 100_000] + [1_000_000] * given.million),

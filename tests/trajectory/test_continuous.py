@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from verne_post.trajectory import continuous, repair
-from verne_post.trajectory.continuous import NORMAL, QUALITY, plan_continuous, retime
+from verne_post.trajectory.continuous import plan_continuous, retime
 from verne_post.trajectory.initial_profile import initial_profile
-from verne_post.trajectory.interior_point import X_MIN, Found, Problem
+from verne_post.trajectory.interior_point import Problem, Solution
 from verne_post.trajectory.reachability import duration as profile_duration
 from verne_post.trajectory.reachability import solve as second_order
-from verne_post.trajectory.section_path import grid_along
+from verne_post.trajectory.section_path import SectionTask, grid_along
 from verne_post.trajectory.stop_to_stop import duration
+from verne_post.trajectory.tuning import NORMAL, QUALITY, SMALLEST_X
 
 from .curves import Curve, assert_legal, cornered, limits, straight, wavy
 
@@ -60,26 +61,26 @@ def test_only_a_window_that_takes_far_longer_is_given_up(
     section, top = cornered(1.0, 12, 0.02, 50.0), limits(3)
     profile, unit, _bound = initial_profile(section, top, 1e-3, second_order)
 
-    def solved(problem: Problem, start: np.ndarray, **more: float) -> Found:
+    def solved(problem: Problem, start: np.ndarray, **more: float) -> Solution:
         found = np.ones_like(start)
-        found[near_zero] = X_MIN
-        return Found(found, 1, True)
+        found[near_zero] = SMALLEST_X
+        return Solution(found, 1, True)
 
     monkeypatch.setattr(continuous, "solve", solved)
-    times = retime(section, profile, top, 1e-3, unit, replace(NORMAL.passes[0], knot=2), NORMAL.shares)
+    times = retime(SectionTask(section, top, 1e-3, unit), profile, replace(NORMAL.passes[0], knot_units=2))
     assert (times.total > 1.01 * profile.duration) == kept
 
 
-def test_a_section_that_cannot_be_mended_is_planned_finely(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_section_that_cannot_be_repaired_is_planned_finely(monkeypatch: pytest.MonkeyPatch) -> None:
     section, top = cornered(1.0, 3, 0.25, 50.0), limits(3)
     fine = plan_continuous(section, top, 1e-3, QUALITY).s
     tries = []
 
-    def mended(*arguments: object) -> object:
+    def repaired(*arguments: object) -> object:
         tries.append(None)
-        return None if len(tries) <= 1 + NORMAL.repeats else repair.mended(*arguments)  # type: ignore[arg-type]
+        return None if len(tries) <= 1 + NORMAL.repeats else repair.repair_rows(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(continuous, "mended", mended)
+    monkeypatch.setattr(continuous, "repair_rows", repaired)
     assert np.array_equal(plan_continuous(section, top, 1e-3).s, fine)
     assert len(tries) == 2 + NORMAL.repeats
 
@@ -117,12 +118,14 @@ def test_random_sections() -> None:
         assert_legal(section, plan_continuous(section, top, cycle).s, top, cycle)
 
 
-def test_rows_that_are_beyond_the_limits_are_mended_in_place() -> None:
+def test_rows_that_are_beyond_the_limits_are_repaired_in_place() -> None:
     section, top = straight(30.0), limits(3)
     s = plan_continuous(section, top, 1e-3).s
     spoilt = s.copy()
     spoilt[len(s) // 2] += 5e-5  # 0.15 to 1.5 times the jerk limit in the four differences around
-    assert_legal(section, repair.repair_or_slow_down(section, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
+    assert_legal(
+        section, repair.repair_or_slow_down(SectionTask(section, top, 1e-3, 1e-3), lambda _slower: spoilt), top, 1e-3
+    )
 
 
 @pytest.mark.parametrize("apart", range(83, 90))
@@ -130,10 +133,12 @@ def test_stretches_that_nearly_touch_stay_in_order(apart: int) -> None:
     section, top = straight(30.0, 60.0), limits(3)
     spoilt = plan_continuous(section, top, 1e-3).s
     spoilt[[200, 200 + apart]] += 3.5e-5  # 1.05 times the jerk limit at constant speed
-    assert_legal(section, repair.repair_or_slow_down(section, lambda _slower: spoilt, top, 1e-3, 1e-3), top, 1e-3)
+    assert_legal(
+        section, repair.repair_or_slow_down(SectionTask(section, top, 1e-3, 1e-3), lambda _slower: spoilt), top, 1e-3
+    )
 
 
-def test_a_profile_beyond_mending_is_slowed_down() -> None:
+def test_a_profile_beyond_repair_is_slowed_down() -> None:
     section, top = straight(30.0), limits(3)
     asked = []
 
@@ -142,20 +147,20 @@ def test_a_profile_beyond_mending_is_slowed_down() -> None:
         w = np.linspace(0, 1, int(30 * slower) + 2)  # 30 ms for what takes 200
         return 30.0 * w**4 * (35 - 84 * w + 70 * w**2 - 20 * w**3)
 
-    s = repair.repair_or_slow_down(section, rows, top, 1e-3, 1e-3)
+    s = repair.repair_or_slow_down(SectionTask(section, top, 1e-3, 1e-3), rows)
     assert_legal(section, s, top, 1e-3)
     assert len(asked) < 100
 
 
 @pytest.mark.parametrize(
-    ("section", "said"),
+    ("section", "message"),
     [
         (Curve(5.0, lambda s: [np.where(s > 2, np.nan, s)]), "not finite"),
         (Curve(5.0, lambda s: [np.where(s > 2, 100.0, 0.0) + s]), "joints jump"),
     ],
 )
-def test_sections_without_a_profile_are_refused(section: Curve, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
+def test_sections_without_a_profile_are_refused(section: Curve, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         plan_continuous(section, limits(1), 1e-3)
 
 

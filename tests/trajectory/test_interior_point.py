@@ -40,7 +40,7 @@ def test_basis_is_a_partition_of_one_and_its_derivatives_match_differences() -> 
 
 def test_nothing_but_the_cap() -> None:
     problem = line(cap=4.0)
-    found = solve(problem, np.full(203, 1.0), centre=10.0, gap=1e-4, iterations=40)
+    found = solve(problem, np.full(203, 1.0), start_gap=10.0, final_gap=1e-4, iterations=40)
     assert found.legal
     # the time is 1e-4 from its least, so is the mean of X^(-1/2)
     assert float((values(problem, found.coefficients)[0] ** -0.5).mean()) == pytest.approx(0.5, rel=2e-4)
@@ -50,7 +50,7 @@ def test_limits_hold_at_every_point_whatever_the_start() -> None:
     rng = np.random.default_rng(3)
     start = rng.uniform(0.05, 3.0, 203)  # far beyond every limit
     problem = line(fixed=np.full(3, 0.2))
-    found = solve(problem, start, centre=30.0, gap=1e-3, iterations=60)
+    found = solve(problem, start, start_gap=30.0, final_gap=1e-3, iterations=60)
     x, x1, x2 = values(problem, found.coefficients)
     assert found.legal
     assert found.coefficients[:3] == pytest.approx(np.full(3, 0.2))
@@ -63,7 +63,7 @@ def test_limits_hold_at_every_point_whatever_the_start() -> None:
 
 def test_a_window_that_is_not_the_last_ends_slowly() -> None:
     problem = line(end=0.01)
-    found = solve(problem, np.full(203, 0.9), centre=10.0, gap=1e-2, iterations=40)
+    found = solve(problem, np.full(203, 0.9), start_gap=10.0, final_gap=1e-2, iterations=40)
     assert found.legal
     assert found.coefficients[-3:].max() <= 0.011
     assert found.coefficients[:100].min() > 0.95
@@ -72,7 +72,7 @@ def test_a_window_that_is_not_the_last_ends_slowly() -> None:
 @pytest.mark.parametrize("iterations", [0, 1, 3])
 def test_cut_short_it_says_so_and_stays_positive(iterations: int) -> None:
     problem = line(cap=0.01)
-    found = solve(problem, np.full(203, 2.0), centre=10.0, gap=1e-9, iterations=iterations)
+    found = solve(problem, np.full(203, 2.0), start_gap=10.0, final_gap=1e-9, iterations=iterations)
     assert found.iterations <= iterations
     assert (found.coefficients > 0).all()
     if iterations == 0:
@@ -84,6 +84,8 @@ def test_rows_that_overflow_end_it_without_a_warning(size: float) -> None:
     """Rows are in single precision; squares of such rows are not numbers there."""
     problem = line()
     beyond = replace(problem, jerk=tuple(size * row for row in problem.jerk))
-    found = solve(beyond, np.full(203, 0.9) + np.linspace(0, 0.1, 203) ** 2, centre=10.0, gap=1e-3, iterations=20)
+    found = solve(
+        beyond, np.full(203, 0.9) + np.linspace(0, 0.1, 203) ** 2, start_gap=10.0, final_gap=1e-3, iterations=20
+    )
     assert np.isfinite(found.coefficients).all()
     assert (found.coefficients > 0).all()

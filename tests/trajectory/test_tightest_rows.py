@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verne_post.trajectory.continuous import largest
+from verne_post.trajectory.window_problem import largest_rows
 
 
 @pytest.mark.parametrize("rows", [2, 3, 6, 8, 9])
@@ -12,7 +12,7 @@ def test_the_largest_come_first(rows: int, count: int) -> None:
     random = np.random.default_rng(rows)
     scores = random.normal(size=(rows, 500)) * 10.0 ** random.uniform(-6, 6, size=(rows, 500))
     before = scores.copy()
-    chosen = largest(scores, min(count, rows - 1))
+    chosen = largest_rows(scores, min(count, rows - 1))
     np.testing.assert_array_equal(scores, before)
     wanted = np.argsort(-scores, axis=0, kind="stable")[: len(chosen)]
     np.testing.assert_array_equal(chosen, wanted)
@@ -20,6 +20,6 @@ def test_the_largest_come_first(rows: int, count: int) -> None:
 
 def test_equal_scores_give_different_rows() -> None:
     for value in (0.0, 1.0, -1.0, -0.0):
-        chosen = largest(np.full((6, 4), value), 3)
+        chosen = largest_rows(np.full((6, 4), value), 3)
         assert all(len(set(column)) == 3 for column in chosen.T.tolist())
         assert (chosen >= 0).all() and (chosen < 6).all()

@@ -1,226 +1,123 @@
-"""Time profiles of runs that flow: near the time optimum, inside every limit on the differences of the rows.
+"""Time profiles of continuous sections: near the time optimum, inside every limit on the differences of the rows.
 
-A first profile (:mod:`initial_profile`) comes from the second-order scan. It need not be legal: the interior point method
-re-times it in a few passes, coarse to fine, each on the profile of the pass before. Only s(t) changes, so the tool
-stays on the path whatever happens here. Rows that are still beyond a limit are mended one stretch at a time.
+A first profile (:mod:`initial_profile`) comes from the second-order reachability pass. It need not be legal: the interior point
+method re-times it in a few passes, coarse to fine, each on the profile of the pass before. Only s(t) changes, so the tool
+stays on the path whatever happens here. Rows that are still beyond a limit are repaired, one stretch at a time.
 """
 
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, release_memory
 from verne_post.model.machine import Limits
-from verne_post.trajectory import reachability
+from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.initial_profile import Solver, initial_profile
-from verne_post.trajectory.interior_point import X_MIN, Problem, solve
-from verne_post.trajectory.override import FeedOverride
-from verne_post.trajectory.repair import FAR, at_rest, exceeding, excess, repair_or_slow_down, repair_rows
-from verne_post.trajectory.section_path import Section, joints_at
+from verne_post.trajectory.interior_point import solve
+from verne_post.trajectory.override import AS_PLANNED, FeedOverride
+from verne_post.trajectory.repair import repair_or_slow_down, repair_rows
+from verne_post.trajectory.row_limits import at_rest, exceeding, excess
+from verne_post.trajectory.section_path import Section, SectionTask
+from verne_post.trajectory.section_rows import sample_rows
 from verne_post.trajectory.spline_profile import Profile, Times, positions
+from verne_post.trajectory.tuning import Effort, PassSettings
+from verne_post.trajectory.window_problem import Window, window_problem
 
 Array = NDArray[np.float64]
-
-#: The finest time scale of the profile; a longer control cycle takes its place.
-UNIT_S: Final = 1e-3
-#: Differences of shorter cycles are taken over this many units: they see the same profile.
-SHORTEST_DIFFERENCE: Final = 0.125
-#: A window that is re-timed to take so many times as long has lost its way: the problem is not convex. A first profile at a high
-#: feed has to be slowed down by half at sharp corners; a solution that all but stands takes up to a hundred times as long.
-CRAWLING: Final = 5.0
-#: A virtual joint with Q' = 1 keeps X from jumping where the real joints rest: its acceleration and jerk
-#: limits, times the unit and its square. X changes by its own size in no less than some 20 units.
-VIRTUAL_ACCELERATION: Final = 0.3
-VIRTUAL_JERK: Final = 0.2
-#: Shares of the limits that are planned with; rows may reach 1.0003, 1.002 and 1.01.
-PLANNED: Final = (0.9998, 0.9998, 0.999)
-#: The first knots of a window may exceed the limits by this share, falling to none over so many knots.
-ROOM: Final = 0.01
-TAPER: Final = 30
-#: Where every pass starts.
-NEAR_ONE: Final = 0.98
-#: They slow down over so many units at the end of a window.
-RAMP: Final = 100
-#: X at the end of a window after which no next one was found at the usual one.
-CRAWL: Final = 0.01
-#: A row counts as tighter by this when the rate's highest derivative takes it from zero to its limit first.
-RESERVE: Final = 1.0
-#: A profile that moves less than this share of its length has not begun to move.
-AT_REST: Final = 1e-13
-#: At the speed that was planned.
-AS_PLANNED: Final = FeedOverride()
-#: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from
-#: rest, and at most so many.
-CREEPING: Final = 0.1
-CREEPING_ROWS: Final = 200
-#: The last pass is repeated while more than one row in so many is far beyond a limit, since mending takes time at each,
-#: and while the rows cannot be mended.
-FEW: Final = 500
-#: Jerk sets the time of a profile that takes so many times as long as without jerk limits: it switches often, and between
-#: knots it cannot.
-SWITCHING: Final = 1.2
-#: Rows of every joint. A profile that is far from its limits, or far beyond some, says little about which will bind: where
-#: others were left out, such profiles were not brought back and took up to 4.5 times as long.
-ALL_ROWS: Final = (0, 0)
-
-
-@dataclass(frozen=True)
-class Pass:
-    """One pass of the interior point method; lengths in units.
-
-    Attributes
-    ----------
-    knot, per_knot : int
-        Knot spacing, and points per knot.
-    rows : tuple of int
-        So many of the tightest acceleration and jerk rows count on each side of each point; 0: all.
-    fastest : float
-        Largest X.
-    centre, gap : float
-        Complementarity to start from and to end at, over the time.
-    iterations : int
-    window, ahead : int
-        Knots that are kept of each solution, and those that look ahead.
-    slow : float
-        X at the end of a window that is not the last.
-    """
-
-    knot: int
-    per_knot: int
-    rows: tuple[int, int]
-    fastest: float
-    centre: float
-    gap: float
-    iterations: int
-    window: int
-    ahead: int
-    slow: float
-
-
-@dataclass(frozen=True)
-class Effort:
-    """How finely a profile is planned.
-
-    Attributes
-    ----------
-    passes : tuple of Pass
-        Coarse to fine.
-    last, switching : Pass
-        The pass behind them, and the one in its place where jerk sets the time.
-    repeats : int
-        The last pass is repeated, with every row, at most so often.
-    shares : tuple of float
-        Of velocity, acceleration and jerk.
-    """
-
-    passes: tuple[Pass, ...]
-    last: Pass
-    switching: Pass
-    repeats: int
-    shares: tuple[float, float, float]
-
-
-NORMAL: Final = Effort(
-    passes=(
-        Pass(8, 3, ALL_ROWS, 8.0, 30.0, 3e-1, 25, 1600, 50, 0.05),
-        Pass(2, 2, (1, 2), 4.0, 10.0, 1.0, 16, 3500, 150, 0.1),
-    ),
-    last=Pass(2, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 3500, 150, 0.3),
-    switching=Pass(1, 2, (2, 3), 4.0, 3.0, 3e-3, 20, 4000, 300, 0.3),
-    repeats=3,
-    shares=PLANNED,
-)
-_FINEST_PASS: Final = Pass(1, 2, ALL_ROWS, 2.0, 1.0, 5e-4, 40, 3000, 600, 0.3)
-#: No margin, more passes, every row and a small gap: practically the optimum, to compare with.
-QUALITY: Final = Effort(
-    passes=(
-        Pass(2, 2, ALL_ROWS, 8.0, 30.0, 1e-1, 25, 1500, 300, 0.1),
-        Pass(2, 2, ALL_ROWS, 4.0, 10.0, 1e-1, 25, 1500, 300, 0.1),
-        Pass(2, 4, ALL_ROWS, 2.0, 3.0, 3e-3, 40, 1500, 300, 0.1),
-        Pass(2, 4, ALL_ROWS, 2.0, 1.0, 1e-3, 40, 1500, 300, 0.1),
-    ),
-    last=_FINEST_PASS,
-    switching=_FINEST_PASS,
-    repeats=3,
-    shares=(1.0, 1.0, 1.0),
-)
 
 
 @dataclass(frozen=True, eq=False)
 class ContinuousProfile:
-    """The profile of one run.
+    """The profile of one section.
 
     Attributes
     ----------
     s : ndarray, shape (n,)
-        Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the run's length.
+        Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the section's length.
     bound : float
-        Time of the second-order optimum of the same run, s: no profile inside the limits is faster, but for what the feed and
-        the limits allow between the points of the grid (0.2 % at most was seen, with a slow feed over many short segments).
+        Time of the second-order optimum of the same section, s: no profile inside the limits is faster, but for what the feed
+        and the limits allow between the points of the grid (0.2 % at most was seen, with a slow feed over many short segments).
     """
 
     s: Array
     bound: float
 
 
+@dataclass(frozen=True, eq=False)
+class _PlannedSection:
+    """A profile, the times that its last pass gives it, and its repaired rows; None where they could not be repaired."""
+
+    profile: Profile
+    times: Times
+    rows: Array | None
+
+
 def plan_continuous(
-    section: Section, limits: Limits, cycle: float, effort: Effort = NORMAL, solver: Solver = reachability.solve,
-    played: FeedOverride = AS_PLANNED, begin: float = 0.0,
+    section: Section, limits: Limits, cycle: float, effort: Effort = tuning.NORMAL, solver: Solver = reachability.solve,
+    playback: FeedOverride = AS_PLANNED, begin: float = 0.0,
 ) -> ContinuousProfile:  # fmt: skip
-    """Plan a run from rest to rest.
+    """Plan a section from rest to rest.
 
     Parameters
     ----------
-    section : Run
+    section : Section
     limits : Limits
     cycle : float
         Control cycle, s.
     effort : Effort
-        How finely to plan.
+        How finely to plan. Where the rows of the profile cannot be repaired, the section is planned with ``tuning.QUALITY``.
     solver : callable
         Of the second-order problem.
-    played : FeedOverride
-        How fast the planned profile is played.
+    playback : FeedOverride
+        How fast the planned profile is executed.
     begin : float
-        When the run begins in the file, s.
+        When the section begins in the file, s.
 
     Raises
     ------
     ValueError
-        The run, a limit or the cycle is not a finite positive number, or the joints jump along the run.
+        The section, a limit or the cycle is not a finite positive number, or the joints jump along the section.
     """
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    profile, unit, bound = initial_profile(section, limits, max(UNIT_S, cycle), solver)
-    for step in effort.passes:
-        profile = rebuild_profile(profile, retime(section, profile, limits, cycle, unit, step, effort.shares), unit)
-    last = effort.switching if profile.duration > SWITCHING * bound else effort.last
-    times = retime(section, profile, limits, cycle, unit, last, effort.shares)
+    first, unit, bound = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver)
+    task = SectionTask(section, limits, cycle, unit)
+    planned = _plan_with_effort(task, first, bound, effort)
+    if planned.rows is None and effort is not tuning.QUALITY:
+        # a better profile costs less than to repair this one, and is faster by far
+        planned = _plan_with_effort(task, first, bound, tuning.QUALITY)
+    if planned.rows is not None and playback == AS_PLANNED:
+        return ContinuousProfile(planned.rows, bound)
 
-    def rows(slower: float, played: FeedOverride = played) -> Array:
-        return _rows(section, profile, times, limits, cycle, slower, played, begin)
+    def rows(slower: float) -> Array:
+        return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
-    for left in reversed(range(effort.repeats + 1)):
-        z = at_rest(rows(1.0, AS_PLANNED))
-        over = exceeding(excess(section, z, limits, cycle))
-        if not left or FEW * np.count_nonzero(over[1] > FAR) <= len(z):
-            found = repair_rows(section, z, over, limits, cycle, unit)
-            if found is not None and played == AS_PLANNED:
-                return ContinuousProfile(found, bound)
-            if found is not None or (not left and effort is QUALITY):
-                break
-            if not left:  # a better profile costs less than to mend this one, and is faster by far
-                return plan_continuous(section, limits, cycle, QUALITY, solver, played, begin)
-        profile = rebuild_profile(profile, times, unit)
-        times = retime(section, profile, limits, cycle, unit, replace(last, rows=ALL_ROWS), effort.shares)
-    return ContinuousProfile(repair_or_slow_down(section, rows, limits, cycle, unit), bound)
+    return ContinuousProfile(repair_or_slow_down(task, rows), bound)
+
+
+def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:
+    """Make all passes; repeat the last one while too many rows are far beyond a limit, or cannot be repaired."""
+    for settings in effort.passes:
+        profile = rebuild_profile(profile, retime(task, profile, settings), task.unit)
+    last = effort.jerk_bound if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
+    times = retime(task, profile, last)
+    for repeats_left in reversed(range(effort.repeats + 1)):
+        z = at_rest(sample_rows(task, profile, times))
+        over = exceeding(excess(task, z))
+        if not repeats_left or tuning.ROWS_PER_FAR_ROW * np.count_nonzero(over[1] > tuning.FAR_RATIO) <= len(z):
+            rows = repair_rows(task, z, over)
+            if rows is not None:
+                return _PlannedSection(profile, times, rows)
+        if repeats_left:
+            profile = rebuild_profile(profile, times, task.unit)
+            times = retime(task, profile, replace(last, tightest_rows=tuning.ALL_ROWS))
+    return _PlannedSection(profile, times, None)
 
 
 def rebuild_profile(profile: Profile, times: Times, unit: float) -> Profile:
-    """A profile that has been re-timed, as a profile of its own."""
+    """Make a profile that has been re-timed a profile by itself."""
     count = int(np.ceil(times.total / unit)) + 1
     samples = Growing(float)
     for part in positions(profile, times, count, lambda number: np.minimum(unit * number, times.total)):
@@ -231,64 +128,61 @@ def rebuild_profile(profile: Profile, times: Times, unit: float) -> Profile:
 # --- one pass ------------------------------------------------------------------------------------
 
 
-def retime(
-    section: Section,
-    profile: Profile,
-    limits: Limits,
-    cycle: float,
-    unit: float,
-    step: Pass,
-    shares: tuple[float, float, float],
-) -> Times:
-    """One pass of the interior point method over the whole run, window by window."""
-    knot = step.knot * unit
+def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
+    """Make one pass of the interior point method over the whole section, window by window."""
+    knot = settings.knot_units * task.unit
     n = int(np.ceil(profile.duration / knot * (1 - 1e-12)))
     settled = Growing(float)
-    recent = np.empty(0)  # coefficients behind those: of the window before, and of this one
+    recent = np.empty(0)  # coefficients after those: of the window before, and of this one
     begin, careful = 0, -1
     while begin < n:
         release_memory()
-        end = min(begin + step.window + step.ahead, n)
-        if n - end < step.ahead:
+        end = min(begin + settings.window_knots + settings.look_ahead_knots, n)
+        if n - end < settings.look_ahead_knots:
             end = n
         recent = np.append(recent, np.ones(max(end + 3 - settled.count - len(recent), 0)))
         coefficients = recent[begin - settled.count : end + 3 - settled.count]
         fixed = coefficients[:3].copy() if begin else np.empty(0)
-        slow = None if end == n else CRAWL if begin <= careful else step.slow
-        problem = _problem(section, profile, limits, cycle, unit, step, shares, begin, end, fixed, slow)
-        start = _start(coefficients, step, begin > 0, slow)
-        found = solve(problem, start, centre=step.centre, gap=step.gap, iterations=step.iterations)
+        end_x = None if end == n else tuning.CRAWLING_X if begin <= careful else settings.window_end_x
+        window = Window(begin, end, fixed, end_x)
+        found = solve(
+            window_problem(task, profile, settings, window),
+            _start(coefficients, settings, window),
+            start_gap=settings.start_gap,
+            final_gap=settings.final_gap,
+            iterations=settings.iterations,
+        )
         if begin > careful and begin and not found.legal:
             # the window before may have been too fast at its end: again, this time down to a crawl
             careful = begin
-            begin -= step.window
+            begin -= settings.window_knots
             continue
-        if _crawls(found.coefficients[: step.window + 3]):
-            coefficients[len(fixed) :] = 1.0  # the profile as it is needs less mending than one that all but stands
+        if _has_strayed(found.coefficients[: settings.window_knots + 3]):
+            coefficients[len(fixed) :] = 1.0  # the profile as it is needs less repair than one that all but stands
         else:
             coefficients[:] = found.coefficients
         done = begin - settled.count
         settled.extend(recent[:done].copy())
         recent = recent[done:]
-        begin = end if end == n else begin + step.window
+        begin = end if end == n else begin + settings.window_knots
     settled.extend(recent)
     return Times.of_coefficients(settled.column(), knot)
 
 
-def _crawls(coefficients: Array) -> bool:
-    """A solution that has lost its way slows down far more than re-timing a profile near the optimum ever needs."""
-    return Times.of_coefficients(coefficients, 1.0).total > CRAWLING * (len(coefficients) - 3)
+def _has_strayed(coefficients: Array) -> bool:
+    """Whether a solution slows down far more than re-timing a profile near the optimum ever needs."""
+    return Times.of_coefficients(coefficients, 1.0).total > tuning.STRAYED * (len(coefficients) - 3)
 
 
-def _start(known: Array, step: Pass, goes_on: bool, slow: float | None) -> Array:
-    """Coefficients that a window starts from; where it goes on, ``known`` begins with those of the window before."""
-    start = np.full(len(known), NEAR_ONE)
-    ramp = min(round(RAMP / step.knot), step.ahead // 2)
-    if goes_on:  # less and less of them: the window before slows down
-        seen = step.ahead - ramp
-        start[:seen] += (known[:seen] - NEAR_ONE) * _falling(seen)
-    if slow is not None:  # as the solution will, slow down over the end of the window
-        start[-ramp:] *= slow ** (1.0 - _falling(ramp))
+def _start(known: Array, settings: PassSettings, window: Window) -> Array:
+    """Coefficients that a window starts from; after the first window, ``known`` begins with those of the window before."""
+    start = np.full(len(known), tuning.START_X)
+    ramp = min(round(tuning.START_RAMP / settings.knot_units), settings.look_ahead_knots // 2)
+    if window.begin:  # less and less of them: the window before slows down
+        seen = settings.look_ahead_knots - ramp
+        start[:seen] += (known[:seen] - tuning.START_X) * _falling(seen)
+    if window.end_x is not None:  # as the solution will, slow down over the end of the window
+        start[-ramp:] *= window.end_x ** (1.0 - _falling(ramp))
     return start
 
 
@@ -296,171 +190,3 @@ def _falling(n: int) -> Array:
     """From 1 to 0 in n values, even at both ends."""
     f = np.linspace(0.0, 1.0, n)
     return np.asarray(1.0 - f * f * (3.0 - 2.0 * f))
-
-
-def _problem(
-    section: Section, profile: Profile, limits: Limits, cycle: float, unit: float, step: Pass,
-    shares: tuple[float, float, float], begin: int, end: int, fixed: Array, slow: float | None,
-) -> Problem:  # fmt: skip
-    """Limits at the points of a window, from differences of rows a cycle apart: the acceptance metric itself."""
-    delta = max(cycle, SHORTEST_DIFFERENCE * unit)
-    n, k = end - begin, step.per_knot
-    knot = step.knot * unit
-    spacing = knot / k
-    points = n * k
-    apart = round(delta / spacing)
-    if apart >= 1 and abs(apart * spacing - delta) < 1e-9 * delta:  # points share their samples
-        first = begin * knot + 0.5 * spacing - 1.5 * delta
-        at = first + spacing * np.arange(points + 3.0 * apart)
-        s = profile.s(at)
-        q = np.ascontiguousarray(joints_at(section, s).T)
-        speed = np.asarray(section.speed(s), dtype=float)
-        samples = [q[:, m * apart : m * apart + points] for m in range(4)]
-        low, high = slice(apart, apart + points), slice(2 * apart, 2 * apart + points)
-        slope, speed = s[high] - s[low], np.minimum(speed[low], speed[high])
-    else:
-        at = (begin + (np.arange(points) + 0.5) / k) * knot
-        s = profile.s(at + delta * np.array([[-1.5], [-0.5], [0.5], [1.5]])).reshape(-1)
-        q = np.ascontiguousarray(joints_at(section, s).T)
-        speed = np.asarray(section.speed(s[points : 3 * points]), dtype=float)
-        samples = [q[:, m * points : (m + 1) * points] for m in range(4)]
-        slope = s[2 * points : 3 * points] - s[points : 2 * points]
-        speed = np.minimum(speed[:points], speed[points:])
-    a, b, c, d = samples
-    q1 = _by_phase((c - b) / delta, k)
-    q2 = _by_phase((d - c - b + a) / (2 * delta**2), k)
-    q3 = _by_phase((d - 3 * (c - b) - a) / delta**3, k)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        by_feed = _by_phase((shares[0] * delta * speed / slope)[None], k)[0] ** 2
-        by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
-    cap = np.minimum(np.where(np.isnan(by_feed), np.inf, by_feed), by_speed)
-    cap = np.clip(cap, 2 * X_MIN, step.fastest)
-    # a window that goes on where another has used every limit up needs some room to do so
-    by_interval = np.ones(n)
-    if len(fixed):
-        by_interval[:TAPER] -= np.linspace(ROOM, 0.0, TAPER)[:n]
-    room = np.tile(by_interval, k)
-    cap /= room
-    acceleration = shares[1] * limits.acceleration[:, None] / room
-    jerk = shares[2] * limits.jerk[:, None] / room
-    virtual = np.zeros((1, points))
-    q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / VIRTUAL_ACCELERATION])
-    q2a = np.concatenate([q2 / acceleration, virtual])
-    q1j = np.concatenate([0.5 * q1 / jerk, virtual + 0.5 * unit**2 / VIRTUAL_JERK])
-    q2j = np.concatenate([1.5 * q2 / jerk, virtual])
-    q3j = np.concatenate([q3 / jerk, virtual])
-
-    both: list[tuple[Array, ...]] = [(q2a, q1a), (q3j, q2j, q1j)]
-    acceleration_rows, jerk_rows = (
-        _signed(rows, count or len(rows[0])) for rows, count in zip(both, step.rows, strict=True)
-    )
-    return Problem(knot, (np.arange(k) + 0.5) / k, cap, acceleration_rows, jerk_rows, fixed, slow)
-
-
-def _signed(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
-    """Both signs of rows (m, points); of each side the ``count`` that can become tight first.
-
-    A side are the rows that bound the highest derivative from above, or from below. Tight first are those near
-    their limit now, or soon when that derivative changes.
-    """
-    above = np.where(rows[-1] < 0, -1.0, 1.0)
-    upper = tuple(row * above for row in rows)
-    if count >= len(above):
-        return tuple(np.concatenate([row, -row]) for row in upper)
-    reach = RESERVE * (upper[-1] / upper[-1].max(axis=0))
-    sides = []
-    points = np.arange(reach.shape[1])
-    for sign in (1.0, -1.0):
-        chosen = largest(sign * upper[0] + reach, count) * len(points) + points
-        sides.append([sign * row.take(chosen) for row in upper])
-    return tuple(np.concatenate(pair) for pair in zip(*sides, strict=True))
-
-
-def largest(scores: Array, count: int) -> NDArray[np.int64]:
-    """Rows (count, points) in which the largest of finite scores (m, points) stand, the largest first.
-
-    Every score carries the number of its row in its last bits, so that ordering the scores orders the rows: scores that are
-    equal but for these bits are as good as equal.
-    """
-    mask = (1 << (len(scores) - 1).bit_length()) - 1
-    keys = scores.copy()
-    bits = keys.view(np.int64)
-    bits &= ~mask
-    bits |= np.arange(len(scores))[:, None]
-    found = np.full((count, scores.shape[1]), -np.inf)
-    for key in keys:
-        for place in found:
-            lower = np.minimum(place, key)
-            np.maximum(place, key, out=place)
-            key = lower  # what gives way may be larger than the next
-    return found.view(np.int64) & mask
-
-
-def _by_phase(a: Array, k: int) -> Array:
-    """Points in order of time (m, n k) -> by phase, then by interval."""
-    return np.ascontiguousarray(a.reshape(len(a), -1, k).transpose(0, 2, 1)).reshape(len(a), -1)
-
-
-def _rows(
-    section: Section,
-    profile: Profile,
-    times: Times,
-    limits: Limits,
-    cycle: float,
-    slower: float,
-    played: FeedOverride,
-    begin: float,
-) -> Array:
-    """Rows of the profile as it is played, stretched by ``slower`` to a whole number of cycles; resting ends are left out."""
-    cycles = played.cycles(times.total * slower, begin, cycle)
-
-    def instants(row: Array) -> Array:
-        done = played.shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
-        return times.total * done
-
-    every, farthest = Growing(float), 0.0
-    for s in positions(profile, times, cycles + 1, instants):
-        s = np.maximum.accumulate(np.append(farthest, np.clip(s, 0.0, section.length)))[1:]
-        every.extend(s)
-        farthest = float(s[-1])
-    s = every.column()
-    first = int(np.searchsorted(s, AT_REST * section.length, side="right")) - 1
-    last = int(np.searchsorted(s, (1 - AT_REST) * section.length, side="left"))
-    s = s[max(first, 0) : last + 1]
-    at_start, at_end = _creeping(section, s, limits, cycle)
-    rows = Growing(float)
-    rows.extend(np.zeros(1))
-    rows.copy(s[1 + at_start : len(s) - 1 - at_end])
-    rows.extend(np.array([section.length]))
-    return rows.column()
-
-
-def _creeping(section: Section, s: Array, limits: Limits, cycle: float) -> tuple[int, int]:
-    """How many rows behind the first and before the last a joint hardly moves over; the profile creeps there, and need not."""
-    n = len(s)
-    count = min(CREEPING_ROWS, n // 4)
-    if count < 2:
-        return 0, 0
-    reach = np.minimum(limits.jerk * cycle**3, np.minimum(limits.acceleration * cycle**2, limits.velocity * cycle))
-    tail = np.concatenate([[0.0], s[1:count], s[n - count : -1], [section.length]])
-    moved = joints_at(section, tail)
-    by_feed = cycle * np.asarray(section.speed(tail), dtype=float)
-
-    def creeping(rows: slice, end: int) -> int:
-        strain = (np.abs(moved[rows] - moved[end]) / reach).max(axis=1)
-        strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
-        return int(np.count_nonzero(strain < CREEPING))
-
-    at_start, at_end = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
-    # the step that takes their place must be one that the rows allow
-    while at_start and _too_far(section, np.array([0.0, 0.0, s[1 + at_start]]), cycle):
-        at_start //= 2
-    while at_end and _too_far(section, np.append(s[[-3 - at_end, -2 - at_end]], section.length), cycle):
-        at_end //= 2
-    return at_start, at_end
-
-
-def _too_far(section: Section, s: Array, cycle: float) -> bool:
-    """Whether the last step between rows s (n,) hides the path, or where the feed changes along it is far beyond the feed."""
-    cap = np.asarray(section.speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
-    return bool(section.hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * CREEPING) * cycle * cap)

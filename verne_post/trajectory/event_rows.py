@@ -1,4 +1,4 @@
-"""When events happen: at the first row that belongs to a motion behind them."""
+"""When events happen: at the first row that belongs to a motion after them."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,48 +1,28 @@
 """The profile that planning starts from: the second-order optimum, smoothed and sampled in time, and its time as a bound.
 
-A run of any length is scanned section by section.
+A section of any length is taken part by part.
 """
 
 from collections.abc import Callable, Iterator
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, release_memory
 from verne_post.model.machine import Limits
-from verne_post.trajectory import reachability
+from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.section_path import Grid, Section, grid_along
 from verne_post.trajectory.spline_profile import Profile
 
 Array = NDArray[np.float64]
 
-#: Short runs have a finer scale. A run of so many units, more than it takes without jerk limits by so many, counts as
-#: long; the scale is no finer than this share.
-LONG_SECTION: Final = 200
-SHORT_SECTION: Final = 20
-FINEST: Final = 0.25
-#: Spacing of the first profile's samples, in units, and how many of them are averaged.
-START_STEP: Final = 4
-START_SMOOTH: Final = 10
-#: Speeds below this (mm/s) are crossed at it where the first profile is sampled.
-SLOWEST: Final = 1e-12
-#: The first profile is made over so many elements at a time, with a look-ahead over so many more. A look-ahead that is
-#: shorter than the way to stop costs the first profile some speed, which the passes give back.
-SECTION: Final = 16384
-LOOK_AHEAD: Final = 2048
-#: The first profile may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor.
-START_EXCESS: Final = 4.0
-#: It is slowed down by this factor: knots are even in its time, and the slow spots of the profile need many.
-START_SLOWER: Final = 1.5
 
-
-#: Solvers of the second-order problem: grid, limits, and the x to start with; see ``scan.solve``.
+#: Solvers of the second-order problem: grid, limits, and the x to start with; see ``reachability.solve``.
 Solver = Callable[..., Array]
 
 
 def second_order_bound(section: Section, limits: Limits, solver: Solver) -> float:
-    """Time of the second-order optimum of a run, s."""
+    """Time of the second-order optimum of a section, s."""
     bound, x_end = 0.0, 0.0
     for first, last, seen in _sections(section):
         grid = grid_along(section, first, seen)
@@ -52,28 +32,36 @@ def second_order_bound(section: Section, limits: Limits, solver: Solver) -> floa
 
 
 def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver) -> tuple[Profile, float, float]:
-    """The scan's profile sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
+    """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
 
-    The run is scanned section by section, each with a look-ahead that ends at rest. Where even motion would take far more
+    The section is taken part by part, each with a look-ahead that ends at rest. Where even motion would take far more
     than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes.
     """
-    smooth = _Smooth(START_SMOOTH)
-    smooth.add(np.zeros(START_SMOOTH))
+    smooth = _Smooth(tuning.START_SMOOTH)
+    smooth.add(np.zeros(tuning.START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
     for first, last, seen in _sections(section):
         grid = grid_along(section, first, seen)
         x = solver(grid, limits, start=x_end)
         s, fastest = _kept(section, grid, x, last)
         bound, x_end = bound + reachability.duration(s, fastest), float(fastest[-1])
-        s, x = _kept(section, grid, np.minimum(x, START_EXCESS * reachability.jerk_caps(grid, limits)), last)
-        x = x / START_SLOWER**2
+        s, x = _kept(
+            section, grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.jerk_caps(grid, limits)), last
+        )
+        x = x / tuning.START_SLOWER**2
         if not first:
-            unit *= min(max((reachability.duration(s, x) / unit + SHORT_SECTION) / LONG_SECTION, FINEST), 1.0)
-        part, t_end = _sampled(s, x, START_STEP * unit, t_end)
+            unit *= min(
+                max(
+                    (reachability.duration(s, x) / unit + tuning.SHORT_SECTION) / tuning.LONG_SECTION,
+                    tuning.FINEST_UNIT,
+                ),
+                1.0,
+            )
+        part, t_end = _sampled(s, x, tuning.START_STEP * unit, t_end)
         smooth.add(part)
-    smooth.add(np.full(START_SMOOTH, section.length))
+    smooth.add(np.full(tuning.START_SMOOTH, section.length))
     smooth.averages.extend(np.array([max(smooth.largest, section.length)]))
-    return Profile.of_samples(smooth.averages.column(), START_STEP * unit), unit, bound
+    return Profile.of_samples(smooth.averages.column(), tuning.START_STEP * unit), unit, bound
 
 
 class _Smooth:
@@ -94,12 +82,12 @@ class _Smooth:
 
 
 def _sections(section: Section) -> Iterator[tuple[int, int, int]]:
-    """First and last element of every section, and the end of what it looks ahead to; the latter two excluded."""
+    """First and last element of every part, and the end of what it looks ahead to; the latter two excluded."""
     elements = len(section.breaks) - 1
-    for first in range(0, elements, SECTION):
+    for first in range(0, elements, tuning.ELEMENTS_AT_A_TIME):
         release_memory()
-        last = min(first + SECTION, elements)
-        yield first, last, min(last + LOOK_AHEAD, elements)
+        last = min(first + tuning.ELEMENTS_AT_A_TIME, elements)
+        yield first, last, min(last + tuning.LOOK_AHEAD_ELEMENTS, elements)
 
 
 def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
@@ -113,7 +101,7 @@ def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Arr
 def _sampled(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
     """Positions at the multiples of ``step`` in a profile that begins at time ``begin``, and when it ends."""
     speed = np.sqrt(x)
-    dt = 2 * np.diff(s) / np.maximum(speed[:-1] + speed[1:], SLOWEST)
+    dt = 2 * np.diff(s) / np.maximum(speed[:-1] + speed[1:], tuning.SLOWEST_START)
     t = begin + np.append(0.0, np.cumsum(dt))
     at = step * np.arange(np.ceil(begin / step), np.ceil(t[-1] / step))
     interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(dt) - 1)

@@ -11,37 +11,18 @@ half-bandwidth 3 whatever the number of joints. Primal-dual steps with Mehrotra'
 """
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
+
+from verne_post.trajectory import tuning
 
 Array = NDArray[np.float64]
 #: Constraints, row by row, in single precision: memory traffic is what an iteration costs, and 1e-7 of a limit is far below
 #: what a constraint may be off by. Coefficients, normal matrix and points are in double precision.
 Rows = NDArray[np.float32]
 
-#: Smallest X: one pass may slow the profile down a hundredfold.
-X_MIN: Final = 1e-4
-#: X^(-1/2) is evaluated no closer to zero than this.
-X_FLOOR: Final = 0.1 * X_MIN
-#: Slacks start no smaller than this, so that a start outside the limits is still inside the method's own set.
-START_SLACK: Final = 0.1
-#: A constraint may be off by this (of its limit) at the end.
-INFEASIBLE: Final = 5e-4
-#: Diagonal entry that keeps a coefficient where it is.
-FIXED: Final = 1e30
-#: Steps go this far towards the boundary of the feasible set.
-TO_BOUNDARY: Final = 0.99
-#: Relative increases of the diagonal that are tried when rounding has spoilt the normal matrix.
-SHIFTS: Final = (0.0, 1e-10, 1e-6)
-
-#: After a step shorter than this, the next one aims at no less than this share of the complementarity.
-SHORT_STEP: Final = 0.3
-RECENTRE: Final = 0.3
-#: Products of so many multiplications are made by one thread.
-BLAS_WORK: Final = 200_000
 
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 
@@ -90,7 +71,7 @@ def basis(knot: float, fraction: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Solution:
     """Coefficients of X (n + 3,), the iterations made, and whether all limits hold at the points."""
 
     coefficients: Array
@@ -98,7 +79,7 @@ class Found:
     legal: bool
 
 
-def solve(problem: Problem, start: Array, *, centre: float, gap: float, iterations: int) -> Found:
+def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float, iterations: int) -> Solution:
     """Minimise the time of one window.
 
     Parameters
@@ -106,19 +87,19 @@ def solve(problem: Problem, start: Array, *, centre: float, gap: float, iteratio
     problem : Problem
     start : ndarray, shape (n + 3,)
         Coefficients to start from, positive; they need not be legal.
-    centre : float
+    start_gap : float
         Sum of slack times multiplier to start from, over the window's time.
-    gap : float
+    final_gap : float
         The same sum at which the iteration ends.
     iterations : int
         At most so many.
 
     Returns
     -------
-    Found
+    Solution
         Always with positive coefficients; not legal where the iteration was cut short.
     """
-    return _Iteration(problem).run(start, centre, gap, iterations)
+    return _Iteration(problem).iterate(start, start_gap, final_gap, iterations)
 
 
 class _Iteration:
@@ -186,9 +167,9 @@ class _Iteration:
 
     def slacks(self, y: Array, out: Rows) -> Rows:
         """How far each constraint is from its limit."""
-        self._changes(out, y, 1.0 / np.sqrt(np.maximum(y[0], X_FLOOR)))
+        self._changes(out, y, 1.0 / np.sqrt(np.maximum(y[0], tuning.ROOT_FLOOR_X)))
         out[0] += self.cap
-        out[1] -= X_MIN
+        out[1] -= tuning.SMALLEST_X
         out[self.a] += 1.0
         return out
 
@@ -212,7 +193,7 @@ class _Iteration:
         local[4] = _dot(work, j2)
         local[5] = _dot(np.multiply(w_jerk, j2, out=work), j2)
         # the jerk constraints bend the other way than the objective; a share of its curvature always stays
-        bend = np.maximum(self.weight - dual[self.j].sum(axis=0), 0.1 * self.weight)
+        bend = np.maximum(self.weight - dual[self.j].sum(axis=0), tuning.LEAST_CURVATURE * self.weight)
         bend *= root_bend
         local[0] += bend
         local[0] += ratio[0] + ratio[1]
@@ -223,8 +204,8 @@ class _Iteration:
             for k in range(i, 4):
                 band[k - i, i : i + self.n] += parts[row]
                 row += 1
-        band[0, self.held] = FIXED
-        for shift in SHIFTS:
+        band[0, self.held] = tuning.FIXED_DIAGONAL
+        for shift in tuning.DIAGONAL_SHIFTS:
             shifted = band.copy(order="F")
             shifted[0] *= 1.0 + shift
             factor, info = _PBTRF(shifted, lower=1, overwrite_ab=1)
@@ -249,7 +230,7 @@ class _Iteration:
         return change
 
     @np.errstate(over="ignore", invalid="ignore")
-    def run(self, start: Array, centre: float, gap: float, iterations: int) -> Found:
+    def iterate(self, start: Array, start_gap: float, final_gap: float, iterations: int) -> Solution:
         """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
         c = start.copy()
         if self.problem.end is not None:
@@ -257,18 +238,18 @@ class _Iteration:
         c[: len(self.problem.fixed)] = self.problem.fixed
         y = self.at_points(c)
         now = self.slacks(y, self._slack_now)
-        slack: Rows = np.maximum(now, np.float32(START_SLACK))
-        dual: Rows = np.float32(centre * self.weight * self.points / self.count) / slack
+        slack: Rows = np.maximum(now, np.float32(tuning.START_SLACK))
+        dual: Rows = np.float32(start_gap * self.weight * self.points / self.count) / slack
         done, legal, blocked = 0, False, False
         inverse, ratio, work, target = self._inverse, self._ratio, self._work, self._target
         d_slack, d_dual = self._d_slack, self._d_dual
         while True:
-            root = 1.0 / np.sqrt(np.maximum(y[0], X_FLOOR))
+            root = 1.0 / np.sqrt(np.maximum(y[0], tuning.ROOT_FLOOR_X))
             infeasible = np.subtract(now, slack, out=now)
             complementarity = _inner(slack, dual)
             objective = self.weight * float(root.sum())
-            legal = float(infeasible.min()) > -INFEASIBLE
-            if (legal and complementarity < gap * objective) or done == iterations:
+            legal = float(infeasible.min()) > -tuning.ACCEPTED_INFEASIBILITY
+            if (legal and complementarity < final_gap * objective) or done == iterations:
                 break
             done += 1
             inverse_x = root * root
@@ -294,9 +275,9 @@ class _Iteration:
             relative_squared = np.multiply(relative, relative, out=d_dual)
             cross = -_inner(target, relative_squared) - moved
             affine = complementarity + step_p * moved - step_d * (complementarity + moved) + step_p * step_d * cross
-            share = max(affine / complementarity, 1e-2) ** 3
+            share = max(affine / complementarity, tuning.LEAST_CENTRING) ** 3
             if blocked:
-                share = max(share, RECENTRE)
+                share = max(share, tuning.RECENTRE)
             mu = share * complementarity / self.count
             # corrector: the product of both changes is -dual slack r (1 + r)
             np.add(relative, relative_squared, out=target)
@@ -312,11 +293,11 @@ class _Iteration:
             np.multiply(ratio, d_slack, out=d_dual)
             np.subtract(target, d_dual, out=d_dual)
             d_dual -= dual
-            step_p = min(TO_BOUNDARY * _step(-float(np.multiply(d_slack, inverse, out=target).min())), 1.0)
-            step_d = min(TO_BOUNDARY * _step(-float(np.divide(d_dual, dual, out=target).min())), 1.0)
+            step_p = min(tuning.TO_BOUNDARY * _step(-float(np.multiply(d_slack, inverse, out=target).min())), 1.0)
+            step_d = min(tuning.TO_BOUNDARY * _step(-float(np.divide(d_dual, dual, out=target).min())), 1.0)
             c += step_p * change
             y = self.at_points(c)
-            blocked = min(step_p, step_d) < SHORT_STEP
+            blocked = min(step_p, step_d) < tuning.SHORT_STEP
             d_slack *= step_p
             slack += d_slack
             now = self.slacks(y, self._slack_now)
@@ -324,7 +305,7 @@ class _Iteration:
             np.maximum(slack, now, out=slack)
             d_dual *= step_d
             dual += d_dual
-        return Found(np.maximum(c, X_MIN), done, legal)
+        return Solution(np.maximum(c, tuning.SMALLEST_X), done, legal)
 
 
 def _dot(a: Rows, b: Rows) -> Rows:
@@ -340,15 +321,15 @@ def _inner(a: Rows, b: Rows) -> float:
 def _product(a: Array, b: Array) -> Array:
     """Product of a small matrix and a wide one, in segments that BLAS does not spread over threads."""
     out = np.empty((len(a), b.shape[1]))
-    width = max(BLAS_WORK // a.size, 1)
+    width = max(tuning.BLAS_WORK // a.size, 1)
     for first in range(0, b.shape[1], width):
         np.matmul(a, b[:, first : first + width], out=out[:, first : first + width])
     return out
 
 
 def _step(loss: float) -> float:
-    """Largest step, up to 1 / TO_BOUNDARY, that keeps values positive of which the largest relative loss is given."""
-    return 1.0 / max(TO_BOUNDARY, loss)
+    """Largest step, up to 1 / tuning.TO_BOUNDARY, that keeps values positive of which the largest relative loss is given."""
+    return 1.0 / max(tuning.TO_BOUNDARY, loss)
 
 
 def _band_weights(table: Array) -> Array:

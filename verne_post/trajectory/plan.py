@@ -12,6 +12,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
+from verne_post.trajectory import tuning
 from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
@@ -19,32 +20,28 @@ from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-#: Rows of rest added where a continuous run follows or precedes another; the row at the stop itself is the third.
+#: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
 REST_ROWS: Final = 2
-#: Rows whose feed is looked at together.
-CHUNK_ROWS: Final = 1 << 15
-#: A feed counts as reached at this share of it, which profiles come to from below; the same share makes a row slow (verify).
-REACHED: Final = 0.99
 
 
 @dataclass(frozen=True, eq=False)
 class MotionProfiles:
-    """The profile of every run.
+    """The profile of every section.
 
     Attributes
     ----------
     profiles : StopToStopProfiles
-        From stop to stop; what it says of continuous runs is not used.
+        From stop to stop; what it says of continuous sections is not used.
     continuous_first : ndarray of int64, shape (n_sections,)
-        Where a continuous run's rows begin in ``continuous_s``, -1 for the others.
+        Where a continuous section's rows begin in ``continuous_s``, -1 for the others.
     cycles : ndarray of int64, shape (n_sections,)
-        Control cycles that each run lasts, at the speed at which it is played.
+        Control cycles that each section lasts, at the speed at which it is executed.
     continuous_s : ndarray, shape (n,)
-        Path parameter of each row of the continuous runs, mm.
+        Path parameter of each row of the continuous sections, mm.
     reached : ndarray of bool, shape (n_segments,)
         The segment's feed is reached somewhere on it.
     second_order_bound_s : float
-        Sum of the second-order bounds of the continuous runs, s.
+        Sum of the second-order bounds of the continuous sections, s.
     toppra_bound_s : float or None
         The same by the other solver, where both were asked.
     """
@@ -67,11 +64,11 @@ class PlanningOptions:
     cycle : float
         Control cycle, s.
     solver : {"scan", "toppra", "both"}
-        Of the second-order problem; "both" plans with the scan and lets toppra give the bound as well.
+        Of the second-order problem; "both" plans with the reachability passes and lets toppra give the bound as well.
     quality : bool
         Plan finely and without margin: practically the third-order optimum, at many times the cost.
     playback : FeedOverride
-        How fast what is planned is played.
+        How fast what is planned is executed.
     """
 
     cycle: float
@@ -80,18 +77,14 @@ class PlanningOptions:
     playback: FeedOverride = field(default_factory=FeedOverride)
 
 
-#: A duration this close above a whole number of cycles is that number (in cycles).
-WHOLE_CYCLE: Final = 1e-9
-
-
 class ContourSection:
-    """One run of a contour as a function of its path parameter; implements ``section_path.Section``.
+    """One section of a contour as a function of its path parameter; implements ``section_path.Section``.
 
     Parameters
     ----------
     joints : JointFunctions
     first, last : int
-        Elements of the run, ``last`` excluded.
+        Elements of the section, ``last`` excluded.
     cycle : float
         Control cycle, s.
     """
@@ -149,22 +142,22 @@ def plan_contour(
     joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, planning: PlanningOptions,
     progress: Callable[[int], None] | None = None,
 ) -> MotionProfiles:  # fmt: skip
-    """Plan every run of a contour.
+    """Plan every section of a contour.
 
     Parameters
     ----------
     joints : JointFunctions
     first, second, third : ndarray, shape (n, n_joints)
-        Largest derivatives of the joints by w over the elements of runs from stop to stop, one after the other.
+        Largest derivatives of the joints by w over the elements of sections from stop to stop, one after the other.
     limits : Limits
     planning : PlanningOptions
     progress : callable, optional
-        Told how many elements have been planned.
+        Called with the number of elements that have been planned.
 
     Raises
     ------
     SolverError
-        Naming the source line of the first run without a profile.
+        Naming the source line of the first section without a profile.
     """
     contour = joints.contour
     begins = contour.section_begins
@@ -173,20 +166,20 @@ def plan_contour(
     reached = np.zeros(len(contour.path), dtype=bool)
     peak = np.where(continuous, 0.0, profiles.peak_speed())
     for begin, end in blocks(len(contour)):
-        some = slice(begin, end)
-        by_peak = peak[contour.section[some]] * contour.pace(some) >= REACHED
-        reached[contour.segment[some][by_peak]] = True
+        chunk = slice(begin, end)
+        by_peak = peak[contour.section[chunk]] * contour.pace(chunk) >= tuning.FEED_REACHED
+        reached[contour.segment[chunk][by_peak]] = True
     continuous_first = np.full(len(continuous), -1, dtype=np.int64)
     continuous_s = Growing(float)
     second_order_bound_s, toppra_bound_s = 0.0, 0.0
-    cycle, played = planning.cycle, planning.playback
-    cycles = np.maximum(np.ceil(profiles.total / (played.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
+    cycle, playback = planning.cycle, planning.playback
+    cycles = np.maximum(np.ceil(profiles.total / (playback.override * cycle) - tuning.WHOLE_CYCLE), 1).astype(np.int64)
     clock = _Clock(contour, cycles, cycle)
-    for section in range(len(continuous)) if played.ramp else np.flatnonzero(continuous).tolist():
-        begin_s = clock.at(section) if played.ramp else 0.0
+    for section in range(len(continuous)) if playback.ramp else np.flatnonzero(continuous).tolist():
+        begin_s = clock.at(section) if playback.ramp else 0.0
         if not continuous[section]:
-            if begin_s < played.steady:
-                cycles[section] = played.cycles(float(profiles.total[section]), begin_s, cycle)
+            if begin_s < playback.steady:
+                cycles[section] = playback.cycles(float(profiles.total[section]), begin_s, cycle)
             continue
         # scipy, and toppra even more so, are only imported where they are needed
         from verne_post.trajectory import continuous as flow
@@ -194,16 +187,16 @@ def plan_contour(
 
         section_path = ContourSection(joints, int(begins[section]), int(begins[section + 1]), cycle)
         try:
-            effort = flow.QUALITY if planning.quality else flow.NORMAL
+            effort = tuning.QUALITY if planning.quality else tuning.NORMAL
             profile = flow.plan_continuous(
-                section_path, limits, cycle, effort, _solver(planning.solver), played, begin_s
+                section_path, limits, cycle, effort, _solver(planning.solver), playback, begin_s
             )
             second_order_bound_s += profile.bound
             if planning.solver == "both":
                 toppra_bound_s += second_order_bound(section_path, limits, _solver("toppra"))
         except (ValueError, RuntimeError) as error:
             line = int(contour.line(begins[section : section + 1])[0])
-            text = f"no time profile found for the motion that begins in line {line}: {error}"
+            text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
         # differences over four rows must not see the end of one motion and the beginning of the next
         s = profile.s
@@ -212,10 +205,10 @@ def plan_contour(
         continuous_s.copy(s, REST_ROWS * before, REST_ROWS * after)
         cycles[section] = continuous_s.count - continuous_first[section] - 1
         for begin, end in blocks(len(s) - 1):
-            for row in range(begin, end, CHUNK_ROWS):
-                part = s[row : min(row + CHUNK_ROWS, end) + 1]
+            for row in range(begin, end, tuning.ROWS_AT_A_TIME):
+                part = s[row : min(row + tuning.ROWS_AT_A_TIME, end) + 1]
                 element, w = section_path.locate(0.5 * (part[1:] + part[:-1]))
-                fast = np.diff(part) / cycle >= REACHED * joints.speed_cap(element, w)
+                fast = np.diff(part) / cycle >= tuning.FEED_REACHED * joints.speed_cap(element, w)
                 reached[contour.segment[element[fast]]] = True
         if progress is not None:
             progress(int(begins[section + 1]))
@@ -232,7 +225,7 @@ def plan_contour(
 
 
 class _Clock:
-    """When runs begin in the file, while the durations of those before become known."""
+    """When sections begin in the file, while the durations of those before become known."""
 
     def __init__(self, contour: Contour, cycles: NDArray[np.int64], cycle: float) -> None:
         self.cycles, self.cycle = cycles, cycle
@@ -243,7 +236,7 @@ class _Clock:
         self.section, self.row = 0, 0
 
     def at(self, section: int) -> float:
-        """Time at which a run begins, s; asked in order."""
+        """Time at which a section begins, s; asked in order."""
         self.row += int(self.cycles[self.section : section].sum())
         self.section = section
         return (self.row + float(self.dwelt[section])) * self.cycle
@@ -251,7 +244,7 @@ class _Clock:
 
 def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:
     """Cycles (d,) of every dwell: no shorter than programmed."""
-    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
+    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - tuning.WHOLE_CYCLE), 1).astype(np.int64)
 
 
 def _solver(name: str) -> Callable[..., Array]:

@@ -1,4 +1,4 @@
-"""The time-optimal profile under velocity and acceleration limits, by an exact reachability scan.
+"""The time-optimal profile under velocity and acceleration limits, by exact reachability passes.
 
 Between grid points i and i + 1 the path acceleration u is constant, so the squared speeds x and K at both are tied by
 K = x + 2 D u. Every joint demands |q' u + q'' x| <= a at both ends of the step, which is |A K + B x| <= a with
@@ -9,39 +9,24 @@ With symmetric limits rest is always feasible. The largest x from which some K u
 
     x = min(cap, V, min over A B <= 0 of (a + |A| K) / |B|),
 
-V being the largest x of any K, a corner of two lines. Scanned backwards this gives what is controllable; forwards,
-K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window scanned from its
+V being the largest x of any K, a corner of two lines. Solved backwards this gives what is controllable; forwards,
+K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window solved from its
 largest and its smallest start value encloses the truth, and where the two meet the value no longer depends on
-what came before: windows are scanned side by side and joined exactly.
+what came before: windows are solved side by side and joined exactly.
 """
-
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rows import row_max, row_min
 from verne_post.model.machine import Limits
+from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
 
 Array = NDArray[np.float64]
 
-#: Grid points per window: enough steps to forget the start, few enough Python steps.
-WINDOW: Final = 96
-#: Windows whose start is not known when those before them have been scanned are scanned from the narrower bracket that these
-#: leave, up to so many brackets in all; what then is left goes one window after the other.
-BRACKETINGS: Final = 3
-#: Steps of a window that are scanned again before it is looked which windows have forgotten their start.
-STRETCHES: Final = ((0, 8), (8, 16), (16, 32), (32, 64), (64, 1 << 62))
-#: A line of (x, K) whose slope is beyond this bounds K or x alone.
-STEEP: Final = 1e9
-#: Stands for the squared speed where nothing bounds it.
-X_UNBOUNDED: Final = 1e14
-#: Grid points whose corners V are sought at a time.
-CHUNK: Final = 1 << 10
 
-
-def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int = WINDOW) -> Array:
+def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None = None) -> Array:
     """Squared speed x = sd^2 of the time-optimal profile, at rest at the end of the grid.
 
     Parameters
@@ -51,23 +36,24 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int = WINDO
     start : float
         x at the first point, mm2/s2; less where the grid does not let the profile stop from it.
     window : int
-        Grid points that are scanned one after the other; does not change the result.
+        Grid points that are solved one after the other; does not change the result.
 
     Returns
     -------
     ndarray, shape (n,)
         mm2/s2.
     """
+    window = window or tuning.PASS_WINDOW
     x_cap = speed_caps(grid, limits)
     x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     lines = _lines(grid, limits)
     x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))
     # backward: from K at i + 1 to x at i
-    reach = _scan_windows(x_cap[:-1][::-1], _reversed(_rising_in_k(lines)), window)
+    reach = _solve_windows(x_cap[:-1][::-1], _reverse(_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to K at i + 1
     begin = float(controllable[0])
-    return np.append(begin, _scan_windows(controllable[1:], _rising_in_x(lines), window, begin))
+    return np.append(begin, _solve_windows(controllable[1:], _rising_in_x(lines), window, begin))
 
 
 def duration(s: Array, x: Array) -> float:
@@ -80,7 +66,7 @@ def speed_caps(grid: Grid, limits: Limits) -> Array:
     """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
-        return np.minimum(x, X_UNBOUNDED)
+        return np.minimum(x, tuning.X_UNBOUNDED)
 
 
 def jerk_caps(grid: Grid, limits: Limits) -> Array:
@@ -104,7 +90,7 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     a, b = lines
     steep, size = np.abs(a), np.abs(b)
     # as a factor: which lines rise is as good as random, and choosing by a mask waits for every guess that is wrong
-    rising = ((a * b <= 0) & (steep < STEEP * size)).astype(float)
+    rising = ((a * b <= 0) & (steep < tuning.STEEP_LINE * size)).astype(float)
     steep *= rising
     steep /= np.maximum(size, np.finfo(float).tiny)
     size *= rising
@@ -115,12 +101,12 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
 def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     """Offset and gain of the bounds K <= offset + gain x; the gain is negative where a larger x leaves less K."""
     a, b = lines
-    bounding = np.abs(a) * STEEP > np.abs(b)
+    bounding = np.abs(a) * tuning.STEEP_LINE > np.abs(b)
     size = np.where(bounding, a, 1.0)
     return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
 
 
-def _reversed(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+def _reverse(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     return lines[0][::-1], lines[1][::-1]
 
 
@@ -134,8 +120,8 @@ def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
     found = np.full(len(a), np.inf)
     # where even motion at the cap keeps all limits, x = K = cap is possible
     tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
-    for first in range(0, len(tight), CHUNK):
-        rows = tight[first : first + CHUNK]
+    for first in range(0, len(tight), tuning.CORNER_POINTS):
+        rows = tight[first : first + tuning.CORNER_POINTS]
         found[rows] = _corners_of(a[rows], b[rows])
     return found
 
@@ -154,7 +140,7 @@ def _corners_of(a: Array, b: Array) -> Array:
     return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
 
 
-def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
+def _solve_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
     """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with ``start`` before the first, never below 0."""
     n, count = lines[0].shape
     windows = -(-n // window)
@@ -172,9 +158,9 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     low, high = np.zeros(windows + 1), np.append(start, caps[-1])  # brackets of starts
     low[0] = start
     rows = np.arange(windows)
-    for _ in range(BRACKETINGS):
+    for _ in range(tuning.BRACKETINGS):
         at = slice(None) if len(rows) == windows else rows
-        bracket = _section(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
+        bracket = _solve_side_by_side(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
         values[:, rows], uncertain[rows] = bracket[:, 1], np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)
         low[rows + 1], high[rows + 1] = bracket[-1]
         rows = np.flatnonzero(low[:-1] != high[:-1])
@@ -183,16 +169,16 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     rows = np.flatnonzero(low[:-1] == high[:-1])
     begin = high[:-1]
     while len(rows):  # windows whose start is known
-        for first, last in STRETCHES:
+        for first, last in tuning.PASS_STRETCHES:
             some = rows[uncertain[rows] > first]
             if not len(some) or first >= window:
                 break
             steps = slice(first, min(last, window))
             at = slice(None) if len(some) == windows else some
             before = values[first - 1, some] if first else begin[some]
-            values[steps, some] = _section(caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None])[
-                :, 0
-            ]
+            values[steps, some] = _solve_side_by_side(
+                caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None]
+            )[:, 0]
         # a window that forgets nothing goes on in the next one
         rows = rows[uncertain[rows] == window] + 1
         rows = rows[rows < windows]
@@ -200,8 +186,8 @@ def _scan_windows(cap: Array, lines: tuple[Array, Array], window: int, start: fl
     return np.asarray(values.T.ravel()[:n])
 
 
-def _section(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
-    """Scan windows side by side, from one start value or from both ends of a bracket.
+def _solve_side_by_side(cap: Array, offset: Array, gain: Array, start: Array) -> Array:
+    """Solve windows side by side, from one start value or from both ends of a bracket.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Profiles -> rows: the timeline of runs and dwells in whole control cycles, and which pose each row has."""
+"""Profiles -> rows: the timeline of sections and dwells in whole control cycles, and which pose each row has."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,20 +21,20 @@ BLOCK_ROWS: Final = 8192
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Runs and dwells in order, each a whole number of cycles.
+    """Sections and dwells in order, each a whole number of cycles.
 
     Attributes
     ----------
     section : ndarray of intp, shape (m,)
-        Run of each item, -1 for a dwell.
+        Section of each item, -1 for a dwell.
     line : ndarray, shape (m,)
-        Source line of a dwell, 0 for a run.
+        Source line of a dwell, 0 for a section.
     first_row : ndarray, shape (m + 1,)
         Row at which each item begins; the last entry is the last row of the file.
     cycle : float
         s.
     playback : FeedOverride
-        How fast the profiles are played.
+        How fast the profiles are executed.
     """
 
     section: Ints
@@ -50,10 +50,10 @@ class Timeline:
 
 
 def timeline(contour: Contour, profiles: MotionProfiles, planning: PlanningOptions) -> Timeline:
-    """Lay runs and dwells end to end, each a whole number of cycles."""
+    """Lay sections and dwells end to end, each a whole number of cycles."""
     dwells = dwell_cycles(contour, planning.cycle)
     n_sections, n_dwells = len(profiles.cycles), len(dwells)
-    # a dwell comes before the run with its number
+    # a dwell comes before the section with its number
     position = np.concatenate([np.arange(n_sections) + 0.5, contour.dwell_section.astype(float)])
     order = np.argsort(position, kind="stable")
     section: Ints = np.concatenate([np.arange(n_sections), np.full(n_dwells, -1)])[order]
@@ -78,7 +78,7 @@ def rows(contour: Contour, profiles: MotionProfiles, plan: Timeline) -> Iterator
     section_begin, section_end = contour.section_begins[:-1], contour.section_begins[1:]
     ends = running_sums(contour.length)[1:]
     last_element = section_end - 1
-    # dwells rest where the next run starts, or where the last one ended
+    # dwells rest where the next section starts, or where the last one ended
     sections_before = np.cumsum(plan.section >= 0)
     dwell = np.where(plan.section < 0, np.cumsum(plan.section < 0) - 1, -1)
     next_section = np.where(sections_before < len(section_begin), sections_before, -1)

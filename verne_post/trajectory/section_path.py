@@ -1,4 +1,4 @@
-"""A run between two standstills as a function of its path parameter s, and a grid with derivatives along it."""
+"""A section between two standstills as a function of its path parameter s, and a grid with derivatives along it."""
 
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -9,24 +9,10 @@ from numpy.typing import NDArray
 from verne_post.base import spans
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max
+from verne_post.model.machine import Limits
+from verne_post.trajectory import tuning
 
 Array = NDArray[np.float64]
-
-#: A span of the grid is at most this much path.
-SPAN_MM: Final = 20.0
-#: A span is halved while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
-TAIL_SHARE: Final = 1e-4
-#: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
-TAIL_NOISE: Final = 1e-9
-#: The Chebyshev points of a span that become points of the grid where there are many spans: evenly spread.
-KEPT: Final = [1, 3, 4, 6]
-MANY_SPANS: Final = 200
-#: Spans derived at a time: what it takes then stays in the processor's cache.
-CHUNK_SPANS: Final = 1 << 10
-#: Joints are known to this share of their largest value.
-ROUNDING: Final = 3e-14
-#: Spans are halved at most so often.
-HALVINGS: Final = 6
 
 
 class Section(Protocol):
@@ -55,8 +41,26 @@ class Section(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class SectionTask:
+    """A section that is planned, and what it is planned with.
+
+    Attributes
+    ----------
+    section : Section
+    limits : Limits
+    cycle, unit : float
+        Control cycle, and the time scale of the profile, s.
+    """
+
+    section: Section
+    limits: Limits
+    cycle: float
+    unit: float
+
+
+@dataclass(frozen=True, eq=False)
 class Grid:
-    """Points along a run, in order, with derivatives of the joints by s.
+    """Points along a section, in order, with derivatives of the joints by s.
 
     Attributes
     ----------
@@ -75,36 +79,36 @@ class Grid:
 
 
 def grid_along(section: Section, first: int = 0, last: int | None = None) -> Grid:
-    """Some Chebyshev points of spans over elements of a run, with spectral derivatives.
+    """Some Chebyshev points of spans over elements of a section, with spectral derivatives.
 
     Parameters
     ----------
-    section : Run
+    section : Section
     first, last : int
-        Elements, ``last`` excluded; to the end of the run if None.
+        Elements, ``last`` excluded; to the end of the section if None.
 
     Raises
     ------
     ValueError
-        The run has no length, its breaks are out of order, or a joint or speed is not a number.
+        The section has no length, its breaks are out of order, or a joint or speed is not a number.
     """
     whole = np.asarray(section.breaks, dtype=float)
     if not (np.isfinite(section.length) and section.length > 0):
-        raise ValueError(f"a run needs a finite length above 0, got {section.length}")
+        raise ValueError(f"a section needs a finite length above 0, got {section.length}")
     breaks = whole[first:] if last is None else whole[first : last + 1]
     if len(breaks) < 2 or whole[0] != 0.0 or whole[-1] != section.length or not (np.diff(breaks) >= 0).all():
-        raise ValueError(f"the breaks of a run rise from 0 to its length {section.length:g}")
+        raise ValueError(f"the breaks of a section rise from 0 to its length {section.length:g}")
     width = np.diff(breaks)
-    parts = np.ceil(width / SPAN_MM).astype(int)  # none of a element without length
+    parts = np.ceil(width / tuning.LONGEST_SPAN).astype(int)  # none of an element without length
     owner, index = ragged(parts)
     width = width[owner] / parts[owner]
     low = breaks[owner] + index * width
     q = _samples(section, low, width)
     done: list[tuple[Array, Array, Array]] = []
-    for halving in range(HALVINGS + 1):
+    for halving in range(tuning.SPAN_HALVINGS + 1):
         motion = q.max(axis=0) - q.min(axis=0)
-        rough = row_max(spans.tail(q) - TAIL_SHARE * motion) > TAIL_NOISE
-        if halving == HALVINGS:
+        rough = row_max(spans.tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
+        if halving == tuning.SPAN_HALVINGS:
             rough[:] = False
         if not rough.any():
             done.append((low, width, q))
@@ -116,9 +120,9 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     lows, widths, samples = zip(*done, strict=True)
     order = np.argsort(np.concatenate(lows), kind="stable")
     low, width = (np.concatenate(column)[order] for column in (lows, widths))
-    kept = KEPT if len(low) > MANY_SPANS else list(range(spans.NODES))
-    noise = ROUNDING * max(float(np.abs(some).max(initial=0.0)) for some in samples)
-    derived = [_derivatives(some, wide, kept, noise) for some, wide in zip(samples, widths, strict=True)]
+    kept = tuning.KEPT_POINTS if len(low) > tuning.MANY_SPANS else list(range(spans.NODES))
+    noise = tuning.JOINT_ROUNDING * max(float(np.abs(chunk).max(initial=0.0)) for chunk in samples)
+    derived = [_derivatives(chunk, wide, kept, noise) for chunk, wide in zip(samples, widths, strict=True)]
     d1, d2, d3 = (
         np.concatenate(part).take(order, axis=0).reshape(len(order) * len(kept), -1)
         for part in zip(*derived, strict=True)
@@ -126,7 +130,7 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     s = (low[:, None] + spans.SAMPLES[kept] * width[:, None]).ravel()
     speed = np.asarray(section.speed(s), dtype=float)
     if not (speed > 0).all():
-        raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the run")
+        raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the section")
 
     def framed(a: Array) -> Array:
         return np.concatenate([a[:1], a, a[-1:]])
@@ -145,7 +149,7 @@ def joints_at(section: Section, s: Array) -> Array:
     q = np.asarray(section.q(s), dtype=float)
     if not np.isfinite(q).all():
         bad = s[~np.isfinite(q).all(axis=1)].min()
-        raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the run")
+        raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the section")
     return q
 
 
@@ -160,28 +164,28 @@ def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[
 
     Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.
     """
-    found = [np.empty((q.shape[1], len(kept), q.shape[2])) for _ in _DERIVE]
-    for first in range(0, len(width), CHUNK_SPANS):
-        part = slice(first, first + CHUNK_SPANS)
+    result = [np.empty((q.shape[1], len(kept), q.shape[2])) for _ in _DERIVE]
+    for first in range(0, len(width), tuning.SPANS_AT_A_TIME):
+        part = slice(first, first + tuning.SPANS_AT_A_TIME)
         per_mm = (1.0 / width[part])[:, None]
-        some = np.ascontiguousarray(q[:, part])
-        for order, (matrix, out) in enumerate(zip(_DERIVE, found, strict=True), start=1):
-            values = spans.across(matrix[kept], some)
+        chunk = np.ascontiguousarray(q[:, part])
+        for order, (matrix, out) in enumerate(zip(_DERIVE, result, strict=True), start=1):
+            values = spans.across(matrix[kept], chunk)
             bound = noise * _NOISE_GAIN[order - 1]
             values -= np.clip(values, -bound, bound)
             values *= per_mm**order
             out[part] = values.transpose(1, 0, 2)
-    return found
+    return result
 
 
 def _derivative_matrices() -> list[Array]:
     """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
     monomials = np.linalg.inv(np.vander(spans.SAMPLES, spans.NODES, increasing=True))
-    found = []
+    result = []
     for order in (1, 2, 3):
         derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T])
-        found.append(np.vander(spans.SAMPLES, spans.NODES - order, increasing=True) @ derived.T)
-    return found
+        result.append(np.vander(spans.SAMPLES, spans.NODES - order, increasing=True) @ derived.T)
+    return result
 
 
 _DERIVE: Final = _derivative_matrices()

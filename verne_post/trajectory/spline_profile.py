@@ -9,16 +9,11 @@ from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory
-from verne_post.trajectory.interior_point import X_FLOOR, basis
+from verne_post.trajectory import tuning
+from verne_post.trajectory.interior_point import basis
 
 Array = NDArray[np.float64]
 
-#: Resting samples at both ends, so that the spline begins and ends with all derivatives zero.
-REST: Final = 6
-#: Times or samples evaluated at once.
-CHUNK_TIMES: Final = 1 << 14
-#: Samples that are solved with on each side: the last one counts for less than rounding, 0.43 to this power.
-OVERLAP: Final = 64
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -58,7 +53,7 @@ class Profile:
     def of_samples(cls, samples: Array, step: float) -> "Profile":
         """Use samples from rest to rest as coefficients: monotone samples give a monotone profile."""
         coefficients = Growing(float)
-        coefficients.copy(samples, REST, REST)
+        coefficients.copy(samples, tuning.SPLINE_REST, tuning.SPLINE_REST)
         return cls(coefficients.column(), step)
 
     @classmethod
@@ -68,13 +63,13 @@ class Profile:
         What a sample adds to the coefficients around it falls by more than half from each to the next, so that long
         profiles are solved part by part, with samples on both sides that are given up.
         """
-        n = len(samples) + 2 * REST
+        n = len(samples) + 2 * tuning.SPLINE_REST
         coefficients = Growing(float)
-        for first in range(0, n, CHUNK_TIMES):
+        for first in range(0, n, tuning.TIMES_AT_A_TIME):
             release_memory()
-            last = min(first + CHUNK_TIMES, n)
-            low, high = max(first - OVERLAP, 0), min(last + OVERLAP, n)
-            values = samples[np.clip(np.arange(low, high) - REST, 0, len(samples) - 1)]
+            last = min(first + tuning.TIMES_AT_A_TIME, n)
+            low, high = max(first - tuning.SPLINE_OVERLAP, 0), min(last + tuning.SPLINE_OVERLAP, n)
+            values = samples[np.clip(np.arange(low, high) - tuning.SPLINE_REST, 0, len(samples) - 1)]
             inner = _interpolating(values)[first - low : last - low]
             if not first:
                 coefficients.extend(inner[:1].repeat(2))
@@ -137,9 +132,9 @@ class Times:
             seconds = np.zeros(some)
             for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
                 x = sum(weight * coefficients[first + k : first + k + some] for k, weight in enumerate(weights))
-                seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, X_FLOOR))
+                seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, tuning.ROOT_FLOOR_X))
             t = np.cumsum(np.append(passed, seconds))
-            at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, X_FLOOR)
+            at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, tuning.ROOT_FLOOR_X)
             table.extend(t=t[: last - first], rate=np.sqrt(at_knots), change=0.5 * ((c[2:] - c[:-2]) / (2 * knot)))
             passed = t[-1]
         return cls(knot, **table.columns())
@@ -171,6 +166,6 @@ def positions(profile: Profile, times: Times, count: int, instants: Callable[[Ar
     They come part by part.
     """
     for begin, end in blocks(count):
-        for first in range(begin, end, CHUNK_TIMES):
-            number = np.arange(first, min(first + CHUNK_TIMES, end), dtype=float)
+        for first in range(begin, end, tuning.TIMES_AT_A_TIME):
+            number = np.arange(first, min(first + tuning.TIMES_AT_A_TIME, end), dtype=float)
             yield profile.s(times.sigma(instants(number)))

@@ -1,10 +1,10 @@
-"""Time profiles of runs that begin and end at rest: one scalar profile s(t) for each run.
+"""Time profiles of sections that begin and end at rest: one scalar profile s(t) for each section.
 
-Along a run each joint is a smooth function q(s), so
+Along a section each joint is a smooth function q(s), so
 
     qd = q' sd,   qdd = q'' sd^2 + q' sdd,   qddd = q''' sd^3 + 3 q'' sd sdd + q' sddd.
 
-With the largest |q'|, |q''|, |q'''| over the run, a profile that obeys scalar limits V, A, J on s keeps
+With the largest |q'|, |q''|, |q'''| over the section, a profile that obeys scalar limits V, A, J on s keeps
 every joint inside its limits when for each joint
 
     |q'| V <= v,   |q''| V^2 + |q'| A <= a,   |q'''| V^3 + 3 |q''| V A + |q'| J <= j.
@@ -13,7 +13,6 @@ How the limits are split between the terms is free; the split that takes the lea
 """
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,24 +21,16 @@ from verne_post.base.ragged import ragged
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
+from verne_post.trajectory import tuning
 from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.visible import visible_speed
 
 Array = NDArray[np.float64]
 
-#: Shares of the largest speed and acceleration that are tried.
-SPEED_SHARES: Final = np.concatenate([[1.0], np.geomspace(0.97, 0.02, 30)])
-ACCELERATION_SHARES: Final = np.array([1.0, 0.85, 0.7, 0.55, 0.4, 0.25, 0.12])
-#: Runs planned at a time, so that memory does not grow with the program.
-CHUNK_SECTIONS: Final = 4096
-#: The joint limits that are planned with. The bounds on the derivatives are exact up to 1e-9; the
-#: rest is left for the rounding of the written numbers, which verification also counts.
-PLANNED_SHARE: Final = 1.0 - 1e-6
-
 
 @dataclass(frozen=True, eq=False)
 class StopToStopProfiles:
-    """Profile s(t) of each run: seven phases of constant jerk, from rest to rest.
+    """Profile s(t) of each section: seven phases of constant jerk, from rest to rest.
 
     ``durations`` and ``jerks`` have shape (n_sections, 7); s in mm (metric length), t in s.
     """
@@ -50,11 +41,11 @@ class StopToStopProfiles:
 
     @property
     def total(self) -> Array:
-        """Duration of each run, s."""
+        """Duration of each section, s."""
         return self.durations.sum(axis=1)
 
     def peak_speed(self) -> Array:
-        """Largest speed ds/dt of each run, mm/s."""
+        """Largest speed ds/dt of each section, mm/s."""
         speed = np.zeros(len(self.length))
         v, a = np.zeros(len(self.length)), np.zeros(len(self.length))
         for phase in range(7):
@@ -68,7 +59,7 @@ class StopToStopProfiles:
         return speed
 
     def position(self, section: NDArray[np.integer], t: Array) -> Array:
-        """Path parameter s (n,) at times t (n,) after the start of runs (n,)."""
+        """Path parameter s (n,) at times t (n,) after the start of sections (n,)."""
         durations, jerks = self.durations[section], self.jerks[section]
         s, v, a = np.zeros(len(t)), np.zeros(len(t)), np.zeros(len(t))
         left = t.copy()
@@ -85,34 +76,34 @@ class StopToStopProfiles:
 def plan_sections(
     contour: Contour, first: Array, second: Array, third: Array, limits: Limits, wanted: NDArray[np.bool_], cycle: float
 ) -> StopToStopProfiles:  # fmt: skip
-    """Plan the runs of a contour from stop to stop.
+    """Plan the sections of a contour from stop to stop.
 
     Parameters
     ----------
     contour : Contour
     first, second, third : ndarray, shape (n, n_joints)
-        Largest derivatives of the joints by w over the elements of the runs that are wanted, one after the other.
+        Largest derivatives of the joints by w over the elements of the sections that are wanted, one after the other.
     limits : Limits
     wanted : ndarray of bool, shape (n_sections,)
-        Runs to plan; the others get a profile of no duration.
+        Sections to plan; the others get a profile of no duration.
     cycle : float
         Control cycle, s.
 
     Raises
     ------
     SolverError
-        Naming the source line of the first run without a profile.
+        Naming the source line of the first section without a profile.
     """
     begins = contour.section_begins
     n_sections = len(begins) - 1
     durations, jerks, distance = np.zeros((n_sections, 7)), np.zeros((n_sections, 7)), np.zeros(n_sections)
     chosen = np.flatnonzero(wanted)
     done = 0
-    for start in range(0, len(chosen), CHUNK_SECTIONS):
-        some = chosen[start : start + CHUNK_SECTIONS]
-        count = begins[some + 1] - begins[some]
+    for start in range(0, len(chosen), tuning.SECTIONS_AT_A_TIME):
+        chunk = chosen[start : start + tuning.SECTIONS_AT_A_TIME]
+        count = begins[chunk + 1] - begins[chunk]
         owner, place = ragged(count)
-        element, at = begins[some][owner] + place, np.cumsum(count) - count
+        element, at = begins[chunk][owner] + place, np.cumsum(count) - count
         length, bounds = contour.length[element], slice(done, done + len(element))
         done = bounds.stop
         slope = [
@@ -122,16 +113,16 @@ def plan_sections(
         with np.errstate(divide="ignore"):
             cap = np.minimum(1.0 / contour.pace(element), visible_speed(contour, element, cycle))
         cap = np.minimum.reduceat(cap, at)
-        distance[some] = np.add.reduceat(length, at)
-        v, a, j = split_limits(distance[some], cap, slope[0], slope[1], slope[2], limits)
-        durations[some], jerks[some] = rest_to_rest(distance[some], v, a, j)
+        distance[chunk] = np.add.reduceat(length, at)
+        v, a, j = split_limits(distance[chunk], cap, slope[0], slope[1], slope[2], limits)
+        durations[chunk], jerks[chunk] = rest_to_rest(distance[chunk], v, a, j)
     lost = np.flatnonzero(~np.isfinite(durations).all(axis=1))
     if len(lost):
         line = int(contour.line(begins[lost[:1]])[0])
         raise SolverError(
             finding(
                 "VP420",
-                f"no time profile found for the motion of line {line}",
+                f"no feasible velocity profile for the motion of line {line}",
                 line=line,
                 last_line=line,
                 worst_line=line,
@@ -157,19 +148,21 @@ def split_limits(
     -------
     V, A, J : ndarray, shape (n,)
     """
-    velocity, acceleration, jerk = (PLANNED_SHARE * x for x in (limits.velocity, limits.acceleration, limits.jerk))
+    velocity, acceleration, jerk = (
+        tuning.STOP_TO_STOP_SHARE * x for x in (limits.velocity, limits.acceleration, limits.jerk)
+    )
     d1 = np.maximum(d1, np.finfo(float).tiny)
     with np.errstate(divide="ignore", over="ignore"):
         top = np.minimum(speed_cap, (velocity / d1).min(axis=1))
         top = np.minimum(top, np.sqrt(acceleration / d2).min(axis=1))
         top = np.minimum(top, np.cbrt(jerk / d3).min(axis=1))
     best = np.full((4, len(distance)), np.inf)
-    for speed_share in SPEED_SHARES:
+    for speed_share in tuning.SPEED_SHARES:
         v = top * speed_share
         with np.errstate(over="ignore"):
             a_top = ((acceleration - d2 * (v * v)[:, None]) / d1).min(axis=1)
             j_left = jerk - d3 * (v**3)[:, None]
-            for share in ACCELERATION_SHARES:
+            for share in tuning.ACCELERATION_SHARES:
                 a = a_top * share
                 j = ((j_left - 3 * d2 * (v * a)[:, None]) / d1).min(axis=1)
                 usable = (a > 0) & (j > 0)

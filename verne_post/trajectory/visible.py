@@ -16,42 +16,30 @@ from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.contour import Contour
+from verne_post.trajectory import tuning
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
 PoseAt = Callable[[Array], tuple[Array, Array]]
 
-#: Planned turn of an arc from row to row, and the largest one, rad: at half a turn nobody could tell the sense of it.
-PLANNED_TURN: Final = 0.40 * 2 * np.pi
-MOST_TURN: Final = 0.42 * 2 * np.pi
-#: The path between two rows is no farther from the straight step between them than this share of the step, or of the step
-#: before where that is longer. Half way between two rows of even speed nothing is farther than half a step from both.
-BULGE: Final = 0.45
 #: Or than half of what verification accepts beside a path, mm and rad.
 LEAST: Final = 0.5 * np.array([[PATH_TIP_MM], [PATH_AXIS_DEG * RAD_PER_DEG]])
-#: A radian is so many mm of s.
-RADIAN_MM: Final = 50.0
-#: Within this share of the bounds in tip and angles, the root of the sum of their squares is within 1.
-SURELY: Final = 0.7
-#: Where the path between two rows is looked at, and of how many steps at a time.
-CHECKED: Final = 1 << 12
-BETWEEN: Final = np.arange(1, 9) / 9.0
 
 
 def turn_rate(contour: Contour, element: Ints) -> Array:
     """Rad by which arcs turn in a mm of s on elements (n,); 0 on straight segments."""
     path, segment = contour.path, contour.segment[element]
     arc = path.arc[segment]
-    found = np.zeros(len(segment))
+    result = np.zeros(len(segment))
     curved = np.flatnonzero(arc >= 0)
-    found[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
-    return found
+    result[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
+    return result
 
 
 def visible_speed(contour: Contour, element: Ints, cycle: float) -> Array:
     """Largest ds/dt (n,) on elements (n,) at which the rows show how arcs turn, mm/s; infinite on straight segments."""
     with np.errstate(divide="ignore"):
-        return np.asarray(PLANNED_TURN / (cycle * turn_rate(contour, element)))
+        return np.asarray(tuning.PLANNED_TURN / (cycle * turn_rate(contour, element)))
 
 
 def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Array | None) -> Array:
@@ -62,35 +50,36 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     Parameters
     ----------
     pose : callable
-        Tip and angles at places of the run.
+        Tip and angles at places of the section.
     contour : Contour
     s, element : ndarray, shape (n,)
-        The rows: places of the run, and the elements that they are on.
+        The rows: places of the section, and the elements that they are on.
     turned : ndarray, shape (n,), or None
-        How far arcs have turned up to the rows, rad; None where the run has none.
+        How far arcs have turned up to the rows, rad; None where the section has none.
     """
-    found = np.zeros(len(s) - 1) if turned is None else np.diff(turned) / MOST_TURN
+    result = np.zeros(len(s) - 1) if turned is None else np.diff(turned) / tuning.MOST_TURN
     way = np.diff(s)
     rows = np.flatnonzero((element[1:] != element[:-1]) & (way > PATH_TIP_MM))
     if not len(rows):
-        return found
+        return result
     tip, angles = pose(s)
     size = np.stack([row_norm(np.diff(tip, axis=0)), row_norm(np.diff(angles, axis=0))])
-    bound = BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
+    bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length
     even = (contour.curve[element] < 0) & (contour.path.circle[contour.segment[element]] < 0)
-    most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (RADIAN_MM * size[1]) ** 2, 0.0))
-    surely = even[1:] & even[:-1] & (most < SURELY * np.minimum(bound[0], RADIAN_MM * bound[1]))
+    most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (tuning.RADIAN_MM * size[1]) ** 2, 0.0))
+    surely = even[1:] & even[:-1] & (most < tuning.SURELY * np.minimum(bound[0], tuning.RADIAN_MM * bound[1]))
     rows = rows[~surely[rows]]
-    for first in range(0, len(rows), CHECKED):
-        some = rows[first : first + CHECKED]
+    places = np.arange(1, tuning.PLACES_BETWEEN + 1) / (tuning.PLACES_BETWEEN + 1.0)
+    for first in range(0, len(rows), tuning.STEPS_AT_A_TIME):
+        some = rows[first : first + tuning.STEPS_AT_A_TIME]
         here = np.concatenate([tip[some], angles[some]], axis=1)
         step = np.concatenate([tip[some + 1], angles[some + 1]], axis=1) - here
-        between = np.concatenate(pose((s[some] + BETWEEN[:, None] * way[some]).ravel()), axis=1)
-        off = between.reshape(len(BETWEEN), len(some), 5) - here
+        between = np.concatenate(pose((s[some] + places[:, None] * way[some]).ravel()), axis=1)
+        off = between.reshape(len(places), len(some), 5) - here
         scale = 1.0 / np.repeat(bound[:, some].T, (3, 2), axis=1)
         off, step = off * scale, step * scale
         share = np.sum(off * step, axis=2) / np.maximum(np.sum(step * step, axis=1), np.finfo(float).tiny)
         off -= np.clip(share, 0.0, 1.0)[:, :, None] * step
-        found[some] = np.maximum(found[some], np.sqrt(np.max(np.sum(off * off, axis=2), axis=0)))
-    return found
+        result[some] = np.maximum(result[some], np.sqrt(np.max(np.sum(off * off, axis=2), axis=0)))
+    return result

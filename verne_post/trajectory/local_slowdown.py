@@ -1,0 +1,57 @@
+"""Slowing a profile down around one place; all rows outside stay as they are."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from verne_post.trajectory import tuning
+from verne_post.trajectory.row_limits import REST_ROWS
+
+Array = NDArray[np.float64]
+
+
+def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
+    """Rows s (n,) slowed down around some of them, by at least ``slower`` (n,), from 1 on.
+
+    The speed falls and rises again over ``reach`` rows on each side. Every such place takes a whole number of rows
+    more, so all rows outside stay as they are.
+    """
+    n = len(s)
+    extra = np.pad(tuning.SLOWDOWN_MARGIN * (slower - 1.0), 2 * reach)
+    plateau = np.lib.stride_tricks.sliding_window_view(extra, reach + 1).max(axis=1)
+    bell = np.hanning(reach + 2)[1:-1]
+    smooth = np.convolve(plateau, bell / bell.sum(), mode="full")
+    begin = (len(smooth) - n) // 2
+    slowness = smooth[begin : begin + n]
+    inside = slowness > 0
+    inside[[0, -1]] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
+    parts, done = [], 0
+    for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        first, last = low - 1, high  # rows that stay where they are
+        around = slice(max(first - tuning.SLOWDOWN_CONTEXT, 0), min(last + tuning.SLOWDOWN_CONTEXT, n - 1) + 1)
+        at = _slower_instants(first, slowness[first : last + 1])
+        parts += [
+            s[done : first + 1],
+            make_interp_spline(np.arange(around.start, around.stop), s[around], k=5)(at[1:-1]),
+        ]
+        done = last
+    return np.asarray(np.maximum.accumulate(np.clip(np.concatenate([*parts, s[done:]]), s[0], s[-1])))
+
+
+def _slower_instants(first: int, slowness: Array) -> Array:
+    """Instants (in rows) from row ``first`` on that pass slower by ``1 + slowness``, a whole number of them."""
+    rows = np.arange(len(slowness), dtype=float)
+    added = float(np.sum(0.5 * (slowness[1:] + slowness[:-1])))
+    density = 1.0 + slowness * (np.ceil(added) / added)
+    passed = np.append(0.0, np.cumsum(0.5 * (density[1:] + density[:-1])))
+    wanted = np.arange(round(float(passed[-1])) + 1, dtype=float)
+    found = make_interp_spline(passed, rows, k=min(5, len(rows) - 1))(wanted)
+    return np.asarray(first + found)
+
+
+def excess_of_rows(worst: Array) -> Array:
+    """Largest excess of the differences that each row of a section is in, from :func:`excess` of the rows at rest."""
+    padded = np.concatenate([np.ones(REST_ROWS), np.maximum(worst, 1.0), np.ones(REST_ROWS)])
+    around = np.lib.stride_tricks.sliding_window_view(padded, REST_ROWS + 1).max(axis=1)
+    return np.asarray(around[REST_ROWS:-REST_ROWS])

@@ -1,0 +1,84 @@
+"""Differences of rows over their limits: the velocity, acceleration, jerk and feed that will be verified."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.columns import Growing, blocks
+from verne_post.base.rows import row_max
+from verne_post.trajectory import tuning
+from verne_post.trajectory.section_path import SectionTask, joints_at
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+#: Resting rows at both ends, which the differences count as well: jerk is a difference over four rows.
+REST_ROWS: Final = 3
+
+
+@dataclass(frozen=True, eq=False)
+class JointRows:
+    """Rows s (n,), their joints q (n, n_joints), and the largest speed by the feed ``cap`` (n - 1,) over each step."""
+
+    s: Array
+    q: Array
+    cap: Array
+
+    @classmethod
+    def at(cls, task: SectionTask, s: Array) -> "JointRows":
+        """The slowest of the caps at both ends and in the middle of a step counts, and where it hides the path a slower one."""
+        section, cycle = task.section, task.cycle
+        ends = np.asarray(section.speed(s), dtype=float)
+        middle = np.asarray(section.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
+        cap = np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
+        hidden = section.hidden(s)
+        too_long = np.flatnonzero(hidden > 1.0)
+        slower = (s[too_long + 1] - s[too_long]) / (cycle * np.minimum(hidden[too_long], tuning.HIDDEN_SHORTENING))
+        cap[too_long] = np.minimum(cap[too_long], slower)
+        return cls(s, joints_at(section, s), cap)
+
+    def taken(self, rows: Ints) -> "JointRows":
+        """Some rows (m,); caps between such as are no neighbours mean nothing."""
+        return JointRows(self.s[rows], self.q[rows], self.cap[rows[:-1]])
+
+
+def at_rest(s: Array) -> Array:
+    """Rows s (n,) with those of rest at both ends that the differences count as well."""
+    rows = Growing(float)
+    rows.copy(s, REST_ROWS, REST_ROWS)
+    return rows.column()
+
+
+def excess(task: SectionTask, s: Array) -> Array:
+    """Largest ratio over the accepted one of the differences that begin at each row, shape (n - 3,).
+
+    The rows s (n,) rest at both ends.
+    """
+    worst = Growing(float)
+    for begin, end in blocks(len(s) - REST_ROWS):
+        for first in range(begin, end, tuning.ROWS_AT_A_TIME):
+            before = min(first, 1)
+            rows = JointRows.at(task, s[first - before : min(first + tuning.ROWS_AT_A_TIME, end) + REST_ROWS])
+            worst.extend(rows_excess(rows, task)[before:])
+    return worst.column()
+
+
+def rows_excess(rows: JointRows, task: SectionTask) -> Array:
+    """As :func:`excess`, of rows whose joints are known."""
+    limits, cycle = task.limits, task.cycle
+    count = len(rows.s) - REST_ROWS
+    worst = (np.diff(rows.s) / (cycle * rows.cap))[:count] / tuning.ACCEPTED_RATIOS[0]
+    difference = rows.q
+    for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
+        difference = np.diff(difference, axis=0)
+        ratio = row_max(np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * tuning.ACCEPTED_RATIOS[order])))
+        worst = np.maximum(worst, ratio[:count])
+    return worst
+
+
+def exceeding(worst: Array) -> tuple[Ints, Array]:
+    """Rows (m,) at which differences begin that are beyond a limit, and by how much, from the :func:`excess` of all."""
+    bad = np.concatenate([first + np.flatnonzero(worst[first:last] > 1.0) for first, last in blocks(len(worst))])
+    return bad, worst[bad]
