@@ -429,17 +429,13 @@ class Verifier:
                 np.minimum.at(found, step, passing)
             goes_on = ~self.items.stop_before[item[step]]
             self._judge_between(block, *self._places(step[goes_on], one[goes_on], part[goes_on]), before, moved)
-        # a corner may cut turns short that are narrower than its tolerance: there the tolerance tells
-        cut = np.flatnonzero(self._too_long(way, moved) & self.measures.rounded[piece] & ~dwell)
-        way[cut] = 0.0
-        part = np.clip(np.stack([before_u[cut], u[cut]], axis=1), 0.0, 1.0)
-        self._judge_between(block, *self._places(cut, piece[cut], part), before, moved)
         self.moved = moved[-1]
         by_chord = self.measures.rounded[piece] & ~dwell
         budget, slack = np.where(by_chord, chord, budget), np.where(by_chord, chord_slack, slack)
         self._judge_feed(block, budget, slack)
         self._count_slow(budget + slack)
-        self._judge_chords(block, moved, way)
+        # a corner may cut turns short that are narrower than its tolerance: there the tolerance tells
+        self._judge_chords(block, row_norm(moved), np.where(self.measures.rounded[piece] & same, 0.0, way))
 
     def _judge_feed(self, block: SetpointBlock, budget: Array, slack: Array) -> None:
         """Time at the programmed feed that rows take, over one row and over many: rounding weighs less over many."""
@@ -579,13 +575,9 @@ class Verifier:
                 "VP412", f"row {block.first + worst}: the motion of line {line} is left out", int(block.line[worst])
             )
 
-    def _too_long(self, way: Array, moved: Array) -> NDArray[np.bool_]:
-        """Where steps (n, 5) are shorter than the way (n,) along the path that they pass can be."""
-        return np.asarray(way > _ARC_OVER_CHORD * row_norm(moved) + PATH_TIP_MM + 2 * self.tip_noise)
-
     def _judge_chords(self, block: SetpointBlock, moved: Array, way: Array) -> None:
         """Progress along the path needs motion: a full circle is not passed by standing still."""
-        bad = np.flatnonzero(self._too_long(way, moved))
+        bad = np.flatnonzero(way > _ARC_OVER_CHORD * moved + PATH_TIP_MM + 2 * self.tip_noise)
         if len(bad):
             row = int(bad[0])
             text = f"row {block.first + row}: {way[row]:.4f} mm of the path of line {block.line[row]} are left out"
