@@ -156,6 +156,33 @@ def test_one_of_several_motions_of_a_line_twice(number: int) -> None:
         assert verdict(asked, *spoilt, ends)
 
 
+def test_motions_of_one_line_that_are_longer_than_what_is_looked_at_at_a_time() -> None:
+    """Two arcs of three turns, 3800 rows each; every turn passes the same places."""
+    source = program("G0 X0 Y0 Z24 A0 C0\no1 repeat [2]\nG2 I2 P3 F600\no1 endrepeat\nG0 Z25")
+    values, line = made(source)
+    assert (line == 4).sum() > 7000
+    asked = assemble(source, MACHINE, OPTIONS)
+    for ends in ([], [1024], [5000], range(0, len(line), 700)):
+        assert verdict(asked, values, line, ends) == set()
+    first, last = of_line(values, line, 4, 6)[1]  # the second turn of the first arc
+    assert verdict(asked, *deleted(values, line, first, last), [first])
+
+
+def test_a_circle_among_others_that_go_on_without_a_stop_left_out() -> None:
+    """At even speed nothing jumps where a whole circle is missing, no line is out of order, and no stop is passed."""
+    circles = "\n".join(["G2 J3 F60000"] * 3)
+    source = program(f"G0 X0 Y0 Z24 A0 C0\n{circles}\nG61.1 G1 X9", "G21 G90 G94 G17")
+    options = OPTIONS.changed(smoothing="off")
+    values, line = made(source, options)
+    asked = assemble(source, MACHINE, options)
+    rows = np.flatnonzero(line == 4)
+    for shift in (-1, 0, 1):
+        a, b = int(rows[0]) + shift, int(rows[-1]) + 1 + shift
+        spoilt = deleted(values, line, a, b)
+        for ends in ([], [a], [a - 1], range(1, a + 40)):
+            assert {("VP412", None), ("VP404", None)} <= verdict(asked, *spoilt, ends)
+
+
 # --- blocks as they are written and read --------------------------------------------------------------------------
 
 LONG = "\n".join(f"G1 X{10 * (k % 2)} Y{0.5 * k:.1f} F900" for k in range(1, 25)) + "\nG2 I-5 P2\nG4 P.05\nG0 Z30"

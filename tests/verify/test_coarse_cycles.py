@@ -127,6 +127,7 @@ SLOW = {
     "rotation with 0.003 mm of motion": (
         "F500\nG64 P0.85\nG93 G1 X.003 A-.64 C5.7 F2.53\nA-.895 C3.52 F44\nG94 F500 X1", 0.005,
     ),
+    "a minute of rotation with 0.003 mm of motion": ("G64 P.5\nG93 G1 X.003 A-6 C20 F1\nX1 Y1 F5\nG94", 0.005),
     "F5 in corners": ("F5\n" + "\n".join(f"G1 X{0.05 * k:.3f} Y{0.03 * (k % 2):.3f}" for k in range(1, 12)), 0.02),
 }  # fmt: skip
 
@@ -164,3 +165,11 @@ SHAPES = {
 @pytest.mark.parametrize("what", SHAPES)
 def test_small_shapes_pass_at_any_cycle(what: str, cycle: float, mode: str) -> None:
     made(source(f"F3000 G1\n{SHAPES[what]}"), OPTIONS.changed(cycle=cycle, smoothing=mode))
+
+
+@pytest.mark.parametrize("feed", [29, 100])
+@pytest.mark.parametrize("cycle", [0.001, 0.002, 0.01])
+def test_a_corner_may_cut_turns_that_are_narrower_than_its_tolerance(cycle: float, feed: int) -> None:
+    """Between a line and five turns of 0.0056 mm, within 0.26 mm: the way that is made is shorter than the turns."""
+    body = "G64 P.2562\nG1 X.0202305 Y.0943991\nG3 I.005559 P5 Z5.1\nG2 I.02 A.38 C14"
+    made(source(f"F{feed}\n{body}"), OPTIONS.changed(cycle=cycle))

@@ -48,23 +48,15 @@ class BetweenRowsCheck:
         length[touched.row] = 0.0
         goes_on = ~self.reference.items.stop_before[rows.item[touched.row]]
         self._compare(rows, *self._places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on]))
-        # a corner may cut turns short that are narrower than its tolerance: there too
-        cut = np.flatnonzero(
-            self._too_long(length, step_size) & self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell
-        )
-        length[cut] = 0.0
-        part = np.clip(np.stack([rows.u_before[cut], rows.u[cut]], axis=1), 0.0, 1.0)
-        self._compare(rows, *self._places(cut, rows.segment[cut], part))
-        bad = np.flatnonzero(self._too_long(length, step_size))
+        # a corner may cut turns short that are narrower than its tolerance: there the tolerance of the path check decides
+        stays = (rows.item_before == rows.item) & ~rows.dwell
+        length[stays & self.reference.measures.has_tolerance[rows.segment]] = 0.0
+        bad = np.flatnonzero(length > _ARC_OVER_CHORD * step_size + PATH_TIP_MM + 2 * self.reference.noise.tip)
         if len(bad):
             row, line = int(bad[0]), int(rows.line[bad[0]])
             text = f"row {rows.first + row}: {length[row]:.4f} mm of the path of line {line} are left out"
             self.findings.add("VP412", text, line)
         self._last_step = rows.step[-1]
-
-    def _too_long(self, length: Array, step_size: Array) -> Mask:
-        """Where steps (n,) are shorter than the length (n,) along the path that they pass can be, mm."""
-        return np.asarray(length > _ARC_OVER_CHORD * step_size + PATH_TIP_MM + 2 * self.reference.noise.tip)
 
     # --- lengths along the path -----------------------------------------------------------
 
