@@ -26,10 +26,10 @@ SEARCH: Final = 1500.0
 SEARCH_STEP: Final = 50.0
 #: Points along each side of the drawn slice.
 RESOLUTION: Final = 241
-#: Room around what is reached, as a share of it: there the limits that end it are seen.
-ROOM: Final = 0.12
-#: Leans drawn, as in Fig. 5: steps of pi / 90.
-LEANS: Final = np.pi * np.arange(91) / 90
+#: Border around the reached region, as a share of it: it shows the limits that end the region.
+_BORDER: Final = 0.12
+#: Platform tilts that are drawn, as in Fig. 5: steps of pi / 90, rad.
+_ALPHAS: Final = np.pi * np.arange(91) / 90
 
 _COLOURS: Final = (
     "#d9d9d9", "#f4a582", "#92c5de", "#f7d38c", "#c2a5cf", "#a6dba0", "#e78ac3", "#b3b3b3", "#d6a77a", "#80cdc1",
@@ -69,7 +69,7 @@ def slice_grid(plane: str, at: float, across: Array, up: Array) -> Array:
 def reach_of_slice(
     machine: Machine, plane: str, at: float, angles: Array, tool_length: float
 ) -> tuple[Array, Array, Reach]:
-    """Where the machine reaches in a plane of the table frame, on a grid that just contains it.
+    """Classify a plane of the table frame, on a grid that just contains what the machine reaches there.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ def reach_of_slice(
     sides = []
     for index in (columns, rows):
         low, high = steps[index.min()] - SEARCH_STEP, steps[index.max()] + SEARCH_STEP
-        room = ROOM * (high - low)
-        sides.append(np.linspace(low - room, high + room, RESOLUTION))
+        border = _BORDER * (high - low)
+        sides.append(np.linspace(low - border, high + border, RESOLUTION))
     across, up = sides
     return across, up, classify(machine, slice_grid(plane, at, across, up), angles, tool_length)
 
@@ -182,15 +182,15 @@ def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
     from matplotlib.figure import Figure
 
     turn = np.linspace(0.0, 2 * np.pi, 181)
-    curves = [module.iso_alpha_ellipse(float(alpha), turn) for alpha in LEANS]
+    curves = [module.iso_alpha_ellipse(float(alpha), turn) for alpha in _ALPHAS]
     highest = int(np.nanargmax([np.ptp(curve[:, 1]) for curve in curves]))
     figure = Figure(figsize=(9.6, 5.2), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     norm = Normalize(0.0, 180.0)
     for axes, family in ((left, slice(0, highest + 1)), (right, slice(highest, None))):
-        for alpha, curve in zip(LEANS[family], curves[family], strict=True):
+        for alpha, curve in zip(_ALPHAS[family], curves[family], strict=True):
             axes.plot(*curve.T, color=colormaps["turbo"](norm(DEG_PER_RAD * alpha)), linewidth=0.6)
-        first, last = (DEG_PER_RAD * LEANS[family][index] for index in (0, -1))
+        first, last = (DEG_PER_RAD * _ALPHAS[family][index] for index in (0, -1))
         axes.set_title(f"|alpha| {first:.0f} to {last:.0f} degrees", fontsize=10)
         axes.set(xlabel="x of P, mm (base frame)", aspect="equal")
     left.set_ylabel("y of P, mm")
