@@ -93,11 +93,11 @@ def add_approach_and_departure(
         tool = float(path.tool_length[-1])
         after = _connect(path, machine, (path.end[-1], _find_pose(machine, goal, tool, "--to")), tool, "--to")
 
-    def extended(middle: ToolPath) -> ToolPath:
+    def extend(middle: ToolPath) -> ToolPath:
         rest = _drop_dwells(slice_path(middle, first, len(path)), middle, first, first_dwell)
         return join_paths([before, rest, after], path)
 
-    whole, shape = extended(path), extended(contour.shape)
+    whole, shape = extend(path), extend(contour.shape)
     if start_at:
         whole = replace(whole, first_pose=entry, first_tool_length=float(path.tool_length[first]))
     shift = len(before) - first

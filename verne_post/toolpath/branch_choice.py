@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
@@ -71,9 +71,8 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
     findings = []
     for change in plan.changes:
         line = int(path.line[change.segment])
-        at_pole = max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE
         fine = allow_rewind and not change.feeding
-        if at_pole:
+        if change.upright:
             what = f"C turns under the standing, vertical tool from {show(change.before)} to {show(change.after)} deg"
             fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:

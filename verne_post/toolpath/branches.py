@@ -63,6 +63,11 @@ class Change:
     after: tuple[float, float]
     feeding: bool
 
+    @property
+    def upright(self) -> bool:
+        """The tool is vertical: C turns where it stands."""
+        return _are_upright(self.before, self.after)
+
 
 @dataclass(frozen=True, eq=False)
 class BranchPlan:
@@ -110,7 +115,7 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
     choice = _Choice(path, onward, _find_states(path, c_range), possible, c_range)
     breaks = _find_breaks(path, vertical)
     plan = _find_plan(choice, _find_spans(breaks, vertical, n))
-    if not plan.legal or any(_rewinds(change) for change in plan.changes):
+    if not plan.legal or not all(change.upright for change in plan.changes):
         finer = _split_breaks(choice, breaks)
         if len(finer) <= MAX_SPANS:
             plan = _find_plan(choice, _find_spans(finer, vertical, n))
@@ -146,11 +151,6 @@ class _Choice:
         c0, c1 = (branch.of(angles)[:, 1] for angles in (self.path.start[:, 3:], self.path.end[:, 3:]))
         low, high = self.c_range[0] - ZERO_ANGLE, self.c_range[1] + ZERO_ANGLE
         return self.possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
-
-
-def _rewinds(change: Change) -> bool:
-    """The table must go elsewhere under a tilted tool."""
-    return max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) > POLE_SINE
 
 
 def _find_onward(path: ToolPath) -> Mask:
@@ -293,16 +293,20 @@ def _cost_of_passage(before: Array, after: Array, *, bridged: bool, fed: bool) -
         return (0, 0, 0, 0, 0, 0, 0)
     if bridged:
         return (0, 0, 0, 0, 0, travel, 0)
-    if max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE and tilt <= ZERO_ANGLE:
+    if _are_upright(before, after) and tilt <= ZERO_ANGLE:
         return (0, 0, 0, 0, 1, travel, 0)
     return (0, int(fed), 1, 0, 0, travel, 0)
 
 
 def _meets(before: Array, after: Array) -> bool:
     """One pair of angles goes on where the other ends; under a vertical tool within what the axis may be off later."""
-    upright = max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE
     away = np.abs(after - before)
-    return bool(away[0] <= ZERO_ANGLE and away[1] <= (POLE_CROSSING if upright else ZERO_ANGLE))
+    return bool(away[0] <= ZERO_ANGLE and away[1] <= (POLE_CROSSING if _are_upright(before, after) else ZERO_ANGLE))
+
+
+def _are_upright(before: Array | tuple[float, float], after: Array | tuple[float, float]) -> bool:
+    """Whether the tool is vertical at both pairs of angles."""
+    return bool(max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE)
 
 
 def _lay_out(

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.tolerances import POLE_SINE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.toolpath import ToolPath
@@ -38,7 +37,7 @@ def add_detours(path: ToolPath, changes: Sequence[Change], machine: Machine) -> 
 def _plan_detour(path: ToolPath, change: Change, machine: Machine) -> list[Step]:
     tip, tool = path.start[change.segment, :3], float(path.tool_length[change.segment])
     here, there = np.append(tip, change.before), np.append(tip, change.after)
-    if max(abs(np.sin(change.before[0])), abs(np.sin(change.after[0]))) <= POLE_SINE:
+    if change.upright:
         return [Step(here, there)]
     away = retract_pose(here, machine, tool)[:3]
     up, down = np.append(away, change.before), np.append(away, change.after)

@@ -114,20 +114,24 @@ def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Arra
     )
 
 
-_BINOMIAL: Final = np.array([1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0])
+#: Binomial coefficients of the degrees 6 and 7.
+_BINOMIALS: Final = {
+    6: np.array([1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0]),
+    7: np.array([1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0]),
+}
 
 
 def bernstein(controls: Array, v: Array) -> Array:
     """Points (n, k) at parameters v (n,) of curves with control points (n, 8, k)."""
-    powers = np.arange(8)
-    weights = _BINOMIAL * v[:, None] ** powers * (1.0 - v[:, None]) ** (7 - powers)
-    return np.einsum("nc,nck->nk", weights, controls)
+    return np.einsum("nc,nck->nk", _weights(v, 7), controls)
 
 
 def bernstein_slope(controls: Array, v: Array) -> Array:
     """Derivatives by v of :func:`bernstein`, (n, k)."""
-    powers = np.arange(7)
-    weights = (
-        np.array([1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0]) * v[:, None] ** powers * (1.0 - v[:, None]) ** (6 - powers)
-    )
-    return np.einsum("nc,nck->nk", 7 * weights, np.diff(controls, axis=1))
+    return np.einsum("nc,nck->nk", 7 * _weights(v, 6), np.diff(controls, axis=1))
+
+
+def _weights(v: Array, degree: int) -> Array:
+    """Bernstein polynomials (n, degree + 1) at parameters v (n,)."""
+    powers = np.arange(degree + 1)
+    return np.asarray(_BINOMIALS[degree] * v[:, None] ** powers * (1.0 - v[:, None]) ** (degree - powers))

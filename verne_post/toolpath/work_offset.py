@@ -11,12 +11,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.ragged import ragged
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import coordinates
 from verne_post.toolpath.margins import margin_functions
 
 Array = NDArray[np.float64]
@@ -66,9 +67,20 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class PartPoints:
-    """Points of a program on the part, in order: tip (n, 3), A and C (n, 2), tool length, source line, seconds at the feed.
+    """Points of a program on the part, in order.
 
-    ``fresh`` marks points that do not follow the one before without a stop.
+    Attributes
+    ----------
+    tip, angles : ndarray, shape (n, 3) and (n, 2)
+        Tip (mm) and nominal A, C (rad) in the frame of the part.
+    tool : ndarray, shape (n,)
+        Tool length, mm.
+    line : ndarray of int32, shape (n,)
+        Source line.
+    seconds : ndarray, shape (n,)
+        From the point before at the programmed feed rate.
+    fresh : ndarray of bool, shape (n,)
+        The motion stops between the point before and this one.
     """
 
     tip: Array
@@ -80,9 +92,7 @@ class PartPoints:
 
     def only(self, rows: NDArray[np.intp]) -> "PartPoints":
         """Some of them."""
-        return PartPoints(
-            self.tip[rows], self.angles[rows], self.tool[rows], self.line[rows], self.seconds[rows], self.fresh[rows]
-        )
+        return PartPoints(*(column[rows] for column in vars(self).values()))
 
 
 def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
@@ -97,26 +107,20 @@ def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> 
     _both, rows, twins = np.intersect1d(path.move, moved.move, return_indices=True)
     tied = np.ones(len(rows), dtype=bool)
     for name in ("start", "end"):
-        on_part, there = (
-            _move_to_part(getattr(path, name)[rows], place),
-            _move_to_part(getattr(moved, name)[twins], other),
-        )
-        tied &= np.abs(on_part - there).max(axis=1, initial=0.0) < TIED
+        here = _move_to_part(getattr(path, name)[rows], place)
+        there = _move_to_part(getattr(moved, name)[twins], other)
+        tied &= np.abs(here - there).max(axis=1, initial=0.0) < TIED
     kept = rows[tied & (path.kind[rows] != SegmentKind.JOINT)]
     swept = np.where(path.arc[kept] >= 0, np.abs(path.arcs.sweep[path.arc[kept]]) if len(path.arcs.sweep) else 0.0, 0.0)
     turn = np.abs(path.end[kept, 3:] - path.start[kept, 3:]).sum(axis=1)
-    parts = np.clip(
-        np.ceil(np.maximum(path.length[kept] / STEP_MM, np.maximum(turn / STEP_ANGLE, 4 * swept))), 1, MOST_POINTS
-    )
-    parts = parts.astype(int)
-    segment = np.repeat(kept, parts + 1)
-    share = np.repeat(parts, parts + 1)
-    index = np.arange(len(segment)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)
-    tip, angles = pose(path, segment, index / share)
-    on_part = _move_to_part(np.concatenate([tip, angles], axis=1), place)
-    seconds = np.where(index > 0, path.feed_time[segment] / share, 0.0)
-    return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[segment], path.line[segment], seconds,
-                      np.append(True, path.section[segment][1:] != path.section[segment][:-1]) if len(segment) else np.zeros(0, bool))  # fmt: skip
+    wanted = np.max([path.length[kept] / STEP_MM, turn / STEP_ANGLE, 4 * swept], axis=0)
+    parts = np.clip(np.ceil(wanted), 1, MOST_POINTS).astype(int)
+    owner, index = ragged(parts + 1)
+    segment, parts = kept[owner], parts[owner]
+    on_part = _move_to_part(coordinates(path, segment, index / parts), place)
+    seconds = np.where(index > 0, path.feed_time[segment] / parts, 0.0)
+    fresh = np.diff(path.section[segment], prepend=-1) != 0
+    return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[segment], path.line[segment], seconds, fresh)
 
 
 def _move_to_part(poses: Array, place: Place) -> Array:
