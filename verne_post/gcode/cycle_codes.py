@@ -30,12 +30,12 @@ class CycleCodes(MotionCodes):
     #: L0 stores the words of a cycle and drills no hole.
     stores_without_holes: ClassVar[bool] = False
 
-    def _cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
+    def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
         state = self.state
         name = g_name(motion)
         _u, _v, normal, *_ = PLANES[state.plane]
-        state.position = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=False))
+        state.position = list(self._motion_start(MoveKind.RAPID, absolute=state.absolute, machine=False))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and state.cycle is not None and state.cycle.normal == normal
         cycle = self._cycle_heights(block, motion, normal, state.cycle if goes_on else None)
@@ -58,7 +58,7 @@ class CycleCodes(MotionCodes):
         if control.mode == PathMode.BLEND:
             state.control = PathControl(PathMode.EXACT_PATH)
         try:
-            self._holes(block, motion, cycle, repeats)
+            self._drill_holes(block, motion, cycle, repeats)
         finally:
             state.control = control
 
@@ -112,7 +112,7 @@ class CycleCodes(MotionCodes):
         clear, bottom = self._heights(start, r, z)
         of_g90 = (state.absolute, state.absolute)
         if before is not None:
-            (clear, bottom), of_g90 = self._after_change(block, motion, before, (clear, bottom), z)
+            (clear, bottom), of_g90 = self._heights_after_change(block, motion, before, (clear, bottom), z)
         if clear < bottom:
             raise BlockError(
                 "VP007",
@@ -125,7 +125,7 @@ class CycleCodes(MotionCodes):
                 raise BlockError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
                 raise BlockError("VP007", f"Q{step:g}: the depth of a peck is greater than 0", block.columns.get("Q"))
-        dwell = self._seconds(block) if "P" in block.words else before.dwell if before else None
+        dwell = self._dwell_seconds(block) if "P" in block.words else before.dwell if before else None
         if motion in self.needs_dwell and dwell is None:
             raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None
@@ -146,7 +146,7 @@ class CycleCodes(MotionCodes):
             return r, z
         return start + r, start + r + z
 
-    def _after_change(
+    def _heights_after_change(
         self, block: Block, motion: int, before: Cycle, anew: tuple[float, float], z: float
     ) -> tuple[tuple[float, float], tuple[bool, bool]]:
         """Heights of R and the bottom, and whether the numbers are of G90, where some are kept from blocks before.
@@ -173,7 +173,7 @@ class CycleCodes(MotionCodes):
             )  # fmt: skip
         return hole, (was[0], was[1]) if self.keeps_heights else (absolute, absolute)
 
-    def _seconds(self, block: Block) -> float:
+    def _dwell_seconds(self, block: Block) -> float:
         """The dwell of P."""
         seconds = block.words["P"]
         if seconds < 0:
@@ -184,7 +184,7 @@ class CycleCodes(MotionCodes):
 
     # --- the moves ---------------------------------------------------------------------------------
 
-    def _holes(self, block: Block, motion: int, cycle: Cycle, repeats: int) -> None:
+    def _drill_holes(self, block: Block, motion: int, cycle: Cycle, repeats: int) -> None:
         state = self.state
         u, v, w, *_ = PLANES[state.plane]
         position = state.position
@@ -208,7 +208,7 @@ class CycleCodes(MotionCodes):
             self._go(block, MoveKind.RAPID, {**target, w: above})
             if above != cycle.clear:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
-            self._hole(block, motion, cycle, retract)
+            self._drill_hole(block, motion, cycle, retract)
             above = retract
 
     def _polar_place(self, block: Block) -> list[float]:
@@ -217,37 +217,37 @@ class CycleCodes(MotionCodes):
         x, y = self.state.position[:2]
         return [unit * value for value in polar_end(block, x / unit, y / unit, absolute=False)]
 
-    def _hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
+    def _drill_hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
         w = PLANES[self.state.plane][2]
         rapid, feed = MoveKind.RAPID, MoveKind.FEED
         if motion in _NEEDS_STEP:
-            self._pecks(block, motion, cycle)
+            self._peck(block, motion, cycle)
         elif motion == 870:
             self._back_bore(block, cycle, retract)
             return
         self._go(block, feed, {w: cycle.bottom})
         if motion in (740, 840):
             backwards = self.state.spindle_reversed
-            self._spindle(block.line, on=True, backwards=not backwards)
-            self._wait(block, cycle.dwell or 0.0)
+            self._switch_spindle(block.line, on=True, backwards=not backwards)
+            self._record_dwell(block, cycle.dwell or 0.0)
             self._go(block, feed, {w: retract})
-            self._spindle(block.line, on=True, backwards=backwards)
+            self._switch_spindle(block.line, on=True, backwards=backwards)
             return
         if motion in _DWELLS and (motion in self.needs_dwell or cycle.dwell):
-            self._wait(block, cycle.dwell or 0.0)
+            self._record_dwell(block, cycle.dwell or 0.0)
         if motion == 850:
             self._go(block, feed, {w: cycle.clear})
         if motion in (860, 880):
-            self._spindle(block.line, on=False)
+            self._switch_spindle(block.line, on=False)
         if motion == 880:
             self.recorder.event(block.line, "stop", stop="program")
             self.state.position = [retract if axis == w else value for axis, value in enumerate(self.state.position)]
         else:
             self._go(block, feed if motion == 890 else rapid, {w: retract})
         if motion in (860, 880):
-            self._spindle(block.line, on=True, backwards=self.state.spindle_reversed)
+            self._switch_spindle(block.line, on=True, backwards=self.state.spindle_reversed)
 
-    def _pecks(self, block: Block, motion: int, cycle: Cycle) -> None:
+    def _peck(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""
         w = PLANES[self.state.plane][2]
         step = cycle.step or 0.0
@@ -270,21 +270,21 @@ class CycleCodes(MotionCodes):
         beside = {u: hole[u] + shift[u], v: hole[v] + shift[v]}
         rapid, backwards = MoveKind.RAPID, state.spindle_reversed
         self._go(block, rapid, beside)
-        self._orient(block)
+        self._orient_spindle(block)
         self._go(block, rapid, {w: cycle.bottom})
         self._go(block, rapid, hole)
-        self._spindle(block.line, on=True, backwards=backwards)
+        self._switch_spindle(block.line, on=True, backwards=backwards)
         self._go(block, MoveKind.FEED, {w: top})
         self._go(block, MoveKind.FEED, {w: cycle.bottom})
-        self._orient(block)
+        self._orient_spindle(block)
         self._go(block, rapid, beside)
         self._go(block, rapid, {w: retract})
         self._go(block, rapid, hole)
-        self._spindle(block.line, on=True, backwards=backwards)
+        self._switch_spindle(block.line, on=True, backwards=backwards)
 
-    def _orient(self, block: Block) -> None:
+    def _orient_spindle(self, block: Block) -> None:
         backwards = self.state.spindle_reversed
-        self._spindle(block.line, on=False)
+        self._switch_spindle(block.line, on=False)
         self.state.spindle_reversed = backwards
         self.recorder.event(block.line, "orient", angle=0.0)
 
@@ -294,5 +294,5 @@ class CycleCodes(MotionCodes):
             end[axis] = value
         self._record(block.line, kind, end, [0, 1, 2], absolute=True)
 
-    def _wait(self, block: Block, seconds: float) -> None:
+    def _record_dwell(self, block: Block, seconds: float) -> None:
         self.recorder.add(self.state, block.line, MoveKind.DWELL, self.state.position, seconds)

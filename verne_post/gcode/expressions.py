@@ -87,7 +87,7 @@ class ValueReader:
         """An error at a character."""
         return BlockError(code, message, self.column(at))
 
-    def word_value(self, letter: str, bound: float = MAX_NUMBER) -> float:
+    def read_word(self, letter: str, bound: float = MAX_NUMBER) -> float:
         """The value after a letter: as :meth:`value`, within bounds, and no second sign or point after a number."""
         begin = self.at
         if (found := _NUMBER.match(self.characters, begin)) is not None:
@@ -107,7 +107,7 @@ class ValueReader:
             return self._finite(float(found.group()), begin)
         first = characters[begin : begin + 1]
         if first == "[":
-            return self._finite(self.bracket(), begin)
+            return self._finite(self.read_bracket(), begin)
         if first == "#":
             return self._parameter()
         if first in ("+", "-") and first and re.match(r"[#\[A-Z]", characters[begin + 1 :]):
@@ -122,13 +122,13 @@ class ValueReader:
         shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
 
-    def assigned(self, owner: str) -> float:
+    def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""
         if self.values is not None and self.values.custom_macro:
             return self._binary(1)
-        return self.word_value(owner, math.inf)
+        return self.read_word(owner, math.inf)
 
-    def bracket(self) -> float:
+    def read_bracket(self) -> float:
         """An expression in brackets."""
         begin = self.at
         if self.characters[begin : begin + 1] != "[":
@@ -142,7 +142,7 @@ class ValueReader:
         self._depth -= 1
         return value
 
-    def key(self) -> Key:
+    def read_key(self) -> Key:
         """What follows a ``#``: an index or a name."""
         begin = self.at
         if (found := _NAME.match(self.characters, begin)) is not None:
@@ -165,7 +165,7 @@ class ValueReader:
         if self.values is None:
             raise self.error("VP001", "'#': parameters mean nothing here", begin)
         self.at += 1
-        key = self.key()
+        key = self.read_key()
         try:
             return self.values.value(key)
         except BlockError as error:
@@ -210,12 +210,12 @@ class ValueReader:
             raise self.error("VP001", f"{name} needs its argument in brackets: {name}[...]", self.at)
         if name == "EXISTS":
             return self._exists()
-        argument = self.bracket()
+        argument = self.read_bracket()
         if name == "ATAN":
             if self.characters[self.at : self.at + 1] != "/":
                 raise self.error("VP001", "ATAN has two arguments: ATAN[y]/[x]", self.at)
             self.at += 1
-            return math.degrees(math.atan2(argument, self.bracket()))
+            return math.degrees(math.atan2(argument, self.read_bracket()))
         allowed, what = _DOMAIN.get(name, (None, ""))
         if allowed is not None and not allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)

@@ -83,7 +83,7 @@ class FrameCodes:
         if self.state.compensation is not None:
             raise BlockError("VP017", f"{code} under cutter compensation; write G40 first")
 
-    def _one_tool(self, tool: int) -> None:
+    def _check_one_tool(self, tool: int) -> None:
         """--tool-length is the length of one tool."""
         state = self.state
         if self.setup.tool_length is not None and state.only_tool not in (None, tool):
@@ -94,7 +94,7 @@ class FrameCodes:
             )
         state.only_tool = tool
 
-    def _tool_length(self, block: Block, code: int) -> None:
+    def _set_tool_length(self, block: Block, code: int) -> None:
         state = self.state
         state.length_given = True
         if code == 490:
@@ -125,7 +125,7 @@ class FrameCodes:
         number = whole(block, "H") if "H" in block.words else 0
         if self.setup.tool_length is not None:
             if number:
-                self._one_tool(number)
+                self._check_one_tool(number)
             return ZERO9
         if number == 0:
             number = state.loaded_tool or 0
@@ -184,7 +184,7 @@ class FrameCodes:
         if frame.tool != old.tool:
             state.systems = {number: replace(item, tool=frame.tool) for number, item in state.systems.items()}
 
-    def _g10(self, block: Block) -> None:
+    def _execute_g10(self, block: Block) -> None:
         state = self.state
         if block.words.get("L") == 0:
             if state.loaded_tool:
@@ -197,7 +197,7 @@ class FrameCodes:
             raise BlockError("VP005", "G10 needs L and P")
         kind, number = whole(block, "L"), whole(block, "P")
         if kind in (1, 10, 11):
-            self._g10_tool(block, kind, number, self._named_axes(block))
+            self._set_tool_offset(block, kind, number, self._named_axes(block))
             return
         if kind not in (2, 20):
             raise BlockError(
@@ -246,7 +246,7 @@ class FrameCodes:
         if frame.system == self.state.frame.system:
             self._set_frame(frame)
 
-    def _g10_tool(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
+    def _set_tool_offset(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
         """The tool table: L1 the offset itself; L10, L11 such that the present place gets the values."""
         state = self.state
         if number < 1:
@@ -283,7 +283,7 @@ class FrameCodes:
         tools[number] = replace(old, offset=vector9(offset), diameter=diameter)
         state.tools = tools
 
-    def _g92(self, block: Block, code: int) -> None:
+    def _execute_g92(self, block: Block, code: int) -> None:
         state = self.state
         axes = self._named_axes(block)
         if not axes:
@@ -295,9 +295,9 @@ class FrameCodes:
             value = self._axis_value(block, axis)
             g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
         state.g92_stored = tuple(g92)
-        self._shift(on=True)
+        self._apply_shift(on=True)
 
-    def _shift(self, *, on: bool) -> None:
+    def _apply_shift(self, *, on: bool) -> None:
         """The stored shift of G92 and G52 is in force, or not."""
         self.state.g92_on = on
         self._set_frame(replace(self.state.frame, g92=vector9(self.state.g92_stored) if on else ZERO9))

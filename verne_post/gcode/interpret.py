@@ -76,36 +76,36 @@ class Interpreter(ModalCodes):
         """
         self.call = None
         for key, value, column in block.settings:
-            self._set(key, value, column)
+            self._set_parameter(key, value, column)
         if block.comment is not None:
-            self._comment(block)
+            self._show_comment(block)
         if not (block.codes or block.words):
             return
-        g, m = self._codes(block)
+        g, m = self._group_codes(block)
         active = self.state.motion
         motion = self._plan(block, g, m)
-        self._feed_mode(block, g)
-        self._speed_and_tool(block, m)
+        self._set_feed(block, g)
+        self._execute_auxiliary(block, m)
         if 40 in g.values():
             self._dwell(block)
-        self._modes(block, g)
+        self._set_modes(block, g)
         non_modal = g.get("non-modal")
         if non_modal is not None and non_modal != 40:
-            self._non_modal(block, non_modal)
+            self._execute_non_modal(block, non_modal)
         if motion in CYCLES:
-            self._cycle(block, motion, goes_on=active == motion)
+            self._execute_cycle(block, motion, goes_on=active == motion)
         elif motion is not None and motion != 800:
             self._move(block, motion, machine="machine coordinates" in g)
-        self._stop(block, m)
-        self._subprogram(block, m)
+        self._execute_stops(block, m)
+        self._execute_call(block, m)
 
-    def _set(self, key: int | str, value: float, column: int) -> None:
+    def _set_parameter(self, key: int | str, value: float, column: int) -> None:
         try:
             self.parameters.set(key, value)
         except BlockError as error:
             raise BlockError(error.code, error.message, column) from None
 
-    def _comment(self, block: Block) -> None:
+    def _show_comment(self, block: Block) -> None:
         answer = read_message(block.comment or "", self.parameters)
         if answer is None:
             return
@@ -185,7 +185,7 @@ class Interpreter(ModalCodes):
 
     # --- ends, subprograms ---------------------------------------------------------------------
 
-    def _stop(self, block: Block, m: dict[str, list[int]]) -> None:
+    def _execute_stops(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("stopping", []):
             if code in (2, 30):
                 self.ended = True
@@ -194,7 +194,7 @@ class Interpreter(ModalCodes):
                 kind = {0: "program", 1: "optional", 60: "pallet"}[code]
                 self.recorder.event(block.line, "stop", stop=kind)
 
-    def _subprogram(self, block: Block, m: dict[str, list[int]]) -> None:
+    def _execute_call(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("subprograms", []):
             column = next(at for letter, number, at in block.codes if letter == "M" and round(number) == code)
             if code == 99:
@@ -237,7 +237,7 @@ class Interpreter(ModalCodes):
 
     # --- codes ---------------------------------------------------------------------------------------
 
-    def _codes(self, block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
+    def _group_codes(self, block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
         """G codes by modal group (times ten) and M codes by modal group; user-defined codes are executed here."""
         g: dict[str, int] = {}
         m: dict[str, list[int]] = {}

@@ -30,7 +30,7 @@ class MotionCodes(MachineCodes):
 
     # --- home --------------------------------------------------------------------------------
 
-    def _home(self, block: Block, code: int) -> None:
+    def _go_home(self, block: Block, code: int) -> None:
         state, setup = self.state, self.setup
         self._refuse_compensation(g_name(code))
         home = state.home if code == 280 else state.home2
@@ -46,7 +46,7 @@ class MotionCodes(MachineCodes):
             self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
         if state.vector is not None or state.vectors:
             self._check_vector_axes(block, moving, machine=False)
-        via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
+        via = list(self._motion_start(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
         if _C in moving:
             self.recorder.fix_c(block.line)
         for axis in moving:
@@ -62,10 +62,10 @@ class MotionCodes(MachineCodes):
                 raise BlockError(
                     "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
-        self._leave_vector_for_machine(block, chosen, g_name(code))
-        self._to_machine(block.line, MoveKind.RAPID, self._home_of(block, code, home, chosen))
+        self._end_vector_for_machine(block, chosen, g_name(code))
+        self._move_to_machine(block.line, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
 
-    def _home_of(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
+    def _home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
         """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
         targets = {axis: home[axis] for axis in axes}
         state, coordinates = self.state, self.setup.coordinates
@@ -101,14 +101,14 @@ class MotionCodes(MachineCodes):
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
             self._refuse_compensation("G53")
-            self._leave_vector_for_machine(block, axes, "G53")
-            self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
+            self._end_vector_for_machine(block, axes, "G53")
+            self._move_to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
         if motion in (20, 30):
             self._require_known(block, self._arc_axes(axes), "an arc")
         if not state.absolute:
             self._require_known(block, axes, "an incremental move")
-        start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
+        start = self._motion_start(kind, absolute=state.absolute, machine=False)
         end = list(start)
         if _C in axes:
             self.recorder.fix_c(block.line)
@@ -121,7 +121,7 @@ class MotionCodes(MachineCodes):
             end = self._point_tool(block, end)
             axes = [*axes, _A, _C] if self.setup.machine else axes
         if motion in (20, 30):
-            self._arc(block, motion, start, end)
+            self._move_on_arc(block, motion, start, end)
         else:
             self._record(block.line, kind, end, axes, absolute=state.absolute)
 
@@ -145,7 +145,7 @@ class MotionCodes(MachineCodes):
         if not machine:
             state.vector = None
 
-    def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
+    def _end_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
         """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else is refused."""
         if self.state.vector is None or not set(axes) - {_Z}:
             return
@@ -194,7 +194,7 @@ class MotionCodes(MachineCodes):
                 "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
             )  # fmt: skip
 
-    def _start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
+    def _motion_start(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
         """Where unnamed axes stay; applies the rule for a change of tool length under tilt."""
         state = self.state
         held, state.held = state.held, None
@@ -212,10 +212,10 @@ class MotionCodes(MachineCodes):
             return state.position
         return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
 
-    def _to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
+    def _move_to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
         """Move the named axes to machine coordinates; the others keep theirs."""
         state, coordinates = self.state, self.setup.coordinates
-        self._start_of_motion(kind, absolute=True, machine=True)
+        self._motion_start(kind, absolute=True, machine=True)
         if {_X, _Y, _C} & set(targets):
             self.recorder.fix_c(line)
         machine = coordinates.to_machine(np.array(state.position), state.frame)
@@ -255,7 +255,7 @@ class MotionCodes(MachineCodes):
         state = self.state
         return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
 
-    def _arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
+    def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
         offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
         for letter in "IJKR":
