@@ -113,6 +113,10 @@ class Block:
     polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
 
+    def error(self, code: str, message: str, letter: str) -> BlockError:
+        """An error at the word of a letter; without a column where the block has no such word."""
+        return BlockError(code, message, self.columns.get(letter))
+
 
 def read_block(text: str, line: int, values: Values | None = None) -> Block:
     """Read one line.

@@ -44,9 +44,9 @@ class CycleCodes(MotionCodes):
         if repeats == 0 and self.stores_without_holes:
             return
         if not 1 <= repeats <= MAX_HOLES:
-            raise BlockError("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", block.columns["L"])
+            raise block.error("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", "L")
         if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
-            raise BlockError("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", block.columns.get("Q"))
+            raise block.error("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", "Q")
         if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
             raise BlockError("VP017", f"{name} needs a turning spindle; give S and M3 or M4 first")
         if motion in (740, 840) and state.spindle_reversed != (motion == 740):
@@ -70,9 +70,7 @@ class CycleCodes(MotionCodes):
         for axis in axes:
             if axis > 2:
                 letter = AXES[axis]
-                raise BlockError(
-                    "VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", block.columns[letter]
-                )
+                raise block.error("VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
             raise BlockError("VP017", f"{g_name(motion)} with inverse-time feed (G93); use G94")
         if state.compensation is not None:
@@ -114,17 +112,13 @@ class CycleCodes(MotionCodes):
         if before is not None:
             (clear, bottom), of_g90 = self._heights_after_change(block, motion, before, (clear, bottom), z)
         if clear < bottom:
-            raise BlockError(
-                "VP007",
-                f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm",
-                block.columns.get("R"),
-            )
+            raise block.error("VP007", f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm", "R")
         step = self._length(block.words["Q"]) if "Q" in block.words else before.step if before else None
         if motion in _NEEDS_STEP:
             if step is None:
                 raise BlockError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
-                raise BlockError("VP007", f"Q{step:g}: the depth of a peck is greater than 0", block.columns.get("Q"))
+                raise block.error("VP007", f"Q{step:g}: the depth of a peck is greater than 0", "Q")
         dwell = self._dwell_seconds(block) if "P" in block.words else before.dwell if before else None
         if motion in self.needs_dwell and dwell is None:
             raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")
@@ -151,7 +145,7 @@ class CycleCodes(MotionCodes):
     ) -> tuple[tuple[float, float], tuple[bool, bool]]:
         """Heights of R and the bottom, and whether the numbers are of G90, where some are kept from blocks before.
 
-        ``anew`` are the heights with the numbers read in the mode of now. A warning where that is another hole.
+        ``anew`` are the heights with the numbers read in the current mode. Warns where that is another hole.
         """
         absolute, letter = self.state.absolute, AXES[before.normal]
         fresh = "R" in block.words, letter in block.words
@@ -177,9 +171,9 @@ class CycleCodes(MotionCodes):
         """The dwell of P."""
         seconds = block.words["P"]
         if seconds < 0:
-            raise BlockError("VP007", f"P{seconds:g}: a dwell is not negative", block.columns["P"])
+            raise block.error("VP007", f"P{seconds:g}: a dwell is not negative", "P")
         if seconds > MAX_DWELL_S:
-            raise BlockError("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", block.columns["P"])
+            raise block.error("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", "P")
         return seconds
 
     # --- the moves ---------------------------------------------------------------------------------
@@ -191,7 +185,7 @@ class CycleCodes(MotionCodes):
         step = {axis: self._axis_value(block, axis) if AXES[axis] in block.words else None for axis in (u, v)}
         retract = max(cycle.start, cycle.clear) if state.initial_level else cycle.clear
         above = position[w]
-        # up before anything goes sideways: to R, under G98 to the initial level
+        # first retract: to R, under G98 to the initial level
         if min(above, cycle.start) < cycle.clear or above < retract:
             self._go(block, MoveKind.RAPID, {w: retract})
             above = retract
@@ -199,7 +193,7 @@ class CycleCodes(MotionCodes):
             axis: position[axis] if value is None or not state.absolute else value for axis, value in step.items()
         }
         for _hole in range(repeats):
-            if block.polar and not state.absolute:  # on from where the last hole is
+            if block.polar and not state.absolute:  # from the last hole
                 target = dict(zip((u, v), self._polar_place(block), strict=True))
             else:
                 for axis, value in step.items():

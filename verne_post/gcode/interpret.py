@@ -63,7 +63,7 @@ class Interpreter(ModalCodes):
         return text
 
     def read(self, text: str, line: int) -> Block:
-        """Read a line; parameters have the values of now."""
+        """Read a line; with the current values of parameters."""
         return read_block(text, line, self.parameters)
 
     def execute(self, block: Block) -> None:
@@ -123,9 +123,7 @@ class Interpreter(ModalCodes):
         for letter in axes:
             if letter not in self.setup.axes:
                 named = ", ".join(self.setup.axes)
-                raise BlockError(
-                    "VP011", f"{letter}: the machine has no such axis; it has {named}", block.columns[letter]
-                )
+                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {named}", letter)
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
             raise BlockError(
@@ -148,18 +146,14 @@ class Interpreter(ModalCodes):
             taker = g_name(non_modal if non_modal in TAKES_AXES else 431)
             raise BlockError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
         if axes and explicit == 800 and not takes:
-            raise BlockError("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", block.columns[axes[0]])
+            raise block.error("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", axes[0])
         if explicit is not None or takes:
             return explicit
         words = axes or [letter for letter in "IJK" if self.state.vectors and letter in block.words]
         if words and self.state.motion is None:
-            raise BlockError(
-                "VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", block.columns[words[0]]
-            )
+            raise block.error("VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", words[0])
         if axes and self._has_user_code(block):
-            raise BlockError(
-                "VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", block.columns[axes[0]]
-            )
+            raise block.error("VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", axes[0])
         return self.state.motion if words else None
 
     def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:

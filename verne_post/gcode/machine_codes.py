@@ -37,7 +37,7 @@ class MachineCodes(FrameCodes):
         if "F" in block.words:
             value = block.words["F"]
             if value < 0:
-                raise BlockError("VP007", f"F{value:g}: a feed rate is not negative", block.columns["F"])
+                raise block.error("VP007", f"F{value:g}: a feed rate is not negative", "F")
             state.feed_angular = value
             state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
 
@@ -45,7 +45,7 @@ class MachineCodes(FrameCodes):
         state = self.state
         if "S" in block.words:
             if block.words["S"] < 0:
-                raise BlockError("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", block.columns["S"])
+                raise block.error("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", "S")
             changed = state.spindle_speed != block.words["S"]
             state.spindle_speed = block.words["S"]
             if changed and state.spindle_on and not m.get("spindle"):
@@ -53,7 +53,7 @@ class MachineCodes(FrameCodes):
         if "T" in block.words:
             tool = whole(block, "T")
             if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise BlockError("VP012", f"T{tool}: the tool table has no such tool", block.columns["T"])
+                raise block.error("VP012", f"T{tool}: the tool table has no such tool", "T")
             state.selected_tool = tool
         for code in m.get("signals", []):
             self._set_output(block, code)
@@ -82,7 +82,7 @@ class MachineCodes(FrameCodes):
                 raise BlockError("VP005", "M61 needs Q, the number of the tool")
             tool = whole(block, "Q")
             if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise BlockError("VP012", f"M61 Q{tool}: the tool table has no such tool", block.columns["Q"])
+                raise block.error("VP012", f"M61 Q{tool}: the tool table has no such tool", "Q")
         if tool:
             self._check_one_tool(tool)
         state.loaded_tool = tool
@@ -139,9 +139,9 @@ class MachineCodes(FrameCodes):
             raise BlockError("VP005", "M66 needs P, a digital input, or E, an analog one")
         how = whole(block, "L") if "L" in words else 0
         if how > _MAX_WAIT:
-            raise BlockError("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", block.columns["L"])
+            raise block.error("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", "L")
         if how and "E" in words:
-            raise BlockError("VP007", "M66 E waits for nothing: only L0 goes with an analog input", block.columns["L"])
+            raise block.error("VP007", "M66 E waits for nothing: only L0 goes with an analog input", "L")
         if how and words.get("Q", 0.0) <= 0:
             raise BlockError("VP005", f"M66 L{how} needs Q, the longest time to wait, greater than 0")
         self.state.inputs_read = True

@@ -28,9 +28,7 @@ class ModalCodes(CycleCodes):
         if "lathe diameter" in g:
             state.diameter_mode = g["lathe diameter"] == 70
         if state.diameter_mode and "X" in block.words:
-            raise BlockError(
-                "VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", block.columns["X"]
-            )
+            raise block.error("VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", "X")
         if "cutter compensation" in g:
             self._compensate(block, g["cutter compensation"])
         if "tool length" in g:
@@ -71,7 +69,7 @@ class ModalCodes(CycleCodes):
         for letter in "PQ":
             value = block.words.get(letter)
             if value is not None and value < 0:
-                raise BlockError("VP007", f"{letter}{value:g}: a tolerance is not negative", block.columns[letter])
+                raise block.error("VP007", f"{letter}{value:g}: a tolerance is not negative", letter)
             values.append(None if value is None else self._length(value))
         self.state.control = PathControl(PathMode.BLEND, values[0], values[1] if values[1] is not None else values[0])
 

@@ -82,10 +82,8 @@ class MotionCodes(MachineCodes):
         angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
         direction = np.array([math.cos(angle), math.sin(angle), 0.0])
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
-            raise BlockError(
-                "VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
-                "together, or turn the table to A0 C0 before", block.columns.get(AXES[axis]),
-            )  # fmt: skip
+            raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
+                "together, or turn the table to A0 C0 before", AXES[axis])  # fmt: skip
         end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
         return targets | {_X: float(end[0]), _Y: float(end[1])}
 
@@ -133,15 +131,12 @@ class MotionCodes(MachineCodes):
             return
         letter = AXES[rotary[0]]
         if state.vectors:
-            raise BlockError(
-                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words",
-                block.columns[letter],
-            )  # fmt: skip
+            raise block.error(
+                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words", letter
+            )
         if not {_A, _C} <= set(rotary):
-            raise BlockError(
-                "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
-                "name A and C together", block.columns[letter],
-            )  # fmt: skip
+            raise block.error("VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
+                "name A and C together", letter)  # fmt: skip
         if not machine:
             state.vector = None
 
@@ -151,10 +146,8 @@ class MotionCodes(MachineCodes):
             return
         if not {_X, _Y, _A, _C} <= set(axes):
             letter = AXES[next(axis for axis in axes if axis != _Z)]
-            raise BlockError(
-                "VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
-                "or X, Y, A and C together after G43.4 or G49", block.columns.get(letter),
-            )  # fmt: skip
+            raise block.error("VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
+                "or X, Y, A and C together after G43.4 or G49", letter)  # fmt: skip
         self.state.vector = None
 
     def _point_tool(self, block: Block, end: list[float]) -> list[float]:
@@ -162,15 +155,11 @@ class MotionCodes(MachineCodes):
         for letter in "IJK":
             if letter not in block.words:
                 given = next(other for other in "IJK" if other in block.words)
-                raise BlockError(
-                    "VP005", f"{given} without {letter}: a tool axis needs I, J and K", block.columns[given]
-                )
+                raise block.error("VP005", f"{given} without {letter}: a tool axis needs I, J and K", given)
         vector = np.array([block.words[letter] for letter in "IJK"])
         size = float(np.linalg.norm(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
-            raise BlockError(
-                "VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", block.columns["I"]
-            )
+            raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
         self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
         return self.setup.coordinates.pointed(end, vector / size, self.state.frame)
 
@@ -260,16 +249,14 @@ class MotionCodes(MachineCodes):
         offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
         for letter in "IJKR":
             if self.setup.machine and abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
-                raise BlockError(
-                    "VP007", f"{letter}{block.words[letter]:g} is beyond any machine", block.columns[letter]
-                )
+                raise block.error("VP007", f"{letter}{block.words[letter]:g} is beyond any machine", letter)
         turns = whole(block, "P") if "P" in block.words else 1
         if not 1 <= turns <= MAX_TURNS:
-            raise BlockError("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", block.columns["P"])
+            raise block.error("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", "P")
         clockwise = motion == 20
         if "R" in block.words:
             if offsets:
-                raise BlockError("VP003", "an arc has either R or a centre (I, J, K), not both", block.columns["R"])
+                raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
             arc = radius_arc(start, end, state.plane, clockwise, self._length(block.words["R"]), turns - 1)
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if state.inch else ARC_RADIUS_MM
@@ -322,18 +309,19 @@ class MotionCodes(MachineCodes):
             if "D" not in block.words:
                 raise BlockError("VP005", f"{g_name(code)} needs D, the diameter")
             if block.words["D"] <= 0:
-                raise BlockError("VP007", f"D{block.words['D']:g}: the diameter is greater than 0", block.columns["D"])
+                raise block.error("VP007", f"D{block.words['D']:g}: the diameter is greater than 0", "D")
             return self._length(block.words["D"])
         number = whole(block, "D") if "D" in block.words else state.loaded_tool or 0
         if number == 0:
             raise BlockError("VP012", f"{g_name(code)} without D, and no tool is in the spindle")
         if state.tools is None or number not in state.tools:
-            raise BlockError(
-                "VP012", f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
-                block.columns.get("D"),
-            )  # fmt: skip
+            raise block.error(
+                "VP012",
+                f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
+                "D",
+            )
         if state.tools[number].diameter <= 0:
-            raise BlockError("VP012", f"tool {number} has no diameter in the tool table (D)", block.columns.get("D"))
+            raise block.error("VP012", f"tool {number} has no diameter in the tool table (D)", "D")
         return state.tools[number].diameter
 
     def _check_compensated(self, start: list[float], end: list[float]) -> None:

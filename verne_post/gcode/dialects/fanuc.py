@@ -234,7 +234,7 @@ class FanucInterpreter(Interpreter):
         number = whole(block, "P")
         if ADDITIONAL_SYSTEMS + number not in self.state.systems or number == 0:
             last = max(self.state.systems) - ADDITIONAL_SYSTEMS
-            raise BlockError("VP007", f"P{number}: additional work systems are P1 to P{last}", block.columns["P"])
+            raise block.error("VP007", f"P{number}: additional work systems are P1 to P{last}", "P")
         return number
 
     def _execute_g10(self, block: Block) -> None:
@@ -247,9 +247,7 @@ class FanucInterpreter(Interpreter):
         if not self.state.absolute:
             raise BlockError("VP017", "G10 in G91 adds to what is stored; write G90, and the whole value")
         if kind == 2 and words.get("P") == 0:
-            raise BlockError(
-                "VP007", "P0: the external work offset is not kept here; give it with --wcs", block.columns["P"]
-            )
+            raise block.error("VP007", "P0: the external work offset is not kept here; give it with --wcs", "P")
         if kind == 20 and "P" in words:
             self._set_origin(block, ADDITIONAL_SYSTEMS + self._additional_system(block))
             return
@@ -258,7 +256,7 @@ class FanucInterpreter(Interpreter):
                 raise BlockError("VP005", "G10 L10 needs R, the length")
             words["L"], words["Z"], block.columns["Z"] = 1.0, words.pop("R"), block.columns.pop("R")
         elif kind != 2:
-            raise BlockError("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", block.columns["L"])
+            raise block.error("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", "L")
         super()._execute_g10(block)
 
     def _execute_g92(self, block: Block, code: int) -> None:
@@ -320,10 +318,8 @@ class FanucInterpreter(Interpreter):
         if code is None:
             return
         if code in _ALONE:
-            raise BlockError(
-                "VP006",
-                f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks",
-                block.columns[axes[0]],
+            raise block.error(
+                "VP006", f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks", axes[0]
             )
         for letter in axes:
             del block.words[letter], block.columns[letter]
