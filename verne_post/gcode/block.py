@@ -194,8 +194,8 @@ def _read_o_word(reader: ValueReader) -> OWord:
         reader.values = values
     else:
         label = _label_of_number(reader.read_word("O"), reader, begin)
-    found = _KEYWORD.match(characters, reader.at)
-    if found is None:
+    keyword = _KEYWORD.match(characters, reader.at)
+    if keyword is None:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
             raise reader.error(
@@ -205,7 +205,7 @@ def _read_o_word(reader: ValueReader) -> OWord:
             )
         o.check_bare()
         return o
-    return OWord(label, found.group().lower(), reader, found.end(), begin)
+    return OWord(label, keyword.group().lower(), reader, keyword.end(), begin)
 
 
 def _skip_value(reader: ValueReader) -> None:
@@ -267,9 +267,9 @@ def _strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
     while at < len(text):
         character = text[at]
         if character in "(;":
-            found, end = _read_comment(text, at)
+            last, end = _read_comment(text, at)
             if character == "(":
-                comment = found
+                comment = last
             kept.append("(")
             places.append(at)
             at = end

@@ -130,9 +130,9 @@ class Flow:
             line = structure.branch[line]
             if line == structure.end.get(line, line):  # endif
                 break
-            found = self.interpreter.read(decode_line(self.text.line(line)), line).o
-            assert found is not None
-            o = found
+            o_word = self.interpreter.read(decode_line(self.text.line(line)), line).o
+            assert o_word is not None
+            o = o_word
             if o.keyword == "else":
                 break
         self.line = line + 1
@@ -290,9 +290,9 @@ class Flow:
             if label in text.structure.subs:
                 raise BlockError("VP023", f"o{label} sub is called with o{label} call, not with M98")
         for name in (label, f"o{label}", f"o{int(label):04d}", f"{int(label):04d}"):
-            found = self._find_file(name)
-            if found is not None:
-                return found, found.structure.programs.get(label, 0)
+            text_of_file = self._find_file(name)
+            if text_of_file is not None:
+                return text_of_file, text_of_file.structure.programs.get(label, 0)
         raise BlockError(
             "VP023",
             f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or O{int(label):04d}.nc beside it",

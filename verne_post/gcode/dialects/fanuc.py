@@ -114,8 +114,8 @@ class FanucInterpreter(Interpreter):
     def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``; every character keeps its column."""
         for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
-            if (found := pattern.match(text)) is not None:
-                text = f"{text[: found.start(1)]}{letter}{text[found.end(1) :]}"
+            if (match := pattern.match(text)) is not None:
+                text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
         return text
 
     def read(self, text: str, line: int) -> Block:
