@@ -125,7 +125,7 @@ BESIDE = "T1 M6\nF9 G0 X20 Y20\nG41 G0 X10\nG1 Y10\nG40\n"  # T1 is 6 mm wide: i
 @pytest.mark.parametrize(
     ("change", "x"), [("M6 T2", 13.0), ("M61 Q2", 13.0), ("G92 X5\nM6 T2", 8.0), ("G10 L2 P1 X4\nM6 T2", 9.0)]
 )
-def test_a_change_of_tool_behind_a_contour_takes_the_place_where_the_tool_stands(view, change, x):
+def test_a_change_of_tool_after_a_contour_takes_the_position_of_the_tool(view, change, x):
     moves, findings = view(f"{BESIDE}{change}\nG0 Z5\nM2", dialect="rs274")  # rs274's own answers
     assert findings == ()
     assert moves.end[-1, :3] == pytest.approx([x, 10.0, 5.0])

@@ -95,7 +95,7 @@ def test_fanuc_controls_keep_the_heights_with_a_warning(view):
 
 
 @pytest.mark.parametrize(("lines", "warnings"), [
-    ("G81 X1 Z-3 R2\nG91 X5 Z-5 R-4", 0),  # all said again
+    ("G81 X1 Z-3 R2\nG91 X5 Z-5 R-4", 0),  # all given again
     ("G81 X1 Z-3 R2\nG91 G90 X5", None),  # two of one group
     ("G81 X1 Z-3 R2\nG91\nG90\nX5", 0),  # nothing was drilled between
     ("G81 X1 Z-3 R2\nG91\nX5\nX5\nX5", 1),  # once for each change

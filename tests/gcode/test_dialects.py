@@ -320,7 +320,7 @@ def test_statements(view):
     assert moves.feed.tolist() == [254.0]
 
 
-def test_rapid_is_for_one_goto_and_feeds_hold_behind_a_cycle(view):
+def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
     moves = apt(
         view,
         "FEDRAT/500\nRAPID\nGOTO/0,0,9\nGOTO/0,0,8\nCYCLE/BORE,DEPTH,2,MMPM,100,CLEAR,1\nGOTO/5,0,0\nCYCLE/OFF\nGOTO/6,0,0",

@@ -145,10 +145,10 @@ def test_stretches_without_motion_leave_no_trace(word, idle):
 @pytest.mark.parametrize("source", [
     # axes that keep their programmed values after a change of length
     "G0 X0 Y0 Z100 A30 C0\nX1\nG43 H1\n" + "Y1\n" * 20 + "G1 F9\n" + "Y2\n" * 20,
-    # a rotary feed is never scaled, also when it was last said in a stretch
+    # a rotary feed is never scaled, also when it was last given in a stretch
     "G49 G20 G0 X0 Y0 Z4 A0 C0\nG1 F1 X1\n" + "X2 F3\n" * 20 + "G17 A5\n" + "A6\n" * 20,
 ])  # fmt: skip
-def test_what_stretches_inherit_and_leave_behind(machine, source):
+def test_what_stretches_inherit_and_change(machine, source):
     for answers in (
         fast_and_general(as_interpreter, f"{source}M2".encode()),
         fast_and_general(as_machine, f"{source}M2".encode(), machine),

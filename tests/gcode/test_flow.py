@@ -162,7 +162,7 @@ def test_comments_between_arguments_lose_none(view):
     ("o1 do (c) X7\no1 while [0]", 1, 11), ("o1 sub (c) [5]\no1 endsub", 1, 12), ("O1000 (c) G0 X5\nG0 X1", 1, 11),
     ("o1 while [1]\no1 break (c) X7\no1 endwhile", 2, 14),
 ])  # fmt: skip
-def test_nothing_behind_an_o_word_and_a_comment_is_lost(view, text, line, column):
+def test_nothing_after_an_o_word_and_a_comment_is_lost(view, text, line, column):
     moves, findings = view(f"{text}\nM2", dialect="rs274")
     assert [(item.code, item.line, item.column) for item in findings][:1] == [("VP001", line, column)]
     assert not len(moves)

@@ -52,7 +52,7 @@ def test_agrees(compare, row):
 
 @pytest.mark.parametrize("row", ROWS, ids=[f"{row['kind']}-{i}" for i, row in enumerate(ROWS)])
 def test_refuses_what_is_refused_there(compare, row):
-    error = compare.ours(row["program"]).error
+    error = compare.interpret_here(row["program"]).error
     assert bool(error) == bool(row["error"]) or any(reason in (error or row["error"]) for reason in KNOWN)
 
 
@@ -70,4 +70,9 @@ def test_the_comparison_can_fail(compare, wrong):
         steps.pop()
     else:
         messages.append("x")
-    assert compare.silent(row["program"], compare.ours(row["program"]), compare.Answer(steps, messages, "")) != []
+    assert (
+        compare.find_silent_differences(
+            row["program"], compare.interpret_here(row["program"]), compare.Answer(steps, messages, "")
+        )
+        != []
+    )

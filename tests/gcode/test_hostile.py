@@ -1,4 +1,4 @@
-"""Programs that once went somewhere else than they said, or nowhere: each is a mistake that a hostile reader found."""
+"""Programs that once moved to a wrong position, or nowhere: each is a mistake that a hostile review found."""
 
 import numpy as np
 import pytest
@@ -124,10 +124,10 @@ def test_long_lines_are_read_once(view, program, dialect):
     assert all(item.code in ("VP001", "VP007", "VP010") for item in view(program, dialect=dialect)[1])
 
 
-# --- codes of the shop ---------------------------------------------------------------------------------------
+# --- user-defined codes ---------------------------------------------------------------------------------------
 
 
-def test_axis_words_beside_codes_of_the_shop_belong_to_nobody(view):
+def test_axis_words_beside_user_defined_codes_are_refused(view):
     remap = {"G68.3": "event", "G68.4": "ignore"}
     for line in ("G68.3 X0 Y0 Z0 R45", "G68.4 X1 Y1"):
         assert codes(view, f"G0 X5 Y5 Z-5\n{line}\nM2", remap=remap) == [("VP006", 2)]

@@ -114,7 +114,7 @@ COORDINATES = {
     "G10 L2 R turns moves and centres": ("G10 L2 P1 X1 R30\nG53 G0 X1 Y2\nM2", ["2 rapid X1 Y1.7321"]),
     "G10 L2 R stays until the next R": ("G10 L2 P1 R90\nG10 L2 P1 X1\nG53 G0 X2\nG10 L2 P1 R0\nG53 G0 X2\nM2", [
         "3 rapid Y-1", "5 rapid X1"]),
-    "G10 L20 makes here read as said": (
+    "G10 L20 makes here read as given": (
         "G0 X10 Y20\nG10 L20 P1 X1\nG91 G0 X0\nM2",
         ["1 rapid X10 Y20", "3 rapid X1 Y20"],
     ),

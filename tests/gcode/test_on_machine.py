@@ -110,7 +110,7 @@ STARTS = {
     "axes never named": ("G0 Z50\nX40 Y-30\nG1 F100 X50\nM2", (40, -30, 50, 0, 0), [3]),
     "only X ever named": ("G0 X40\nX50\nM2", (40, 0, 0, 0, 0), [2]),
     "letters in comments name nothing": ("(A30 C20)\nG0 X40 Y-30 Z50 ;A5\nZ60\nM2", (40, -30, 50, 0, 0), [3]),
-    "letters behind the end name nothing": ("G0 X40 Y-30 Z50\nZ60\nM2\nA30 C20\n", (40, -30, 50, 0, 0), [2]),
+    "letters after the end name nothing": ("G0 X40 Y-30 Z50\nZ60\nM2\nA30 C20\n", (40, -30, 50, 0, 0), [2]),
     "a height kept through a turn of the table": ("G0 Z50\nC90\nX40 Y-30\nZ60\nM2", (40, -30, 50, 0, 90), [4]),
     "work offset before the first motion": (
         "G10 L2 P1 X10 Y20 Z-500\nG0 X40 Y-30 Z50 A0 C0\nZ60\nM2", (50, -10, 100, 0, 0), [3],
@@ -172,7 +172,7 @@ def test_positions_must_be_known(machine, source, wanted):
     assert refusals(source, machine, tool_length=60.0) == [wanted]
 
 
-def test_errors_before_and_behind_the_first_pose_are_reported_together(machine):
+def test_errors_before_and_after_the_first_pose_are_reported_together(machine):
     """All findings, not the first: also where the opening lines have some."""
     source = "G0 X1 X2\nG0 X0 Y0 Z50 A0 C0\nQ1\nG12\nM2"
     assert refusals(source, machine, tool_length=60.0) == [("VP004", 1), ("VP006", 3), ("VP002", 4)]
@@ -316,7 +316,7 @@ def test_a_change_follows_a_change_of_work_offset(machine):
 
 
 @pytest.mark.parametrize(("a", "c"), [(0, 30), (20, 30), (-35, 0)])
-def test_the_length_is_said_on_the_way_down(machine, a, c):
+def test_the_length_is_given_on_the_way_down(machine, a, c):
     """What CAM systems post: retract, turn the table, position, then G43 together with the height."""
     source = f"G53 G0 Z0\nG0 A{a} C{c}\nX40 Y-30\nG43.4 Z60 H2\nG1 X50 F100\nM2"
     path, start, end = read(source, machine, tools=TOOLS)
@@ -329,7 +329,7 @@ def test_the_length_is_said_on_the_way_down(machine, a, c):
 
 @pytest.mark.parametrize("retract", ["G28 G91 Z0\nG90", "G53 G0 Z0"])
 @pytest.mark.parametrize(("a", "c"), [(0, 30), (20, 30), (-35, 0)])
-def test_the_length_is_said_at_the_retract(machine, retract, a, c):
+def test_the_length_is_given_at_the_retract(machine, retract, a, c):
     """Z stands at machine Z 0 and was never programmed, so there is no programmed value to go back to."""
     source = f"{retract}\nG0 A{a} C{c}\nG43.4 H2\nG0 X40 Y-30\nZ60\nG1 X50 F100\nM2"
     path, start, end = read(source, machine, tools=TOOLS)
@@ -341,7 +341,7 @@ def test_the_length_is_said_at_the_retract(machine, retract, a, c):
 
 
 @pytest.mark.parametrize("first", ["G1 X0 Y0 Z200 A30 C0 F1000", "G0 X0 Y0 Z200\nG1 A30 C0 F1000"])
-def test_a_length_said_before_any_motion_changes_nothing(machine, first):
+def test_a_length_given_before_any_motion_changes_nothing(machine, first):
     """The rule for changes under tilt is about changes after motion has begun."""
     path, _start, _end = read(f"T1 M6\nG43 H1\n{first}\nG0 X10\nM2", machine, tools=TOOLS)
     assert path.line[-1] == first.count("\n") + 4

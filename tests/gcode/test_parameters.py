@@ -7,7 +7,7 @@ from verne_post.gcode.parameter_file import parameter_file, read_parameter_file
 from verne_post.model.findings import InputError
 
 
-def said(view, program, **options):
+def messages_of(view, program, **options):
     """Texts of the messages of a program without errors."""
     moves, findings = view(program + "\nM2", dialect="rs274", **options)
     assert findings == ()
@@ -33,20 +33,25 @@ def said(view, program, **options):
     ("#5161=7\nG91 G28 X0", "#<_abs_x>", "7"),
 ])  # fmt: skip
 def test_what_parameters_show(view, program, shown, wanted):
-    text = said(view, f"{program}\n(DEBUG,{shown})")[-1]
+    text = messages_of(view, f"{program}\n(DEBUG,{shown})")[-1]
     assert [float(word) for word in text.split()] == pytest.approx([float(word) for word in wanted.split()], abs=1e-6)
 
 
 def test_lengths_in_the_unit_of_the_parameter_file(view):
-    assert said(view, "#5221=1\nG55\nG54\nG0 X0\n(DEBUG,%.1f#<_abs_x> #5221)", parameter_units="inch") == ["25.4 1.0"]
+    assert messages_of(view, "#5221=1\nG55\nG54\nG0 X0\n(DEBUG,%.1f#<_abs_x> #5221)", parameter_units="inch") == [
+        "25.4 1.0"
+    ]
 
 
 def test_an_origin_written_to_the_active_system_waits_for_its_next_selection(view):
-    assert said(view, "#5221=5\nG54\nG0 X1\n(DEBUG,%d#<_abs_x>)\nG55\nG54\nG0 X1\n(DEBUG,%d#<_abs_x>)") == ["1", "6"]
+    assert messages_of(view, "#5221=5\nG54\nG0 X1\n(DEBUG,%d#<_abs_x>)\nG55\nG54\nG0 X1\n(DEBUG,%d#<_abs_x>)") == [
+        "1",
+        "6",
+    ]
 
 
 def test_inputs_are_only_known_at_the_machine(view):
-    assert said(view, "(DEBUG,%d#5399)") == ["0"]
+    assert messages_of(view, "(DEBUG,%d#5399)") == ["0"]
     found = view("M66 P0 L0\nG0 X#5399\nM2", dialect="rs274")[1]
     assert [(item.code, item.line, item.column) for item in found] == [("VP025", 2, 5)]
 
@@ -71,7 +76,7 @@ def test_messages(view):
 # --- files ------------------------------------------------------------------------------------------
 
 
-def test_a_parameter_file_is_found_by_the_program_and_left_behind(view):
+def test_a_parameter_file_is_read_by_the_program_and_written_after_it(view):
     given = read_parameter_file("5221\t10\n5220 2\n5241 -4\n5210 1\n5211 2\n500 7\n5161 3\n", "v.var")
     moves, findings = view("G0 X#500\n#500=8\nG10 L2 P1 X11\nG28.1\nM2", parameters=given, dialect="rs274")
     assert findings == ()

@@ -209,7 +209,7 @@ def test_chunk_boundaries_mean_nothing(monkeypatch, view, size):
     lambda text: text.replace("\n", "\r\n"), lambda text: text.rstrip("\n"), lambda text: text.replace("\n", "  \t\n"),
     lambda text: text.lower().replace("msg, half", "MSG, half"), lambda text: text + "X1 garbage ((\n",
     lambda text: text.replace("X", " X ").replace("Y", "\tY"),
-], ids=["CRLF", "no final newline", "trailing blanks", "lower case", "text behind the end", "blanks"])  # fmt: skip
+], ids=["CRLF", "no final newline", "trailing blanks", "lower case", "text after the end", "blanks"])  # fmt: skip
 def test_line_ends_blanks_and_case_mean_nothing(view, change):
     assert same(view(change(PROGRAM)), view(PROGRAM))
 

@@ -72,7 +72,7 @@ def _comment(rng: random.Random) -> str:
 
 
 def calls(rng: random.Random) -> list[str]:
-    """Comments wherever a block with an O word has a place for one, conditions and values behind them."""
+    """Comments wherever a block with an O word has a place for one, conditions and values after them."""
 
     def c() -> str:
         return _comment(rng)

@@ -78,7 +78,7 @@ def center_arc(
     swept = (-turned if clockwise else turned) % (2 * math.pi)
     if swept * r1 < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
         swept = 2 * math.pi
-    return _arc(start, plane, (c1, c2), swept, clockwise, extra_turns)
+    return _make_arc(start, plane, (c1, c2), swept, clockwise, extra_turns)
 
 
 def radius_arc(
@@ -105,10 +105,12 @@ def radius_arc(
     c1 = 0.5 * (start[first] + end[first]) - side * height * d2 / (2 * half)
     c2 = 0.5 * (start[second] + end[second]) + side * height * d1 / (2 * half)
     swept = 2 * math.atan2(half, height)
-    return _arc(start, plane, (c1, c2), swept if radius > 0 else 2 * math.pi - swept, clockwise, extra_turns)
+    return _make_arc(start, plane, (c1, c2), swept if radius > 0 else 2 * math.pi - swept, clockwise, extra_turns)
 
 
-def _arc(start: list[float], plane: int, centre: tuple[float, float], swept: float, clockwise: bool, extra: int) -> Arc:
+def _make_arc(
+    start: list[float], plane: int, centre: tuple[float, float], swept: float, clockwise: bool, extra: int
+) -> Arc:
     first, second, normal, *_ = PLANES[plane]
     sign = -1 if clockwise else 1
     center = [0.0, 0.0, 0.0]

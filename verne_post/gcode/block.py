@@ -41,7 +41,7 @@ class OWord:
     begin: int  # of the values
     label_at: int
 
-    def labelled(self) -> str:
+    def resolve_label(self) -> str:
         """The label; a computed one is read now.
 
         A file that is searched for labels must not compute any: there ``label`` None is what counts.
@@ -50,46 +50,46 @@ class OWord:
             return self.label
         self.reader.at = self.label_at
         value = self.reader.value("O")
-        return _label_number(value, self.reader, self.label_at)
+        return _label_of_number(value, self.reader, self.label_at)
 
-    def condition(self) -> float:
+    def read_condition(self) -> float:
         """The one bracket of if, elseif, while, repeat."""
         self.reader.at = self.begin
-        value = self.reader.bracket()
-        self._end()
+        value = self.reader.read_bracket()
+        self._check_end()
         return value
 
-    def arguments(self) -> list[float]:
+    def read_arguments(self) -> list[float]:
         """The brackets of call; comments may stand between them."""
         self.reader.at = self.begin
         values = []
-        while self._goes_on():
-            values.append(self.reader.bracket())
+        while self._has_more():
+            values.append(self.reader.read_bracket())
         return values
 
-    def returned(self) -> float | None:
+    def read_return_value(self) -> float | None:
         """The one bracket of return and endsub, or None; it directly follows the keyword."""
         reader = self.reader
         reader.at = self.begin
-        value = reader.bracket() if reader.characters[reader.at : reader.at + 1] == "[" else None
-        self._end()
+        value = reader.read_bracket() if reader.characters[reader.at : reader.at + 1] == "[" else None
+        self._check_end()
         return value
 
-    def bare(self) -> None:
+    def check_bare(self) -> None:
         """Nothing may follow the keyword."""
         self.reader.at = self.begin
-        self._end()
+        self._check_end()
 
-    def _goes_on(self) -> bool:
+    def _has_more(self) -> bool:
         """Pass comments; True where something else follows."""
         reader = self.reader
         while reader.characters[reader.at : reader.at + 1] == "(":
             reader.at += 1
         return reader.at < len(reader.characters)
 
-    def _end(self) -> None:
+    def _check_end(self) -> None:
         reader = self.reader
-        if self._goes_on():
+        if self._has_more():
             value = "; a value stands before them" if reader.characters[reader.at] == "[" else ""
             shown = f"o{self.label or ''} {self.keyword or ''}".rstrip()
             raise reader.error("VP001", f"only comments may follow {shown}{value}", reader.at)
@@ -113,6 +113,10 @@ class Block:
     polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
 
+    def error(self, code: str, message: str, letter: str) -> BlockError:
+        """An error at the word of a letter; without a column where the block has no such word."""
+        return BlockError(code, message, self.columns.get(letter))
+
 
 def read_block(text: str, line: int, values: Values | None = None) -> Block:
     """Read one line.
@@ -132,7 +136,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
         With the column of the first character that does not fit.
     """
     block = Block(line)
-    characters, places, block.comment = _without_comments(text)
+    characters, places, block.comment = _strip_comments(text)
     reader = ValueReader(characters, places, values)
     first, slash, numbered = True, False, False
     while reader.at < len(characters):
@@ -147,16 +151,16 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
         if character == "N" and first:
             if characters[at + 1 : at + 2] in ("#", "["):  # lines are searched for O words without computing anything
                 raise reader.error("VP001", "N needs a number, not a value to compute", at + 1)
-            number = reader.word_value("N")
+            number = reader.read_word("N")
             if number < 0:
                 raise reader.error("VP007", f"N{number:g}: a block number is not negative", at)
             numbered, first = True, False
             continue
         if character == "O" and (first or numbered):
-            block.o = _o_word(reader)
+            block.o = _read_o_word(reader)
             return block
         elif character in WORD_LETTERS or character in POLAR:
-            number = reader.word_value(character)
+            number = reader.read_word(character)
             if character in "GM":
                 block.codes.append((character, number, reader.column(at)))
             elif character in block.words:
@@ -165,33 +169,33 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
                 block.words[character] = number
                 block.columns[character] = reader.column(at)
         elif character == "#" and values is not None:
-            key = reader.key()
+            key = reader.read_key()
             if characters[reader.at : reader.at + 1] != "=":
                 raise reader.error(
                     "VP001", f"{shown_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at
                 )
             reader.at += 1
-            block.settings.append((key, reader.assigned(f"{shown_key(key)}="), reader.column(at)))
+            block.settings.append((key, reader.read_assigned(f"{shown_key(key)}="), reader.column(at)))
         else:
-            raise reader.error("VP001", _strange(character, first), at)
+            raise reader.error("VP001", _describe_strange(character, first), at)
         first = numbered = False
     return block
 
 
-def _o_word(reader: ValueReader) -> OWord:
+def _read_o_word(reader: ValueReader) -> OWord:
     """What follows an O that begins a block."""
     characters, begin = reader.characters, reader.at
     label: str | None = None
     if characters[begin : begin + 1] == "<":
-        label = f"<{reader.key()}>"
+        label = f"<{reader.read_key()}>"
     elif characters[begin : begin + 1] in ("#", "["):
         reader.values, values = None, reader.values  # only looked over: computed where it is needed
         _skip_value(reader)
         reader.values = values
     else:
-        label = _label_number(reader.word_value("O"), reader, begin)
-    found = _KEYWORD.match(characters, reader.at)
-    if found is None:
+        label = _label_of_number(reader.read_word("O"), reader, begin)
+    keyword = _KEYWORD.match(characters, reader.at)
+    if keyword is None:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
             raise reader.error(
@@ -199,9 +203,9 @@ def _o_word(reader: ValueReader) -> OWord:
                 f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number",
                 reader.at,
             )
-        o.bare()
+        o.check_bare()
         return o
-    return OWord(label, found.group().lower(), reader, found.end(), begin)
+    return OWord(label, keyword.group().lower(), reader, keyword.end(), begin)
 
 
 def _skip_value(reader: ValueReader) -> None:
@@ -216,20 +220,20 @@ def _skip_value(reader: ValueReader) -> None:
         elif depth == 0 and character not in "#0123456789":
             if character != "<" or characters[reader.at - 1] != "#":
                 return
-            reader.key()
+            reader.read_key()
             return
         reader.at += 1
         if depth == 0 and character == "]":
             return
 
 
-def _label_number(value: float, reader: ValueReader, at: int) -> str:
+def _label_of_number(value: float, reader: ValueReader, at: int) -> str:
     if value != round(value) or value < 0:
         raise reader.error("VP023", f"O{value:g}: a number after O is whole and not negative", at)
     return str(round(value))
 
 
-def _strange(character: str, first: bool) -> str:
+def _describe_strange(character: str, first: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":
@@ -248,24 +252,24 @@ def _strange(character: str, first: bool) -> str:
 
 
 @lru_cache(maxsize=_KEPT_LINES)
-def _without_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
+def _strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
     """The line in upper case without blanks, a comment as one ``(``; the place of each character and of the end; the comment.
 
     Only the last comment counts, and only one in parentheses can be a message.
     """
     if "(" not in text and ";" not in text:
         if not any(blank in text for blank in _BLANKS):
-            return _upper(text), range(len(text) + 1), None
+            return _to_upper(text), range(len(text) + 1), None
         places = [at for at, character in enumerate(text) if character not in _BLANKS]
-        return _upper("".join([text[at] for at in places])), [*places, len(text)], None
+        return _to_upper("".join([text[at] for at in places])), [*places, len(text)], None
     kept: list[str] = []
     places, comment, at = [], None, 0
     while at < len(text):
         character = text[at]
         if character in "(;":
-            found, end = _comment(text, at)
+            last, end = _read_comment(text, at)
             if character == "(":
-                comment = found
+                comment = last
             kept.append("(")
             places.append(at)
             at = end
@@ -274,15 +278,15 @@ def _without_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
             kept.append(character)
             places.append(at)
         at += 1
-    return _upper("".join(kept)), [*places, len(text)], comment
+    return _to_upper("".join(kept)), [*places, len(text)], comment
 
 
-def _upper(text: str) -> str:
+def _to_upper(text: str) -> str:
     """Upper case, character by character: some letters of other alphabets would become two."""
     return text.upper() if text.isascii() else "".join(c.upper() if c.isascii() else c for c in text)
 
 
-def _comment(text: str, at: int) -> tuple[str, int]:
+def _read_comment(text: str, at: int) -> tuple[str, int]:
     """Text of the comment that begins at ``at``, and where reading goes on."""
     if text[at] == ";":
         return text[at + 1 :].rstrip("\r"), len(text)

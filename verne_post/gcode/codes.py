@@ -1,6 +1,6 @@
 """Modal groups of G and M codes, and the words that each code uses. G numbers are times ten.
 
-A dialect has a table of its own, made from this one (:mod:`verne_post.gcode.dialects`).
+Another dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
 from collections.abc import Mapping

@@ -30,12 +30,12 @@ class CycleCodes(MotionCodes):
     #: L0 stores the words of a cycle and drills no hole.
     stores_without_holes: ClassVar[bool] = False
 
-    def _cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
+    def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
         state = self.state
         name = g_name(motion)
         _u, _v, normal, *_ = PLANES[state.plane]
-        state.position = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=False))
+        state.position = list(self._motion_start(MoveKind.RAPID, absolute=state.absolute, machine=False))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and state.cycle is not None and state.cycle.normal == normal
         cycle = self._cycle_heights(block, motion, normal, state.cycle if goes_on else None)
@@ -44,9 +44,9 @@ class CycleCodes(MotionCodes):
         if repeats == 0 and self.stores_without_holes:
             return
         if not 1 <= repeats <= MAX_HOLES:
-            raise BlockError("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", block.columns["L"])
+            raise block.error("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", "L")
         if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
-            raise BlockError("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", block.columns.get("Q"))
+            raise block.error("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", "Q")
         if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
             raise BlockError("VP017", f"{name} needs a turning spindle; give S and M3 or M4 first")
         if motion in (740, 840) and state.spindle_reversed != (motion == 740):
@@ -58,7 +58,7 @@ class CycleCodes(MotionCodes):
         if control.mode == PathMode.BLEND:
             state.control = PathControl(PathMode.EXACT_PATH)
         try:
-            self._holes(block, motion, cycle, repeats)
+            self._drill_holes(block, motion, cycle, repeats)
         finally:
             state.control = control
 
@@ -70,9 +70,7 @@ class CycleCodes(MotionCodes):
         for axis in axes:
             if axis > 2:
                 letter = AXES[axis]
-                raise BlockError(
-                    "VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", block.columns[letter]
-                )
+                raise block.error("VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
             raise BlockError("VP017", f"{g_name(motion)} with inverse-time feed (G93); use G94")
         if state.compensation is not None:
@@ -112,20 +110,16 @@ class CycleCodes(MotionCodes):
         clear, bottom = self._heights(start, r, z)
         of_g90 = (state.absolute, state.absolute)
         if before is not None:
-            (clear, bottom), of_g90 = self._after_change(block, motion, before, (clear, bottom), z)
+            (clear, bottom), of_g90 = self._heights_after_change(block, motion, before, (clear, bottom), z)
         if clear < bottom:
-            raise BlockError(
-                "VP007",
-                f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm",
-                block.columns.get("R"),
-            )
+            raise block.error("VP007", f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm", "R")
         step = self._length(block.words["Q"]) if "Q" in block.words else before.step if before else None
         if motion in _NEEDS_STEP:
             if step is None:
                 raise BlockError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
-                raise BlockError("VP007", f"Q{step:g}: the depth of a peck is greater than 0", block.columns.get("Q"))
-        dwell = self._seconds(block) if "P" in block.words else before.dwell if before else None
+                raise block.error("VP007", f"Q{step:g}: the depth of a peck is greater than 0", "Q")
+        dwell = self._dwell_seconds(block) if "P" in block.words else before.dwell if before else None
         if motion in self.needs_dwell and dwell is None:
             raise BlockError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None
@@ -146,12 +140,12 @@ class CycleCodes(MotionCodes):
             return r, z
         return start + r, start + r + z
 
-    def _after_change(
+    def _heights_after_change(
         self, block: Block, motion: int, before: Cycle, anew: tuple[float, float], z: float
     ) -> tuple[tuple[float, float], tuple[bool, bool]]:
         """Heights of R and the bottom, and whether the numbers are of G90, where some are kept from blocks before.
 
-        ``anew`` are the heights with the numbers read in the mode of now. A warning where that is another hole.
+        ``anew`` are the heights with the numbers read in the current mode. Warns where that is another hole.
         """
         absolute, letter = self.state.absolute, AXES[before.normal]
         fresh = "R" in block.words, letter in block.words
@@ -173,25 +167,25 @@ class CycleCodes(MotionCodes):
             )  # fmt: skip
         return hole, (was[0], was[1]) if self.keeps_heights else (absolute, absolute)
 
-    def _seconds(self, block: Block) -> float:
+    def _dwell_seconds(self, block: Block) -> float:
         """The dwell of P."""
         seconds = block.words["P"]
         if seconds < 0:
-            raise BlockError("VP007", f"P{seconds:g}: a dwell is not negative", block.columns["P"])
+            raise block.error("VP007", f"P{seconds:g}: a dwell is not negative", "P")
         if seconds > MAX_DWELL_S:
-            raise BlockError("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", block.columns["P"])
+            raise block.error("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", "P")
         return seconds
 
     # --- the moves ---------------------------------------------------------------------------------
 
-    def _holes(self, block: Block, motion: int, cycle: Cycle, repeats: int) -> None:
+    def _drill_holes(self, block: Block, motion: int, cycle: Cycle, repeats: int) -> None:
         state = self.state
         u, v, w, *_ = PLANES[state.plane]
         position = state.position
         step = {axis: self._axis_value(block, axis) if AXES[axis] in block.words else None for axis in (u, v)}
         retract = max(cycle.start, cycle.clear) if state.initial_level else cycle.clear
         above = position[w]
-        # up before anything goes sideways: to R, under G98 to the initial level
+        # first retract: to R, under G98 to the initial level
         if min(above, cycle.start) < cycle.clear or above < retract:
             self._go(block, MoveKind.RAPID, {w: retract})
             above = retract
@@ -199,7 +193,7 @@ class CycleCodes(MotionCodes):
             axis: position[axis] if value is None or not state.absolute else value for axis, value in step.items()
         }
         for _hole in range(repeats):
-            if block.polar and not state.absolute:  # on from where the last hole is
+            if block.polar and not state.absolute:  # from the last hole
                 target = dict(zip((u, v), self._polar_place(block), strict=True))
             else:
                 for axis, value in step.items():
@@ -208,7 +202,7 @@ class CycleCodes(MotionCodes):
             self._go(block, MoveKind.RAPID, {**target, w: above})
             if above != cycle.clear:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
-            self._hole(block, motion, cycle, retract)
+            self._drill_hole(block, motion, cycle, retract)
             above = retract
 
     def _polar_place(self, block: Block) -> list[float]:
@@ -217,37 +211,37 @@ class CycleCodes(MotionCodes):
         x, y = self.state.position[:2]
         return [unit * value for value in polar_end(block, x / unit, y / unit, absolute=False)]
 
-    def _hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
+    def _drill_hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
         w = PLANES[self.state.plane][2]
         rapid, feed = MoveKind.RAPID, MoveKind.FEED
         if motion in _NEEDS_STEP:
-            self._pecks(block, motion, cycle)
+            self._peck(block, motion, cycle)
         elif motion == 870:
             self._back_bore(block, cycle, retract)
             return
         self._go(block, feed, {w: cycle.bottom})
         if motion in (740, 840):
             backwards = self.state.spindle_reversed
-            self._spindle(block.line, on=True, backwards=not backwards)
-            self._wait(block, cycle.dwell or 0.0)
+            self._switch_spindle(block.line, on=True, backwards=not backwards)
+            self._record_dwell(block, cycle.dwell or 0.0)
             self._go(block, feed, {w: retract})
-            self._spindle(block.line, on=True, backwards=backwards)
+            self._switch_spindle(block.line, on=True, backwards=backwards)
             return
         if motion in _DWELLS and (motion in self.needs_dwell or cycle.dwell):
-            self._wait(block, cycle.dwell or 0.0)
+            self._record_dwell(block, cycle.dwell or 0.0)
         if motion == 850:
             self._go(block, feed, {w: cycle.clear})
         if motion in (860, 880):
-            self._spindle(block.line, on=False)
+            self._switch_spindle(block.line, on=False)
         if motion == 880:
             self.recorder.event(block.line, "stop", stop="program")
             self.state.position = [retract if axis == w else value for axis, value in enumerate(self.state.position)]
         else:
             self._go(block, feed if motion == 890 else rapid, {w: retract})
         if motion in (860, 880):
-            self._spindle(block.line, on=True, backwards=self.state.spindle_reversed)
+            self._switch_spindle(block.line, on=True, backwards=self.state.spindle_reversed)
 
-    def _pecks(self, block: Block, motion: int, cycle: Cycle) -> None:
+    def _peck(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""
         w = PLANES[self.state.plane][2]
         step = cycle.step or 0.0
@@ -270,21 +264,21 @@ class CycleCodes(MotionCodes):
         beside = {u: hole[u] + shift[u], v: hole[v] + shift[v]}
         rapid, backwards = MoveKind.RAPID, state.spindle_reversed
         self._go(block, rapid, beside)
-        self._orient(block)
+        self._orient_spindle(block)
         self._go(block, rapid, {w: cycle.bottom})
         self._go(block, rapid, hole)
-        self._spindle(block.line, on=True, backwards=backwards)
+        self._switch_spindle(block.line, on=True, backwards=backwards)
         self._go(block, MoveKind.FEED, {w: top})
         self._go(block, MoveKind.FEED, {w: cycle.bottom})
-        self._orient(block)
+        self._orient_spindle(block)
         self._go(block, rapid, beside)
         self._go(block, rapid, {w: retract})
         self._go(block, rapid, hole)
-        self._spindle(block.line, on=True, backwards=backwards)
+        self._switch_spindle(block.line, on=True, backwards=backwards)
 
-    def _orient(self, block: Block) -> None:
+    def _orient_spindle(self, block: Block) -> None:
         backwards = self.state.spindle_reversed
-        self._spindle(block.line, on=False)
+        self._switch_spindle(block.line, on=False)
         self.state.spindle_reversed = backwards
         self.recorder.event(block.line, "orient", angle=0.0)
 
@@ -294,5 +288,5 @@ class CycleCodes(MotionCodes):
             end[axis] = value
         self._record(block.line, kind, end, [0, 1, 2], absolute=True)
 
-    def _wait(self, block: Block, seconds: float) -> None:
+    def _record_dwell(self, block: Block, seconds: float) -> None:
         self.recorder.add(self.state, block.line, MoveKind.DWELL, self.state.position, seconds)

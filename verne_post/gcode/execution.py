@@ -149,7 +149,7 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
         last = min(last, stop.after_line + 1 - chunk.first_line)
     if stop.before_line is not None and in_main and flow.line < stop.before_line:
         last = min(last, stop.before_line - chunk.first_line)
-    if last - row < plain.MIN_LINES or not plain.ready(interpreter.state, chunk.lines, row):
+    if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, chunk.lines, row):
         return False
     done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line)
     if done > row:

@@ -87,11 +87,11 @@ class ValueReader:
         """An error at a character."""
         return BlockError(code, message, self.column(at))
 
-    def word_value(self, letter: str, bound: float = MAX_NUMBER) -> float:
+    def read_word(self, letter: str, bound: float = MAX_NUMBER) -> float:
         """The value after a letter: as :meth:`value`, within bounds, and no second sign or point after a number."""
         begin = self.at
-        if (found := _NUMBER.match(self.characters, begin)) is not None:
-            end = found.end()
+        if (match := _NUMBER.match(self.characters, begin)) is not None:
+            end = match.end()
             if self.characters[end : end + 1] in ("+", "-", "."):
                 raise self.error("VP001", f"{letter}{self.characters[begin : end + 1]}: not a number", end)
         value = self.value(letter)
@@ -102,33 +102,33 @@ class ValueReader:
     def value(self, owner: str) -> float:
         """A number, parameter, bracket or function; ``owner`` is what needs it, for messages."""
         characters, begin = self.characters, self.at
-        if (found := _NUMBER.match(characters, begin)) is not None:
-            self.at = found.end()
-            return self._finite(float(found.group()), begin)
+        if (match := _NUMBER.match(characters, begin)) is not None:
+            self.at = match.end()
+            return self._finite(float(match.group()), begin)
         first = characters[begin : begin + 1]
         if first == "[":
-            return self._finite(self.bracket(), begin)
+            return self._finite(self.read_bracket(), begin)
         if first == "#":
             return self._parameter()
         if first in ("+", "-") and first and re.match(r"[#\[A-Z]", characters[begin + 1 :]):
             self.at += 1
             value = self.value(owner)
             return -value if first == "-" else value
-        if first and (found := _LETTERS.match(characters, begin)) is not None:
-            name = next((name for name in _FUNCTIONS_LONGEST_FIRST if found.group().startswith(name)), None)
+        if first and (match := _LETTERS.match(characters, begin)) is not None:
+            name = next((name for name in _FUNCTIONS_LONGEST_FIRST if match.group().startswith(name)), None)
             if name is not None:
                 self.at += len(name)
                 return self._finite(self._function(name, begin), begin)
         shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
 
-    def assigned(self, owner: str) -> float:
+    def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""
         if self.values is not None and self.values.custom_macro:
             return self._binary(1)
-        return self.word_value(owner, math.inf)
+        return self.read_word(owner, math.inf)
 
-    def bracket(self) -> float:
+    def read_bracket(self) -> float:
         """An expression in brackets."""
         begin = self.at
         if self.characters[begin : begin + 1] != "[":
@@ -142,14 +142,14 @@ class ValueReader:
         self._depth -= 1
         return value
 
-    def key(self) -> Key:
+    def read_key(self) -> Key:
         """What follows a ``#``: an index or a name."""
         begin = self.at
-        if (found := _NAME.match(self.characters, begin)) is not None:
-            self.at = found.end()
-            if not found.group(1):
+        if (match := _NAME.match(self.characters, begin)) is not None:
+            self.at = match.end()
+            if not match.group(1):
                 raise self.error("VP001", "the name of a parameter is missing", begin)
-            return found.group(1).lower()
+            return match.group(1).lower()
         if self.characters[begin : begin + 1] == "<":
             raise self.error("VP001", "the name of a parameter is not closed; expected '>'", begin)
         self._deeper(begin)
@@ -165,7 +165,7 @@ class ValueReader:
         if self.values is None:
             raise self.error("VP001", "'#': parameters mean nothing here", begin)
         self.at += 1
-        key = self.key()
+        key = self.read_key()
         try:
             return self.values.value(key)
         except BlockError as error:
@@ -184,12 +184,12 @@ class ValueReader:
     def _binary(self, least: int) -> float:
         left = self.value("an expression")
         while True:
-            found = _OPERATOR.match(self.characters, self.at)
-            if found is None or _PRECEDENCE[found.group()] < least:
+            match = _OPERATOR.match(self.characters, self.at)
+            if match is None or _PRECEDENCE[match.group()] < least:
                 return left
-            begin, self.at = self.at, found.end()
-            right = self._binary(_PRECEDENCE[found.group()] + 1)
-            left = self._finite(self._apply(found.group(), left, right, begin), begin)
+            begin, self.at = self.at, match.end()
+            right = self._binary(_PRECEDENCE[match.group()] + 1)
+            left = self._finite(self._apply(match.group(), left, right, begin), begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
         if operator in ("AND", "OR", "XOR") and self.values is not None and self.values.custom_macro:
@@ -210,12 +210,12 @@ class ValueReader:
             raise self.error("VP001", f"{name} needs its argument in brackets: {name}[...]", self.at)
         if name == "EXISTS":
             return self._exists()
-        argument = self.bracket()
+        argument = self.read_bracket()
         if name == "ATAN":
             if self.characters[self.at : self.at + 1] != "/":
                 raise self.error("VP001", "ATAN has two arguments: ATAN[y]/[x]", self.at)
             self.at += 1
-            return math.degrees(math.atan2(argument, self.bracket()))
+            return math.degrees(math.atan2(argument, self.read_bracket()))
         allowed, what = _DOMAIN.get(name, (None, ""))
         if allowed is not None and not allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
@@ -227,11 +227,11 @@ class ValueReader:
             return math.inf
 
     def _exists(self) -> float:
-        found = re.match(r"\[#<([^<>]+)>\]", self.characters[self.at :])
-        if found is None or self.values is None:
+        match = re.match(r"\[#<([^<>]+)>\]", self.characters[self.at :])
+        if match is None or self.values is None:
             raise self.error("VP001", "EXISTS takes a named parameter: EXISTS[#<name>]", self.at)
-        self.at += found.end()
-        return float(self.values.exists(found.group(1).lower()))
+        self.at += match.end()
+        return float(self.values.exists(match.group(1).lower()))
 
 
 def _round(value: float) -> float:

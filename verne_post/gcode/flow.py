@@ -39,7 +39,7 @@ class _Frame:
 def _holds(o: OWord, line: int) -> bool:
     """The condition of if or elseif in a line, which need not be the one that is executed."""
     try:
-        return bool(o.condition())
+        return bool(o.read_condition())
     except BlockError as error:
         raise BlockError(error.code, error.message, error.column, line) from None
 
@@ -103,50 +103,50 @@ class Flow:
             return
         _ = self.text.structure  # labels that do not fit together are errors from the first O word on
         try:
-            self._take(o, line)
+            self._execute_o_word(o, line)
         except BlockError as error:
             column = error.column or (None if error.line else o.reader.column(o.label_at - 1))
             raise BlockError(error.code, error.message, column, error.line) from None
 
-    def _take(self, o: OWord, line: int) -> None:
+    def _execute_o_word(self, o: OWord, line: int) -> None:
         if o.keyword == "call":
-            self._call(o, line)
+            self._execute_call(o, line)
         elif o.keyword in ("return", "endsub"):
-            self._return(o)
+            self._execute_return(o)
         elif o.keyword == "sub":
             self._skip_sub(o, line)
         elif o.keyword == "if":
-            self._branch(o, line)
+            self._execute_if(o, line)
         elif o.keyword in ("elseif", "else"):  # the branch before it has been executed
             self.line = self.text.structure.end[line] + 1
         elif o.keyword in ("break", "continue"):
-            self._leave_round(o, line)
+            self._execute_leave(o, line)
         else:
-            self._loop(o, line)
+            self._execute_loop(o, line)
 
-    def _branch(self, o: OWord, line: int) -> None:
+    def _execute_if(self, o: OWord, line: int) -> None:
         structure = self.text.structure
         while not _holds(o, line):
             line = structure.branch[line]
             if line == structure.end.get(line, line):  # endif
                 break
-            found = self.interpreter.read(decode_line(self.text.line(line)), line).o
-            assert found is not None
-            o = found
+            o_word = self.interpreter.read(decode_line(self.text.line(line)), line).o
+            assert o_word is not None
+            o = o_word
             if o.keyword == "else":
                 break
         self.line = line + 1
 
-    def _loop(self, o: OWord, line: int) -> None:
+    def _execute_loop(self, o: OWord, line: int) -> None:
         structure, counters = self.text.structure, self._frames[-1].counters
         if o.keyword == "while":
             if line in structure.begin:  # of do
-                if o.condition():
+                if o.read_condition():
                     self.line = structure.begin[line] + 1
-            elif not o.condition():
+            elif not o.read_condition():
                 self.line = structure.end[line] + 1
         elif o.keyword == "repeat":
-            rounds = round(o.condition())
+            rounds = round(o.read_condition())
             if rounds <= 0:
                 self.line = structure.end[line] + 1
             counters[line] = rounds
@@ -160,7 +160,7 @@ class Flow:
             if counters[begin] > 0:
                 self.line = begin + 1
 
-    def _leave_round(self, o: OWord, line: int) -> None:
+    def _execute_leave(self, o: OWord, line: int) -> None:
         structure = self.text.structure
         end = structure.end[structure.loop[line]]
         self.line = end + 1 if o.keyword == "break" else end
@@ -175,9 +175,9 @@ class Flow:
             )
         self.line = self.text.structure.subs[o.label or ""][1] + 1
 
-    def _call(self, o: OWord, line: int) -> None:
-        label = o.labelled()
-        arguments = o.arguments()
+    def _execute_call(self, o: OWord, line: int) -> None:
+        label = o.resolve_label()
+        arguments = o.read_arguments()
         if len(arguments) > MAX_ARGUMENTS:
             raise BlockError(
                 "VP023", f"o{label} call with {len(arguments)} arguments; there are at most {MAX_ARGUMENTS}"
@@ -199,7 +199,7 @@ class Flow:
             if label in text.structure.programs and label not in text.structure.subs:
                 raise BlockError("VP023", f"o{label} is a subprogram of M98 and M99; call it with M98 P{label}")
         name = label.strip("<>")
-        text_of_file = self._file(name)
+        text_of_file = self._find_file(name)
         if text_of_file is None:
             raise BlockError(
                 "VP023",
@@ -209,7 +209,7 @@ class Flow:
             raise BlockError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
         return text_of_file, text_of_file.structure.subs[label]
 
-    def _file(self, name: str) -> ProgramText | None:
+    def _find_file(self, name: str) -> ProgramText | None:
         if name not in self._files:
             source = self.interpreter.setup.subroutines.get(name)
             if source is None:
@@ -229,13 +229,13 @@ class Flow:
         self.text, self.line = text, begin
         return frame
 
-    def _return(self, o: OWord) -> None:
+    def _execute_return(self, o: OWord) -> None:
         frame = self._frames[-1]
         if frame.label is None:
             raise BlockError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
         if frame.program:
             raise BlockError("VP023", f"o{o.label or ''} {o.keyword} in a subprogram that M98 has called; expected M99")
-        value = o.returned()
+        value = o.read_return_value()
         store = self.interpreter.state.store
         store.named["_value"] = 0.0 if value is None else value
         store.named["_value_returned"] = float(value is not None)
@@ -290,9 +290,9 @@ class Flow:
             if label in text.structure.subs:
                 raise BlockError("VP023", f"o{label} sub is called with o{label} call, not with M98")
         for name in (label, f"o{label}", f"o{int(label):04d}", f"{int(label):04d}"):
-            found = self._file(name)
-            if found is not None:
-                return found, found.structure.programs.get(label, 0)
+            text_of_file = self._find_file(name)
+            if text_of_file is not None:
+                return text_of_file, text_of_file.structure.programs.get(label, 0)
         raise BlockError(
             "VP023",
             f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or O{int(label):04d}.nc beside it",

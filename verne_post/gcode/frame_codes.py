@@ -33,9 +33,9 @@ def whole(block: Block, letter: str) -> int:
     value = block.words[letter]
     number = round(value)
     if abs(value - number) > WHOLE_NUMBER:
-        raise BlockError("VP007", f"{letter}{value:g} must be a whole number", block.columns[letter])
+        raise block.error("VP007", f"{letter}{value:g} must be a whole number", letter)
     if number < 0:
-        raise BlockError("VP007", f"{letter}{value:g} must not be negative", block.columns[letter])
+        raise block.error("VP007", f"{letter}{value:g} must not be negative", letter)
     return number
 
 
@@ -43,7 +43,7 @@ def polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple[floa
     """Where the polar words of a block lead from a place, all in the unit of the program."""
     distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
     if distance < ZERO_LENGTH_MM and (not absolute or "^" not in block.polar):
-        raise BlockError("VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", block.columns["X"])
+        raise block.error("VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", "X")
     if absolute:
         distance, angle = block.polar.get("@", distance), block.polar.get("^", angle)
     else:
@@ -64,7 +64,7 @@ class FrameCodes:
         letter = AXES[axis]
         value = self._length(block.words[letter]) if letter in LINEAR else block.words[letter]
         if self.setup.machine and abs(value) > (MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG):
-            raise BlockError("VP007", f"{letter}{value:g} is beyond any machine", block.columns[letter])
+            raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
         return value
 
     def _named_axes(self, block: Block) -> list[int]:
@@ -74,16 +74,14 @@ class FrameCodes:
         for axis in axes:
             if not self.state.known[axis]:
                 letter = AXES[axis]
-                raise BlockError(
-                    "VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
-                    f"name {letter} with G90 first", block.columns.get(letter),
-                )  # fmt: skip
+                raise block.error("VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
+                    f"name {letter} with G90 first", letter)  # fmt: skip
 
     def _refuse_compensation(self, code: str) -> None:
         if self.state.compensation is not None:
             raise BlockError("VP017", f"{code} under cutter compensation; write G40 first")
 
-    def _one_tool(self, tool: int) -> None:
+    def _check_one_tool(self, tool: int) -> None:
         """--tool-length is the length of one tool."""
         state = self.state
         if self.setup.tool_length is not None and state.only_tool not in (None, tool):
@@ -94,7 +92,7 @@ class FrameCodes:
             )
         state.only_tool = tool
 
-    def _tool_length(self, block: Block, code: int) -> None:
+    def _set_tool_length(self, block: Block, code: int) -> None:
         state = self.state
         state.length_given = True
         if code == 490:
@@ -107,9 +105,7 @@ class FrameCodes:
             if self.setup.machine and any(values[:2] + values[3:]):
                 raise BlockError("VP007", "G43.1 can only set a length (Z) on this machine; X, Y and angles must be 0")
             if self.setup.machine and values[2] < 0:
-                raise BlockError(
-                    "VP007", f"G43.1 Z{block.words['Z']:g}: a tool length is not negative", block.columns["Z"]
-                )
+                raise block.error("VP007", f"G43.1 Z{block.words['Z']:g}: a tool length is not negative", "Z")
             offset = vector9(values)
         elif code == 432:
             if "H" not in block.words:
@@ -125,7 +121,7 @@ class FrameCodes:
         number = whole(block, "H") if "H" in block.words else 0
         if self.setup.tool_length is not None:
             if number:
-                self._one_tool(number)
+                self._check_one_tool(number)
             return ZERO9
         if number == 0:
             number = state.loaded_tool or 0
@@ -137,10 +133,11 @@ class FrameCodes:
             return ZERO9
         if state.tools is None or number not in state.tools:
             why = "there is no tool table" if state.tools is None else "the tool table has no such tool"
-            raise BlockError(
-                "VP012", f"H{number}: {why}; give --tool-table FILE or --tool-length MM, or G10 L1 P{number} Z in the program",
-                block.columns.get("H"),
-            )  # fmt: skip
+            raise block.error(
+                "VP012",
+                f"H{number}: {why}; give --tool-table FILE or --tool-length MM, or G10 L1 P{number} Z in the program",
+                "H",
+            )
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
             raise BlockError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
@@ -184,7 +181,7 @@ class FrameCodes:
         if frame.tool != old.tool:
             state.systems = {number: replace(item, tool=frame.tool) for number, item in state.systems.items()}
 
-    def _g10(self, block: Block) -> None:
+    def _execute_g10(self, block: Block) -> None:
         state = self.state
         if block.words.get("L") == 0:
             if state.loaded_tool:
@@ -197,19 +194,17 @@ class FrameCodes:
             raise BlockError("VP005", "G10 needs L and P")
         kind, number = whole(block, "L"), whole(block, "P")
         if kind in (1, 10, 11):
-            self._g10_tool(block, kind, number, self._named_axes(block))
+            self._set_tool_offset(block, kind, number, self._named_axes(block))
             return
         if kind not in (2, 20):
-            raise BlockError(
-                "VP002",
-                f"G10 L{kind} is not a code of this language; expected L0, L1, L2, L10, L11 or L20",
-                block.columns["L"],
+            raise block.error(
+                "VP002", f"G10 L{kind} is not a code of this language; expected L0, L1, L2, L10, L11 or L20", "L"
             )
         for letter in "IJQ":
             if letter in block.words:
-                raise BlockError("VP006", f"G10 L{kind} does not use {letter}", block.columns[letter])
+                raise block.error("VP006", f"G10 L{kind} does not use {letter}", letter)
         if not 0 <= number <= 9:
-            raise BlockError("VP007", f"P{number}: work systems are P1 to P9, P0 is the active one", block.columns["P"])
+            raise block.error("VP007", f"P{number}: work systems are P1 to P9, P0 is the active one", "P")
         if kind == 2:
             self._set_origin(block, number or state.frame.system)
         else:
@@ -226,7 +221,7 @@ class FrameCodes:
     def _set_origin_here(self, block: Block, system: int) -> None:
         """G10 L20: the origin such that the present place gets the given values."""
         if "R" in block.words:
-            raise BlockError("VP006", "G10 L20 does not use R", block.columns["R"])
+            raise block.error("VP006", "G10 L20 does not use R", "R")
         axes, coordinates = self._named_axes(block), self.setup.coordinates
         self._require_known(block, axes, "G10 L20")
         frame = self._stored_frame(system)
@@ -246,11 +241,11 @@ class FrameCodes:
         if frame.system == self.state.frame.system:
             self._set_frame(frame)
 
-    def _g10_tool(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
+    def _set_tool_offset(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
         """The tool table: L1 the offset itself; L10, L11 such that the present place gets the values."""
         state = self.state
         if number < 1:
-            raise BlockError("VP007", f"P{number}: a tool number is 1 or more", block.columns["P"])
+            raise block.error("VP007", f"P{number}: a tool number is 1 or more", "P")
         tools = dict(state.tools or {})
         old = tools.get(number, Tool(number, number, ZERO9))
         offset = np.array(old.offset)
@@ -279,11 +274,11 @@ class FrameCodes:
         diameter = 2 * self._length(block.words["R"]) if "R" in block.words else old.diameter
         for letter in "IJQ":
             if letter in block.words:
-                raise BlockError("VP006", f"G10 L1 uses {letter} only on a lathe", block.columns[letter])
+                raise block.error("VP006", f"G10 L1 uses {letter} only on a lathe", letter)
         tools[number] = replace(old, offset=vector9(offset), diameter=diameter)
         state.tools = tools
 
-    def _g92(self, block: Block, code: int) -> None:
+    def _execute_g92(self, block: Block, code: int) -> None:
         state = self.state
         axes = self._named_axes(block)
         if not axes:
@@ -295,9 +290,9 @@ class FrameCodes:
             value = self._axis_value(block, axis)
             g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
         state.g92_stored = tuple(g92)
-        self._shift(on=True)
+        self._apply_shift(on=True)
 
-    def _shift(self, *, on: bool) -> None:
+    def _apply_shift(self, *, on: bool) -> None:
         """The stored shift of G92 and G52 is in force, or not."""
         self.state.g92_on = on
         self._set_frame(replace(self.state.frame, g92=vector9(self.state.g92_stored) if on else ZERO9))

@@ -63,7 +63,7 @@ class Interpreter(ModalCodes):
         return text
 
     def read(self, text: str, line: int) -> Block:
-        """Read a line; parameters have the values of now."""
+        """Read a line; with the current values of parameters."""
         return read_block(text, line, self.parameters)
 
     def execute(self, block: Block) -> None:
@@ -76,36 +76,36 @@ class Interpreter(ModalCodes):
         """
         self.call = None
         for key, value, column in block.settings:
-            self._set(key, value, column)
+            self._set_parameter(key, value, column)
         if block.comment is not None:
-            self._comment(block)
+            self._show_comment(block)
         if not (block.codes or block.words):
             return
-        g, m = self._codes(block)
+        g, m = self._group_codes(block)
         active = self.state.motion
         motion = self._plan(block, g, m)
-        self._feed_mode(block, g)
-        self._speed_and_tool(block, m)
+        self._set_feed(block, g)
+        self._execute_auxiliary(block, m)
         if 40 in g.values():
             self._dwell(block)
-        self._modes(block, g)
+        self._set_modes(block, g)
         non_modal = g.get("non-modal")
         if non_modal is not None and non_modal != 40:
-            self._non_modal(block, non_modal)
+            self._execute_non_modal(block, non_modal)
         if motion in CYCLES:
-            self._cycle(block, motion, goes_on=active == motion)
+            self._execute_cycle(block, motion, goes_on=active == motion)
         elif motion is not None and motion != 800:
             self._move(block, motion, machine="machine coordinates" in g)
-        self._stop(block, m)
-        self._subprogram(block, m)
+        self._execute_stops(block, m)
+        self._execute_call(block, m)
 
-    def _set(self, key: int | str, value: float, column: int) -> None:
+    def _set_parameter(self, key: int | str, value: float, column: int) -> None:
         try:
             self.parameters.set(key, value)
         except BlockError as error:
             raise BlockError(error.code, error.message, column) from None
 
-    def _comment(self, block: Block) -> None:
+    def _show_comment(self, block: Block) -> None:
         answer = read_message(block.comment or "", self.parameters)
         if answer is None:
             return
@@ -123,9 +123,7 @@ class Interpreter(ModalCodes):
         for letter in axes:
             if letter not in self.setup.axes:
                 named = ", ".join(self.setup.axes)
-                raise BlockError(
-                    "VP011", f"{letter}: the machine has no such axis; it has {named}", block.columns[letter]
-                )
+                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {named}", letter)
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
             raise BlockError(
@@ -148,18 +146,14 @@ class Interpreter(ModalCodes):
             taker = g_name(non_modal if non_modal in TAKES_AXES else 431)
             raise BlockError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
         if axes and explicit == 800 and not takes:
-            raise BlockError("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", block.columns[axes[0]])
+            raise block.error("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", axes[0])
         if explicit is not None or takes:
             return explicit
         words = axes or [letter for letter in "IJK" if self.state.vectors and letter in block.words]
         if words and self.state.motion is None:
-            raise BlockError(
-                "VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", block.columns[words[0]]
-            )
+            raise block.error("VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", words[0])
         if axes and self._has_user_code(block):
-            raise BlockError(
-                "VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", block.columns[axes[0]]
-            )
+            raise block.error("VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", axes[0])
         return self.state.motion if words else None
 
     def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:
@@ -185,7 +179,7 @@ class Interpreter(ModalCodes):
 
     # --- ends, subprograms ---------------------------------------------------------------------
 
-    def _stop(self, block: Block, m: dict[str, list[int]]) -> None:
+    def _execute_stops(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("stopping", []):
             if code in (2, 30):
                 self.ended = True
@@ -194,7 +188,7 @@ class Interpreter(ModalCodes):
                 kind = {0: "program", 1: "optional", 60: "pallet"}[code]
                 self.recorder.event(block.line, "stop", stop=kind)
 
-    def _subprogram(self, block: Block, m: dict[str, list[int]]) -> None:
+    def _execute_call(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("subprograms", []):
             column = next(at for letter, number, at in block.codes if letter == "M" and round(number) == code)
             if code == 99:
@@ -237,7 +231,7 @@ class Interpreter(ModalCodes):
 
     # --- codes ---------------------------------------------------------------------------------------
 
-    def _codes(self, block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
+    def _group_codes(self, block: Block) -> tuple[dict[str, int], dict[str, list[int]]]:
         """G codes by modal group (times ten) and M codes by modal group; user-defined codes are executed here."""
         g: dict[str, int] = {}
         m: dict[str, list[int]] = {}

@@ -25,7 +25,7 @@ class MachineCodes(FrameCodes):
 
     # --- feed, speed, tool ---------------------------------------------------------------------
 
-    def _feed_mode(self, block: Block, g: dict[str, int]) -> None:
+    def _set_feed(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
         mode = g.get("feed mode")
         if mode is not None:
@@ -37,26 +37,26 @@ class MachineCodes(FrameCodes):
         if "F" in block.words:
             value = block.words["F"]
             if value < 0:
-                raise BlockError("VP007", f"F{value:g}: a feed rate is not negative", block.columns["F"])
+                raise block.error("VP007", f"F{value:g}: a feed rate is not negative", "F")
             state.feed_angular = value
             state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
 
-    def _speed_and_tool(self, block: Block, m: dict[str, list[int]]) -> None:
+    def _execute_auxiliary(self, block: Block, m: dict[str, list[int]]) -> None:
         state = self.state
         if "S" in block.words:
             if block.words["S"] < 0:
-                raise BlockError("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", block.columns["S"])
+                raise block.error("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", "S")
             changed = state.spindle_speed != block.words["S"]
             state.spindle_speed = block.words["S"]
             if changed and state.spindle_on and not m.get("spindle"):
-                self._spindle(block.line, on=True, backwards=state.spindle_reversed)
+                self._switch_spindle(block.line, on=True, backwards=state.spindle_reversed)
         if "T" in block.words:
             tool = whole(block, "T")
             if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise BlockError("VP012", f"T{tool}: the tool table has no such tool", block.columns["T"])
+                raise block.error("VP012", f"T{tool}: the tool table has no such tool", "T")
             state.selected_tool = tool
         for code in m.get("signals", []):
-            self._signal(block, code)
+            self._set_output(block, code)
         for code in m.get("tool change", []):
             self._change_tool(block, code)
         for code in m.get("spindle", []):
@@ -64,15 +64,15 @@ class MachineCodes(FrameCodes):
                 self.recorder.event(block.line, "orient", angle=block.words.get("R", 0.0))
                 state.spindle_on = False
             else:
-                self._spindle(block.line, on=code != 5, backwards=code == 4)
+                self._switch_spindle(block.line, on=code != 5, backwards=code == 4)
         for code in m.get("saved state", []):
-            self._save(code, block.line)
+            self._save_or_restore(code, block.line)
         for code in m.get("coolant", []):
             state.mist = code == 7 or (state.mist and code != 9)
             state.flood = code == 8 or (state.flood and code != 9)
             self.recorder.event(block.line, "coolant", state=_COOLANT[code])
         for code in m.get("override", []):
-            self._override(block, code)
+            self._set_overrides(block, code)
 
     def _change_tool(self, block: Block, code: int) -> None:
         state = self.state
@@ -82,9 +82,9 @@ class MachineCodes(FrameCodes):
                 raise BlockError("VP005", "M61 needs Q, the number of the tool")
             tool = whole(block, "Q")
             if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise BlockError("VP012", f"M61 Q{tool}: the tool table has no such tool", block.columns["Q"])
+                raise block.error("VP012", f"M61 Q{tool}: the tool table has no such tool", "Q")
         if tool:
-            self._one_tool(tool)
+            self._check_one_tool(tool)
         state.loaded_tool = tool
         if (
             state.compensation is None and state.centre is not None
@@ -97,7 +97,7 @@ class MachineCodes(FrameCodes):
         state.spindle_on = False
         self.recorder.event(block.line, "tool", number=tool)
 
-    def _spindle(self, line: int, *, on: bool, backwards: bool = False) -> None:
+    def _switch_spindle(self, line: int, *, on: bool, backwards: bool = False) -> None:
         state = self.state
         state.spindle_on = on
         if on:
@@ -107,7 +107,7 @@ class MachineCodes(FrameCodes):
 
     # --- switches and signals --------------------------------------------------------------------
 
-    def _override(self, block: Block, code: int) -> None:
+    def _set_overrides(self, block: Block, code: int) -> None:
         overrides = self.state.overrides
         if code in (48, 49):
             overrides["feed"] = overrides["speed"] = code == 48
@@ -115,7 +115,7 @@ class MachineCodes(FrameCodes):
             overrides[_SWITCHES[code]] = block.words.get("P", 1.0) != 0.0
         self.recorder.event(block.line, "override", **overrides)
 
-    def _signal(self, block: Block, code: int) -> None:
+    def _set_output(self, block: Block, code: int) -> None:
         """M62 to M68: outputs, and M66, which waits for an input."""
         if code == 66:
             self._wait_for_input(block)
@@ -139,9 +139,9 @@ class MachineCodes(FrameCodes):
             raise BlockError("VP005", "M66 needs P, a digital input, or E, an analog one")
         how = whole(block, "L") if "L" in words else 0
         if how > _MAX_WAIT:
-            raise BlockError("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", block.columns["L"])
+            raise block.error("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", "L")
         if how and "E" in words:
-            raise BlockError("VP007", "M66 E waits for nothing: only L0 goes with an analog input", block.columns["L"])
+            raise block.error("VP007", "M66 E waits for nothing: only L0 goes with an analog input", "L")
         if how and words.get("Q", 0.0) <= 0:
             raise BlockError("VP005", f"M66 L{how} needs Q, the longest time to wait, greater than 0")
         self.state.inputs_read = True
@@ -150,7 +150,7 @@ class MachineCodes(FrameCodes):
 
     # --- saved state ---------------------------------------------------------------------------------
 
-    def _save(self, code: int, line: int) -> None:
+    def _save_or_restore(self, code: int, line: int) -> None:
         saved = self.state.saved
         if code == 71:
             saved[-1] = None
@@ -176,7 +176,7 @@ class MachineCodes(FrameCodes):
             setattr(state, name, value)
         state.overrides = dict(saved.overrides)
         if (state.spindle_on, state.spindle_reversed, state.spindle_speed) != spindle:
-            self._spindle(line, on=state.spindle_on, backwards=state.spindle_reversed)
+            self._switch_spindle(line, on=state.spindle_on, backwards=state.spindle_reversed)
         if (state.mist, state.flood) != coolant:
             self.recorder.event(line, "coolant", state="off")
             for on, name in ((state.mist, "mist"), (state.flood, "flood")):
@@ -188,7 +188,7 @@ class MachineCodes(FrameCodes):
         if saved.system != frame.system:
             self._set_frame(replace(state.systems[saved.system], g92=frame.g92, tool=frame.tool))
         if saved.g92_on != state.g92_on:
-            self._shift(on=saved.g92_on)
+            self._apply_shift(on=saved.g92_on)
         if saved.tool != state.frame.tool:
             self._set_frame(replace(state.frame, tool=saved.tool))
 

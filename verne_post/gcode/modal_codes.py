@@ -16,7 +16,7 @@ _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 
 class ModalCodes(CycleCodes):
     """Cycle codes, and those that set modes."""
 
-    def _modes(self, block: Block, g: dict[str, int]) -> None:
+    def _set_modes(self, block: Block, g: dict[str, int]) -> None:
         state = self.state
         if "plane" in g:
             plane = (g["plane"] - 170) // 10
@@ -28,19 +28,17 @@ class ModalCodes(CycleCodes):
         if "lathe diameter" in g:
             state.diameter_mode = g["lathe diameter"] == 70
         if state.diameter_mode and "X" in block.words:
-            raise BlockError(
-                "VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", block.columns["X"]
-            )
+            raise block.error("VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", "X")
         if "cutter compensation" in g:
             self._compensate(block, g["cutter compensation"])
         if "tool length" in g:
             self._refuse_compensation(g_name(g["tool length"]))
             state.vectors = g["tool length"] == 435
-            self._tool_length(block, g["tool length"])
+            self._set_tool_length(block, g["tool length"])
         if "work offset" in g:
             self._select_system(block, g["work offset"])
         if "path control" in g:
-            self._path_control(block, g["path control"])
+            self._set_path_control(block, g["path control"])
         if "distance" in g:
             state.absolute = g["distance"] == 900
         if "arc distance" in g:
@@ -54,15 +52,15 @@ class ModalCodes(CycleCodes):
 
     def _select_system(self, block: Block, code: int) -> None:
         state = self.state
-        system = self._system(block, code)
+        system = self._system_number(block, code)
         if system != state.frame.system:
             self._set_frame(replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool))
 
-    def _system(self, block: Block, code: int) -> int:
+    def _system_number(self, block: Block, code: int) -> int:
         """Number of the work system of a code."""
         return _SYSTEMS[code]
 
-    def _path_control(self, block: Block, code: int) -> None:
+    def _set_path_control(self, block: Block, code: int) -> None:
         if code != 640:
             mode = PathMode.EXACT_PATH if code == 610 else PathMode.EXACT_STOP
             self.state.control = PathControl(mode)
@@ -71,7 +69,7 @@ class ModalCodes(CycleCodes):
         for letter in "PQ":
             value = block.words.get(letter)
             if value is not None and value < 0:
-                raise BlockError("VP007", f"{letter}{value:g}: a tolerance is not negative", block.columns[letter])
+                raise block.error("VP007", f"{letter}{value:g}: a tolerance is not negative", letter)
             values.append(None if value is None else self._length(value))
         self.state.control = PathControl(PathMode.BLEND, values[0], values[1] if values[1] is not None else values[0])
 
@@ -80,23 +78,23 @@ class ModalCodes(CycleCodes):
     def _dwell(self, block: Block) -> None:
         if "P" not in block.words:
             raise BlockError("VP005", "G4 needs P, the time in seconds")
-        self._wait(block, self._seconds(block))
+        self._record_dwell(block, self._dwell_seconds(block))
 
-    def _non_modal(self, block: Block, code: int) -> None:
+    def _execute_non_modal(self, block: Block, code: int) -> None:
         if code == 100:
-            self._g10(block)
+            self._execute_g10(block)
         elif code in (280, 300):
-            self._home(block, code)
+            self._go_home(block, code)
         elif code in (281, 301):
             self._store_home(block, code)
         elif code in (520, 920):
-            self._g92(block, code)
+            self._execute_g92(block, code)
         elif code in (921, 922):
             if code == 921:
                 self.state.g92_stored = ZERO9
-            self._shift(on=False)
+            self._apply_shift(on=False)
         else:
-            self._shift(on=True)
+            self._apply_shift(on=True)
 
     def _store_home(self, block: Block, code: int) -> None:
         """G28.1, G30.1: the home position is where the machine stands."""

@@ -30,7 +30,7 @@ class MotionCodes(MachineCodes):
 
     # --- home --------------------------------------------------------------------------------
 
-    def _home(self, block: Block, code: int) -> None:
+    def _go_home(self, block: Block, code: int) -> None:
         state, setup = self.state, self.setup
         self._refuse_compensation(g_name(code))
         home = state.home if code == 280 else state.home2
@@ -46,7 +46,7 @@ class MotionCodes(MachineCodes):
             self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
         if state.vector is not None or state.vectors:
             self._check_vector_axes(block, moving, machine=False)
-        via = list(self._start_of_motion(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
+        via = list(self._motion_start(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
         if _C in moving:
             self.recorder.fix_c(block.line)
         for axis in moving:
@@ -62,10 +62,10 @@ class MotionCodes(MachineCodes):
                 raise BlockError(
                     "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
-        self._leave_vector_for_machine(block, chosen, g_name(code))
-        self._to_machine(block.line, MoveKind.RAPID, self._home_of(block, code, home, chosen))
+        self._end_vector_for_machine(block, chosen, g_name(code))
+        self._move_to_machine(block.line, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
 
-    def _home_of(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
+    def _home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
         """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
         targets = {axis: home[axis] for axis in axes}
         state, coordinates = self.state, self.setup.coordinates
@@ -82,10 +82,8 @@ class MotionCodes(MachineCodes):
         angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
         direction = np.array([math.cos(angle), math.sin(angle), 0.0])
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
-            raise BlockError(
-                "VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
-                "together, or turn the table to A0 C0 before", block.columns.get(AXES[axis]),
-            )  # fmt: skip
+            raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
+                "together, or turn the table to A0 C0 before", AXES[axis])  # fmt: skip
         end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
         return targets | {_X: float(end[0]), _Y: float(end[1])}
 
@@ -101,14 +99,14 @@ class MotionCodes(MachineCodes):
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
             self._refuse_compensation("G53")
-            self._leave_vector_for_machine(block, axes, "G53")
-            self._to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
+            self._end_vector_for_machine(block, axes, "G53")
+            self._move_to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
         if motion in (20, 30):
             self._require_known(block, self._arc_axes(axes), "an arc")
         if not state.absolute:
             self._require_known(block, axes, "an incremental move")
-        start = self._start_of_motion(kind, absolute=state.absolute, machine=False)
+        start = self._motion_start(kind, absolute=state.absolute, machine=False)
         end = list(start)
         if _C in axes:
             self.recorder.fix_c(block.line)
@@ -121,7 +119,7 @@ class MotionCodes(MachineCodes):
             end = self._point_tool(block, end)
             axes = [*axes, _A, _C] if self.setup.machine else axes
         if motion in (20, 30):
-            self._arc(block, motion, start, end)
+            self._move_on_arc(block, motion, start, end)
         else:
             self._record(block.line, kind, end, axes, absolute=state.absolute)
 
@@ -133,28 +131,23 @@ class MotionCodes(MachineCodes):
             return
         letter = AXES[rotary[0]]
         if state.vectors:
-            raise BlockError(
-                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words",
-                block.columns[letter],
-            )  # fmt: skip
+            raise block.error(
+                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words", letter
+            )
         if not {_A, _C} <= set(rotary):
-            raise BlockError(
-                "VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
-                "name A and C together", block.columns[letter],
-            )  # fmt: skip
+            raise block.error("VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
+                "name A and C together", letter)  # fmt: skip
         if not machine:
             state.vector = None
 
-    def _leave_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
+    def _end_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
         """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else is refused."""
         if self.state.vector is None or not set(axes) - {_Z}:
             return
         if not {_X, _Y, _A, _C} <= set(axes):
             letter = AXES[next(axis for axis in axes if axis != _Z)]
-            raise BlockError(
-                "VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
-                "or X, Y, A and C together after G43.4 or G49", block.columns.get(letter),
-            )  # fmt: skip
+            raise block.error("VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
+                "or X, Y, A and C together after G43.4 or G49", letter)  # fmt: skip
         self.state.vector = None
 
     def _point_tool(self, block: Block, end: list[float]) -> list[float]:
@@ -162,15 +155,11 @@ class MotionCodes(MachineCodes):
         for letter in "IJK":
             if letter not in block.words:
                 given = next(other for other in "IJK" if other in block.words)
-                raise BlockError(
-                    "VP005", f"{given} without {letter}: a tool axis needs I, J and K", block.columns[given]
-                )
+                raise block.error("VP005", f"{given} without {letter}: a tool axis needs I, J and K", given)
         vector = np.array([block.words[letter] for letter in "IJK"])
         size = float(np.linalg.norm(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
-            raise BlockError(
-                "VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", block.columns["I"]
-            )
+            raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
         self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
         return self.setup.coordinates.pointed(end, vector / size, self.state.frame)
 
@@ -194,7 +183,7 @@ class MotionCodes(MachineCodes):
                 "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
             )  # fmt: skip
 
-    def _start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
+    def _motion_start(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
         """Where unnamed axes stay; applies the rule for a change of tool length under tilt."""
         state = self.state
         held, state.held = state.held, None
@@ -212,10 +201,10 @@ class MotionCodes(MachineCodes):
             return state.position
         return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
 
-    def _to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
+    def _move_to_machine(self, line: int, kind: MoveKind, targets: dict[int, float]) -> None:
         """Move the named axes to machine coordinates; the others keep theirs."""
         state, coordinates = self.state, self.setup.coordinates
-        self._start_of_motion(kind, absolute=True, machine=True)
+        self._motion_start(kind, absolute=True, machine=True)
         if {_X, _Y, _C} & set(targets):
             self.recorder.fix_c(line)
         machine = coordinates.to_machine(np.array(state.position), state.frame)
@@ -255,21 +244,19 @@ class MotionCodes(MachineCodes):
         state = self.state
         return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
 
-    def _arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
+    def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
         offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
         for letter in "IJKR":
             if self.setup.machine and abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
-                raise BlockError(
-                    "VP007", f"{letter}{block.words[letter]:g} is beyond any machine", block.columns[letter]
-                )
+                raise block.error("VP007", f"{letter}{block.words[letter]:g} is beyond any machine", letter)
         turns = whole(block, "P") if "P" in block.words else 1
         if not 1 <= turns <= MAX_TURNS:
-            raise BlockError("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", block.columns["P"])
+            raise block.error("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", "P")
         clockwise = motion == 20
         if "R" in block.words:
             if offsets:
-                raise BlockError("VP003", "an arc has either R or a centre (I, J, K), not both", block.columns["R"])
+                raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
             arc = radius_arc(start, end, state.plane, clockwise, self._length(block.words["R"]), turns - 1)
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if state.inch else ARC_RADIUS_MM
@@ -322,18 +309,19 @@ class MotionCodes(MachineCodes):
             if "D" not in block.words:
                 raise BlockError("VP005", f"{g_name(code)} needs D, the diameter")
             if block.words["D"] <= 0:
-                raise BlockError("VP007", f"D{block.words['D']:g}: the diameter is greater than 0", block.columns["D"])
+                raise block.error("VP007", f"D{block.words['D']:g}: the diameter is greater than 0", "D")
             return self._length(block.words["D"])
         number = whole(block, "D") if "D" in block.words else state.loaded_tool or 0
         if number == 0:
             raise BlockError("VP012", f"{g_name(code)} without D, and no tool is in the spindle")
         if state.tools is None or number not in state.tools:
-            raise BlockError(
-                "VP012", f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
-                block.columns.get("D"),
-            )  # fmt: skip
+            raise block.error(
+                "VP012",
+                f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
+                "D",
+            )
         if state.tools[number].diameter <= 0:
-            raise BlockError("VP012", f"tool {number} has no diameter in the tool table (D)", block.columns.get("D"))
+            raise block.error("VP012", f"tool {number} has no diameter in the tool table (D)", "D")
         return state.tools[number].diameter
 
     def _check_compensated(self, start: list[float], end: list[float]) -> None:

@@ -26,7 +26,7 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
         words = raw.split()
         if not words:
             continue
-        wrong = _mistake(words, values)
+        wrong = _find_mistake(words, values)
         if wrong:
             errors.append(finding("VP028", f"{name}:{line}: {wrong}"))
         else:
@@ -36,7 +36,7 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
     return values
 
 
-def _mistake(words: list[str], values: dict[int, float]) -> str | None:
+def _find_mistake(words: list[str], values: dict[int, float]) -> str | None:
     """What is wrong with a line; None for a good one."""
     if len(words) != 2 or not words[0].isdecimal():
         return f"{' '.join(words)[:40]!r} is not a number and a value, as in '5221 10.5'"

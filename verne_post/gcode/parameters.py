@@ -210,7 +210,7 @@ def _system_code(frame: Frame) -> float:
 _Shown = Callable[[Parameters], float]
 
 
-def _positions() -> dict[str, _Shown]:
+def _position_names() -> dict[str, _Shown]:
     shown: dict[str, _Shown] = {}
     for axis, letter in enumerate(AXES.lower()):
         shown[f"_{letter}"] = lambda p, axis=axis: p.position(axis)  # type: ignore[misc]
@@ -224,7 +224,7 @@ def _motion_mode(p: Parameters) -> float:
 
 #: Names that show the state. Codes are ten times the G number.
 PREDEFINED: Final[dict[str, _Shown]] = {
-    **_positions(),
+    **_position_names(),
     "_line": lambda p: p.line,
     "_motion_mode": _motion_mode,
     "_plane": lambda p: 170 + 10 * p.state.plane,

@@ -72,7 +72,7 @@ class PlainLines:
         return stops[np.searchsorted(stops, np.arange(len(self.plain)))]
 
 
-def ready(state: State, lines: PlainLines, row: int) -> bool:
+def is_ready(state: State, lines: PlainLines, row: int) -> bool:
     """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves."""
     return (
         state.absolute

@@ -1,5 +1,7 @@
 """A whole program -> Moves: its dialect, every error, and where it starts."""
 
+from typing import Final
+
 import numpy as np
 
 from verne_post.base.long_text import Text
@@ -13,6 +15,9 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
+
+#: A system of equations for the start is solved up to this condition number; beyond it the start is not determined.
+_MAX_CONDITION: Final = 1e9
 
 
 def interpret_program(source: Text, setup: Setup) -> Moves:
@@ -135,7 +140,7 @@ def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]
         moved[axis] += 1.0
         slopes[:, axis] = (replay(moved, discover=False)[0] - base)[:3]
     matrix = np.eye(3) - slopes
-    if np.linalg.cond(matrix) < 1e9:
+    if np.linalg.cond(matrix) < _MAX_CONDITION:
         guess[:3] += np.linalg.solve(matrix, (base - guess)[:3])
         again, _done = replay(guess, discover=False)
         if np.abs(again - guess).max() < START_POSE_MM:

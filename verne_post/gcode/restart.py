@@ -46,14 +46,14 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     spans = np.array(trace.spans, dtype=np.int64).reshape(-1, 3)
     why = _refusal(spans, line)
     if why is not None:
-        near = _nearest(spans, line)
+        near = _find_nearest(spans, line)
         right = "no line of this program will do" if near is None else f"the nearest line that will do is {near}"
         raise InputError(
             finding("VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line)
         )
     state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
-    switched = [*_active_functions(state, line), *_outputs(recorder.events)]
+    switched = [*_active_functions(state, line), *_last_outputs(recorder.events)]
     return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _is_replaced(one, ahead)))
 
 
@@ -67,7 +67,7 @@ def _refusal(spans: np.ndarray, line: int) -> str | None:
     return None if times[0, 2] else "cutter compensation or a canned cycle holds there"
 
 
-def _nearest(spans: np.ndarray, line: int) -> int | None:
+def _find_nearest(spans: np.ndarray, line: int) -> int | None:
     """The nearest line at which a program can be restarted; of two the earlier one."""
     good = spans[spans[:, 2] == 1]
     # spans end where the order of execution jumps, so that a line between their ends is no better than those
@@ -78,7 +78,7 @@ def _nearest(spans: np.ndarray, line: int) -> int | None:
     return None
 
 
-def _outputs(events: list[Event]) -> list[Event]:
+def _last_outputs(events: list[Event]) -> list[Event]:
     """The last event of every output and of every user-defined code among skipped events: what they still hold is not known here."""
     last: dict[tuple[str, object], Event] = {}
     for event in events:

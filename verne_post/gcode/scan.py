@@ -28,7 +28,7 @@ _MARK: Final = b"\x01"
 _SILENT: Final = re.compile(rb"\((?![ \t]*(?:MSG|DEBUG|PRINT|LOG|ABORT|PROBE))[^()\n]*\)|;[^\n]*", re.IGNORECASE)
 
 
-def _classes() -> NDArray[np.uint8]:
+def _make_classes() -> NDArray[np.uint8]:
     table = np.full(256, _OTHER, dtype=np.uint8)
     for characters, kind in ((b" \t\r", _BLANK), (b"0123456789", _DIGIT), (b".", _DOT), (b"+-", _SIGN),
                              (b"\n", _NEWLINE), (_MARK, _COMMENT)):  # fmt: skip
@@ -39,7 +39,7 @@ def _classes() -> NDArray[np.uint8]:
     return table
 
 
-_CLASS: Final = _classes()
+_CLASS: Final = _make_classes()
 _POWER: Final = np.array([float(10**k) for k in range(MAX_DIGITS + 1)])
 
 
@@ -126,13 +126,13 @@ def scan(first_line: int, text: bytes) -> WordTable:
     is_word = kind == _LETTER
     begin, length, row = starts[is_word] + 1, length[is_word], row[is_word]
     letter = characters[starts[is_word]] & 0xDF
-    value, good = _numbers(characters, begin, length)
+    value, good = _read_numbers(characters, begin, length)
     plain[row[~good]] = False
     keep = plain[row]
     return WordTable(first_line, text, n_lines, letter[keep], value[keep], row[keep], plain)
 
 
-def _numbers(
+def _read_numbers(
     characters: NDArray[np.uint8], begin: NDArray[np.intp], length: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Values of the numbers at ``begin``; False where a number is not plain."""

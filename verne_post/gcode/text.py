@@ -86,7 +86,7 @@ class ProgramText:
 
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         self.source, self.setup, self.name, self.language = source, setup, name, language
-        self.opening, self.closing = _percent_lines(source, language.percent)
+        self.opening, self.closing = _find_percent_lines(source, language.percent)
         self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
@@ -160,7 +160,7 @@ def decode_line(raw: bytes) -> str:
         return raw.decode("latin-1")  # older CAM systems; it can only matter inside comments
 
 
-def _percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None]:
+def _find_percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None]:
     """1-based lines of the opening and the closing ``%``; None where there are none."""
     opening = re.match(rb"\s*%" + percent + rb"(?:\n|$)", source)
     if opening is None:
@@ -209,14 +209,14 @@ class _Opened:
             raise BlockError("VP023", f"o... {o.keyword or ''}: a computed label can only be called")
         kind, label = o.keyword, o.label
         if kind in _BARE:
-            o.bare()
+            o.check_bare()
         if kind is None:
             structure.programs.setdefault(label, line)
         elif kind == "while" and self._top("do", label):
             self._close_loop(structure, line)
         elif kind in ("sub", "if", *_LOOPS):
             if kind == "sub" and self._open:
-                raise BlockError("VP023", f"o{label} sub inside {self._shown(self._open[-1])}; close that first")
+                raise BlockError("VP023", f"o{label} sub inside {self._describe(self._open[-1])}; close that first")
             if kind == "sub" and label in structure.subs:
                 raise BlockError("VP023", f"o{label} sub stands twice, first in line {structure.subs[label][0]}")
             self._open.append(_Construct(kind, label, line, o.reader.column(o.label_at - 1)))
@@ -254,11 +254,11 @@ class _Opened:
 
     def _expect(self, opening: str, label: str, kind: str) -> None:
         if not self._top(opening, label):
-            still = f"; {self._shown(self._open[-1])} is open" if self._open else ""
+            still = f"; {self._describe(self._open[-1])} is open" if self._open else ""
             raise BlockError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}")
 
     @staticmethod
-    def _shown(item: _Construct) -> str:
+    def _describe(item: _Construct) -> str:
         return f"o{item.label} {item.kind} (line {item.line})"
 
     def check_all_closed(self) -> None:

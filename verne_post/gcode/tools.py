@@ -57,6 +57,6 @@ def _read_line(raw: str, number: int) -> Tool | None:
         raise BlockError("VP019", "the tool number T is missing")
     for letter in "TP":
         if block.words.get(letter, 0.0) % 1 or block.words.get(letter, 0.0) < 0:
-            raise BlockError("VP019", f"{letter} must be a whole number from 0 on", block.columns[letter])
+            raise block.error("VP019", f"{letter} must be a whole number from 0 on", letter)
     offset: Vector9 = tuple(block.words.get(axis, 0.0) for axis in AXES)  # type: ignore[assignment]
     return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0))

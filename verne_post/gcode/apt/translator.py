@@ -16,31 +16,24 @@ from verne_post.gcode.state import State
 
 #: Names of the part, remarks of the CAM system, and how closely it computed its points.
 _REMARKS: Final = (
-    "PARTNO",
-    "MACHIN",
-    "REMARK",
-    "INTOL",
-    "OUTTOL",
-    "TOLER",
-    "LINTOL",
-    "CUTTER",
-    "SEQNO",
-    "LEADER",
-    "DISPLY",
-)
+    "PARTNO", "MACHIN", "REMARK", "INTOL", "OUTTOL", "TOLER", "LINTOL", "CUTTER", "SEQNO", "LEADER", "DISPLY",
+)  # fmt: skip
+#: Unit of a feed rate -> feed mode (G94, G95), and whether it is in inches (None: as UNITS).
 _FEED_UNITS: Final = {
-    "MMPM": (94, False),
-    "PERMIN": (94, None),
-    "IPM": (94, True),
-    "MMPR": (95, False),
-    "PERREV": (95, None),
+    "MMPM": (94, False), "PERMIN": (94, None), "IPM": (94, True), "MMPR": (95, False), "PERREV": (95, None),
     "IPR": (95, True),
-}
+}  # fmt: skip
 _PLANES: Final = {0: 19, 1: 18, 2: 17}
+#: How far the axis of a circle may be off X, Y or Z: the last of six printed decimals.
+_CIRCLE_AXIS: Final = 1e-6
+#: How far a start point may be off a circle: points are printed with few decimals, and CAM systems round the radius.
+_CIRCLE_SHARE, _CIRCLE_MM = 0.01, 0.03
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Cycle:
+    """CYCLE: heights along the tool axis from the surface, in the unit of the statements."""
+
     kind: str
     depth: float
     clear: float
@@ -52,7 +45,7 @@ class _Cycle:
 
 @dataclass
 class Translator:
-    """Statements -> blocks. Keeps what APT keeps between statements: RAPID, CIRCLE, CYCLE, the tool axis, MULTAX."""
+    """Statements -> blocks. Keeps the modes of APT: RAPID, CIRCLE, CYCLE, the tool axis, MULTAX."""
 
     state: State
     rapid: bool = False
@@ -60,16 +53,16 @@ class Translator:
     cycle: _Cycle | None = None
     multax: bool = False
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
-    #: The last FEDRAT, which holds again after a cycle with a feed of its own.
+    #: The last FEDRAT, which holds again after a cycle with another feed rate.
     feed: tuple[float, int, bool | None] | None = None
 
     def blocks(self, statement: Statement) -> Iterator[Block]:
-        """Blocks that do what a statement says.
+        """Blocks that a statement stands for.
 
         Raises
         ------
         BlockError
-            What is not understood, by its word.
+            With the word that is not understood.
         """
         major = statement.major
         if major in _REMARKS:
@@ -136,7 +129,7 @@ class Translator:
             return
         if self.circle is not None:
             if self.rapid:
-                raise BlockError("VP017", "RAPID and CIRCLE before one GOTO: an arc is not a rapid")
+                raise BlockError("VP017", "RAPID and CIRCLE before one GOTO: an arc is not rapid traverse")
             yield from self._arc(s, self.circle, point)
             self.circle = None
             return
@@ -146,17 +139,15 @@ class Translator:
     def _arc(self, s: Statement, circle: tuple[float, ...], point: list[float]) -> Iterator[Block]:
         center, normal, radius = np.array(circle[:3]), np.array(circle[3:6]), circle[6]
         along = int(np.argmax(np.abs(normal)))
-        if abs(abs(normal[along]) - 1.0) > VECTOR_LENGTH or np.linalg.norm(np.delete(normal, along)) > 1e-6:
+        if abs(abs(normal[along]) - 1.0) > VECTOR_LENGTH or np.linalg.norm(np.delete(normal, along)) > _CIRCLE_AXIS:
             raise BlockError(
                 "VP008",
                 "CIRCLE about an axis that is not X, Y or Z; let the CAM system write points in place of such arcs",
             )
         start = np.delete(np.array(self.state.position[:3]) / self._unit - center, along)
-        if abs(float(np.linalg.norm(start)) - radius) > 0.01 * max(radius, 1e-9) + 0.03:
-            raise BlockError(
-                "VP008",
-                f"CIRCLE: the tool stands {float(np.linalg.norm(start)):.4f} from the centre, the radius is {radius:g}",
-            )
+        distance = float(np.linalg.norm(start))
+        if abs(distance - radius) > _CIRCLE_SHARE * max(radius, 0.0) + _CIRCLE_MM:
+            raise BlockError("VP008", f"CIRCLE: the tool is {distance:.4f} from the centre, the radius is {radius:g}")
         words = dict(zip("XYZ", point, strict=True))
         words |= {letter: float(center[axis]) for axis, letter in enumerate("IJK") if axis != along}
         yield _block(s, ("G", float(_PLANES[along])), ("G", 90.1), g=3.0 if normal[along] > 0 else 2.0, **words)
@@ -174,8 +165,8 @@ class Translator:
 
     def _cycle(self, s: Statement) -> Iterator[Block]:
         kind = s.words[0].upper() if s.words else ""
-        own_feed = self.cycle is not None and self.cycle.feed is not None
-        again = self._feed(s, *self.feed) if own_feed and self.feed is not None else iter(())
+        has_feed = self.cycle is not None and self.cycle.feed is not None
+        again = self._feed(s, *self.feed) if has_feed and self.feed is not None else iter(())
         if kind in ("OFF", "NOMORE"):
             self.cycle = None
             return again
@@ -209,14 +200,9 @@ class Translator:
         depth = abs(values["DEPTH"])
         if values.get("STEP") and (depth + values["CLEAR"]) / values["STEP"] > MAX_PECKS:
             raise BlockError("VP007", f"CYCLE: STEP {values['STEP']:g} makes more than {MAX_PECKS} pecks")
+        clear = values["CLEAR"]
         self.cycle = _Cycle(
-            kind,
-            depth,
-            values["CLEAR"],
-            values.get("RETURN", values["CLEAR"]),
-            values.get("STEP"),
-            values.get("DWELL"),
-            feed,
+            kind, depth, clear, values.get("RETURN", clear), values.get("STEP"), values.get("DWELL"), feed
         )
         return again
 
@@ -232,7 +218,7 @@ class Translator:
 
         if cycle.feed is not None:
             yield from self._feed(s, *cycle.feed)
-        yield from self._rise(s, cycle, base, axis)
+        yield from self._retract(s, cycle, base, axis)
         if cycle.retract > cycle.clear:
             yield go(cycle.retract, rapid=True)
         yield go(cycle.clear, rapid=True)
@@ -252,7 +238,7 @@ class Translator:
         if cycle.retract > cycle.clear:
             yield go(cycle.retract, rapid=True)
 
-    def _rise(self, s: Statement, cycle: _Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
+    def _retract(self, s: Statement, cycle: _Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
         """Up along the tool axis to the height of the next hole, before anything goes sideways."""
         here = np.array(self.state.position[:3]) / self._unit
         held = np.array(self.state.vector if self.state.vector is not None else axis)

@@ -60,7 +60,7 @@ _HERE: Final = re.compile(rb"(?<![A-Z])L[ \t]*20(?![0-9.])", re.IGNORECASE)
 _ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)
 
 
-def _table() -> CodeTable:
+def _make_table() -> CodeTable:
     groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
     del groups["lathe diameter"], groups["spindle mode"]
     groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
@@ -99,7 +99,7 @@ def _table() -> CodeTable:
 class FanucInterpreter(Interpreter):
     """The interpreter of RS274/NGC, which gets blocks in its words."""
 
-    table: ClassVar[CodeTable] = _table()
+    table: ClassVar[CodeTable] = _make_table()
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
@@ -107,15 +107,15 @@ class FanucInterpreter(Interpreter):
     stores_without_holes: ClassVar[bool] = True
     custom_macro: ClassVar[bool] = True
 
-    def _comment(self, block: Block) -> None:
+    def _show_comment(self, block: Block) -> None:
         """These controls have no messages in comments."""
 
     @classmethod
     def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``; every character keeps its column."""
         for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
-            if (found := pattern.match(text)) is not None:
-                text = f"{text[: found.start(1)]}{letter}{text[found.end(1) :]}"
+            if (match := pattern.match(text)) is not None:
+                text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
         return text
 
     def read(self, text: str, line: int) -> Block:
@@ -137,16 +137,16 @@ class FanucInterpreter(Interpreter):
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
-        self._times(block, codes)
-        self._repeats(block, codes)
-        modal = self._rapid_of_machine_codes(block, codes)
+        self._convert_times(block, codes)
+        self._convert_repeats(block, codes)
+        modal = self._convert_rapids(block, codes)
         super().execute(block)
         if modal is not None:
             self.state.motion = modal
 
     # --- the same thing in other words -----------------------------------------------------------
 
-    def _times(self, block: Block, codes: set[int]) -> None:
+    def _convert_times(self, block: Block, codes: set[int]) -> None:
         """G4 X or U in seconds, P in milliseconds, also in cycles."""
         words, columns = block.words, block.columns
         if 40 in codes:
@@ -162,16 +162,16 @@ class FanucInterpreter(Interpreter):
 
     def _drills(self, block: Block, codes: set[int]) -> bool:
         """True where the words of a block are those of a cycle: no other code takes them."""
-        if codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING, 0, 10, 20, 30, 40, 800} or self._calls(block):
+        if codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
             return bool(codes & set(CYCLES))
         return bool(codes & set(CYCLES)) or self.state.motion in CYCLES
 
     @staticmethod
-    def _calls(block: Block) -> bool:
+    def _has_call(block: Block) -> bool:
         """True where M98 or M99 stands in the block: P is theirs."""
         return any(letter == "M" and number in (98, 99) for letter, number, _column in block.codes)
 
-    def _repeats(self, block: Block, codes: set[int]) -> None:
+    def _convert_repeats(self, block: Block, codes: set[int]) -> None:
         """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
         words, columns = block.words, block.columns
         if "K" in words and "I" not in words and self._drills(block, codes):
@@ -185,7 +185,7 @@ class FanucInterpreter(Interpreter):
         if any(letter == "M" and number == 99 for letter, number, _column in block.codes) and "P" in words:
             raise BlockError("VP002", "M99 P (return to a block number) is not executed", columns["P"])
 
-    def _rapid_of_machine_codes(self, block: Block, codes: set[int]) -> int | None:
+    def _convert_rapids(self, block: Block, codes: set[int]) -> int | None:
         """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""
         motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
         if codes & {280, 300}:
@@ -207,10 +207,10 @@ class FanucInterpreter(Interpreter):
 
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
-    def _modes(self, block: Block, g: dict[str, int]) -> None:
+    def _set_modes(self, block: Block, g: dict[str, int]) -> None:
         if "tilted plane" in g:
-            self._tilted_plane(block, g["tilted plane"])
-        super()._modes(block, g)
+            self._set_tilted_plane(block, g["tilted plane"])
+        super()._set_modes(block, g)
         if g.get("path control") == 610:  # here the tool stops at the end of every move
             self.state.control = PathControl(PathMode.EXACT_STOP)
         if "smoothing" in g:
@@ -219,25 +219,25 @@ class FanucInterpreter(Interpreter):
         if "plane axis" in g:
             self._turn_to_plane(block)
 
-    def _system(self, block: Block, code: int) -> int:
+    def _system_number(self, block: Block, code: int) -> int:
         if self.state.frame.feature is not None:
             raise BlockError("VP017", "a change of work offset under G68.2; write G69 first")
         if code != _ADDITIONAL:
-            return super()._system(block, code)
+            return super()._system_number(block, code)
         if "P" not in block.words:
             raise BlockError("VP005", "G54.1 needs P, the number of the work system")
-        system = ADDITIONAL_SYSTEMS + self._additional(block)
+        system = ADDITIONAL_SYSTEMS + self._additional_system(block)
         del block.words["P"]  # and no dwell of a cycle
         return system
 
-    def _additional(self, block: Block) -> int:
+    def _additional_system(self, block: Block) -> int:
         number = whole(block, "P")
         if ADDITIONAL_SYSTEMS + number not in self.state.systems or number == 0:
             last = max(self.state.systems) - ADDITIONAL_SYSTEMS
-            raise BlockError("VP007", f"P{number}: additional work systems are P1 to P{last}", block.columns["P"])
+            raise block.error("VP007", f"P{number}: additional work systems are P1 to P{last}", "P")
         return number
 
-    def _g10(self, block: Block) -> None:
+    def _execute_g10(self, block: Block) -> None:
         """L2: G54 to G59; L20: G54.1 P; L10: the length of a tool, as L1 of RS274/NGC has it."""
         words = block.words
         kind = whole(block, "L") if "L" in words else 2
@@ -247,28 +247,26 @@ class FanucInterpreter(Interpreter):
         if not self.state.absolute:
             raise BlockError("VP017", "G10 in G91 adds to what is stored; write G90, and the whole value")
         if kind == 2 and words.get("P") == 0:
-            raise BlockError(
-                "VP007", "P0: the external work offset is not kept here; give it with --wcs", block.columns["P"]
-            )
+            raise block.error("VP007", "P0: the external work offset is not kept here; give it with --wcs", "P")
         if kind == 20 and "P" in words:
-            self._set_origin(block, ADDITIONAL_SYSTEMS + self._additional(block))
+            self._set_origin(block, ADDITIONAL_SYSTEMS + self._additional_system(block))
             return
         if kind == 10:
             if "R" not in words:
                 raise BlockError("VP005", "G10 L10 needs R, the length")
             words["L"], words["Z"], block.columns["Z"] = 1.0, words.pop("R"), block.columns.pop("R")
         elif kind != 2:
-            raise BlockError("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", block.columns["L"])
-        super()._g10(block)
+            raise block.error("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", "L")
+        super()._execute_g10(block)
 
-    def _g92(self, block: Block, code: int) -> None:
+    def _execute_g92(self, block: Block, code: int) -> None:
         if self.state.frame.feature is not None:
             raise BlockError("VP017", f"G{code / 10:g} under G68.2; write G69 first")
-        super()._g92(block, code)
+        super()._execute_g92(block, code)
 
     # --- tilted work plane -------------------------------------------------------------------------------
 
-    def _tilted_plane(self, block: Block, code: int) -> None:
+    def _set_tilted_plane(self, block: Block, code: int) -> None:
         """G68.2 X Y Z I J K: origin and Euler angles (Z, X, Z) of the plane in which the program goes on; G69 ends it."""
         state = self.state
         if code == _PLANE_OFF:
@@ -278,7 +276,7 @@ class FanucInterpreter(Interpreter):
             raise BlockError("VP017", "G68.2 under G68.2; write G69 first")
         origin = [self._axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")]
         i, j, k = (RAD_PER_DEG * block.words.get(letter, 0.0) for letter in "IJK")
-        rotation = _about_z(i) @ _about_x(j) @ _about_z(k)
+        rotation = _rotation_z(i) @ _rotation_x(j) @ _rotation_z(k)
         feature = Feature((origin[0], origin[1], origin[2]), tuple(float(v) for v in rotation.ravel()))
         self._set_frame(replace(state.frame, feature=feature))
         for letter in "XYZIJK":
@@ -320,21 +318,19 @@ class FanucInterpreter(Interpreter):
         if code is None:
             return
         if code in _ALONE:
-            raise BlockError(
-                "VP006",
-                f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks",
-                block.columns[axes[0]],
+            raise block.error(
+                "VP006", f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks", axes[0]
             )
         for letter in axes:
             del block.words[letter], block.columns[letter]
 
 
-def _about_z(angle: float) -> np.ndarray:
+def _rotation_z(angle: float) -> np.ndarray:
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _about_x(angle: float) -> np.ndarray:
+def _rotation_x(angle: float) -> np.ndarray:
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
