@@ -117,10 +117,10 @@ def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...
         rows[step] /= rows[step, column]
         others = np.arange(len(rows)) != step
         rows[others] -= rows[others, column][:, None] * rows[step]
-    found = []
+    directions = []
     for row_values in rows:
         scaled = row_values / row_values[np.argmax(np.abs(row_values))]
-        found.append(
+        directions.append(
             Direction(
                 {
                     name: float(value)
@@ -129,7 +129,7 @@ def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...
                 }
             )
         )
-    return tuple(found)
+    return tuple(directions)
 
 
 class Starts(NamedTuple):

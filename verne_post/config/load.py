@@ -132,7 +132,7 @@ def _drives(
     ]
     if wrong:
         raise InputError(*(finding("VP501", text) for text in wrong))
-    found = []
+    drives = []
     for column, low, high in zip(columns, limits.lower, limits.upper, strict=True):
         file = files[column.joint]
         ends = sorted((float(low) * column.factor, float(high) * column.factor))
@@ -141,8 +141,8 @@ def _drives(
             if file.lead_error is None
             else _lead_error(file.lead_error, ends, f"{file_name}: drives.{column.joint}.lead_error")
         )
-        found.append(Drive(file.unit, float(file.sign), file.zero, file.scale, file.integer, error))
-    return tuple(found)
+        drives.append(Drive(file.unit, float(file.sign), file.zero, file.scale, file.integer, error))
+    return tuple(drives)
 
 
 def _lead_error(table: list[list[float]], travel: list[float], where: str) -> "CubicSpline":
@@ -309,8 +309,8 @@ def _sentences(
             text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
             if item["type"] == "value_error" and isinstance(item["input"], dict):
                 text = f": {what}"
-        told = f"{file_name}{text}" if key == "the file" and text.startswith(":") else f"{file_name}: {key} {text}"
-        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else told
+        sentence = f"{file_name}{text}" if key == "the file" and text.startswith(":") else f"{file_name}: {key} {text}"
+        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else sentence
     return [finding("VP501", sentence) for sentence in sentences.values()]
 
 
@@ -352,9 +352,9 @@ def validate_machine(machine: Machine) -> list[Finding]:
     list of Finding
         Empty when the machine is sound.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     if machine.home is None:
-        return found
+        return findings
     from verne_post.model.moves import Frame
 
     for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30), ("park", machine.home.park)):
@@ -365,7 +365,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
         q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
-            found.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
+            findings.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue
         for column, value, low, high in zip(
             machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True
@@ -373,5 +373,5 @@ def validate_machine(machine: Machine) -> list[Finding]:
             if not low <= value <= high:
                 shown, bound = value * column.factor, (low if value < low else high) * column.factor
                 text = f"home.{name} = {list(home)} needs {column.header} = {shown:.4f}, beyond its limit {bound:.4f}"
-                found.append(finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit))
-    return found
+                findings.append(finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit))
+    return findings

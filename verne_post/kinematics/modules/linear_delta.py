@@ -169,11 +169,11 @@ class LinearDeltaModule:
             radicands = self._radicands(point)
         if not ((radicands >= 0).all() and np.isfinite(point).all()):
             return []
-        found = []
+        solutions = []
         for signs in product((-1, 1), repeat=3):
             rho = point[2] + np.array(signs) * np.sqrt(radicands)
-            found.append(InverseSolution(0.0, signs, triple(rho), self._refusal(point, rho)))
-        return sorted(found, key=lambda one: (one.refused is not None, one.signs))
+            solutions.append(InverseSolution(0.0, signs, triple(rho), self._refusal(point, rho)))
+        return sorted(solutions, key=lambda one: (one.refused is not None, one.signs))
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """Both assembly modes of one set of sliders (3,), none where the spheres do not meet; the one in use first."""
@@ -182,11 +182,11 @@ class LinearDeltaModule:
             foot, normal, height2 = self._meeting(sliders)
         if not height2 >= 0:
             return []
-        found = []
+        solutions = []
         for side in (1.0, -1.0):
             position = foot + side * np.sqrt(height2) * normal
-            found.append(ForwardSolution(triple(position), 0.0, self._refusal(position, sliders)))
-        return sorted(found, key=lambda one: one.refused is not None)
+            solutions.append(ForwardSolution(triple(position), 0.0, self._refusal(position, sliders)))
+        return sorted(solutions, key=lambda one: one.refused is not None)
 
     def _refusal(self, position: Array, rho: Array) -> str | None:
         """Why a pair of position (3,) and sliders (3,) is not the machine's."""
