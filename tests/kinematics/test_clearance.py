@@ -5,7 +5,7 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, point_distance, line_segment_distance
+from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, line_segment_distance, point_distance
 from verne_post.kinematics.checks.clearance import check_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
