@@ -28,6 +28,7 @@ from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
+from verne_post.model.moves import Frame
 from verne_post.model.protocols import ParallelModule, RodModule
 
 if TYPE_CHECKING:
@@ -355,8 +356,6 @@ def validate_machine(machine: Machine) -> list[Finding]:
     findings: list[Finding] = []
     if machine.home is None:
         return findings
-    from verne_post.model.moves import Frame
-
     for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30), ("park", machine.home.park)):
         if home is None:
             continue

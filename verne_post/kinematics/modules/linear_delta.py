@@ -19,7 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution, triple, upright_position
+from verne_post.kinematics.modules.solutions import (
+    ForwardSolution,
+    InverseSolution,
+    determinant_margin,
+    drop_margins,
+    triple,
+    upright_position,
+)
 from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]
@@ -231,9 +238,4 @@ class LinearDeltaModule:
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
-        drops = tuple(
-            Margin("vertical drop of a rod", "VP202", joint, "mm", serial_singularity, 2 * serial_singularity)
-            for joint in self.actuators
-        )
-        low = parallel_singularity
-        return (*drops, Margin("determinant of the parallel Jacobian", "VP203", None, "", low, 2 * low))
+        return (*drop_margins(self.actuators, serial_singularity), determinant_margin(parallel_singularity))
