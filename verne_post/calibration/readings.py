@@ -86,7 +86,7 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
-    """Line number and cells of every line that says something."""
+    """Line number and cells of every line that is neither blank nor a comment."""
     rows = []
     for line, content in enumerate(text.splitlines(), start=1):
         if content.strip() and not content.lstrip().startswith("#"):

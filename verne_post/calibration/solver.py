@@ -108,7 +108,7 @@ def _disturb(data: Readings, sigma: Uncertainty, rng: np.random.Generator) -> Re
 
 
 def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
-    """Few-worded combinations that span the lost directions (p, d): reduced so that each has a length of its own."""
+    """Short combinations that span the lost directions (p, d), reduced so that each has a length that no other has."""
     rows = np.array(lost.T)
     for step in range(len(rows)):
         open_ = np.abs(rows[step:])

@@ -250,7 +250,7 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
 
 
 def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: RodsFile | None) -> Clearance | None:
-    """What the file says about bodies, None where it says nothing."""
+    """The bodies of the machine file, None where it has none."""
     file = content.clearance
     if file is None and rods is None:
         return None

@@ -43,7 +43,7 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
 
 
 def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Tool]:
-    """A tool table with measured lengths (and diameters, where the file has them) in the place of its own.
+    """A tool table with measured lengths (and diameters, where the file has them) in place of the present ones.
 
     Raises
     ------

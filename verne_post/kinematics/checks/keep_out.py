@@ -164,7 +164,7 @@ class KeepOut:
         return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
 
     def _distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
-        """Signed distances (n,); exact where they are near what the box asks for."""
+        """Signed distances (n,); exact near the distance that the box requires."""
         start, end, radius = cylinder
         distance = np.full(len(start), FAR_MM)
         there = np.isfinite(radius) & np.isfinite(start).all(axis=1)
@@ -275,7 +275,7 @@ def tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
 
 
 def _shape_of(number: int, options: Options) -> ToolShape:
-    """The shape of a tool: its own, a cylinder of the tool table's diameter, or nothing known."""
+    """The shape of a tool: the given one, a cylinder of the tool table's diameter, or nothing known."""
     if number in options.tool_shapes:
         return options.tool_shapes[number]
     tool = (options.tools or {}).get(number)
@@ -283,7 +283,7 @@ def _shape_of(number: int, options: Options) -> ToolShape:
 
 
 def _length_of(number: int, options: Options) -> float:
-    """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program knows."""
+    """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program gives it."""
     if options.tool_length is not None:
         return options.tool_length
     tool = (options.tools or {}).get(number)
