@@ -78,15 +78,15 @@ def assembly_modes(g: Lengths, rho: Array, grid: int = GRID) -> tuple[Array, Int
 def _sphere_cut(g: Lengths, rho: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
     """For rho (n, 3) and alpha (n, m): the discriminant, and (u, v) of the two points on leg I's circle, (2, n, m)."""
     c, s = np.cos(alpha), np.sin(alpha)
-    arm1, lean1 = g.R1 * c - g.r1, g.R1 * s  # half the line between the two centres of leg I, in y and z
-    half = np.sqrt(arm1 * arm1 + lean1 * lean1)
+    arm1, rise1 = g.R1 * c - g.r1, g.R1 * s  # half the line between the two centres of leg I, in y and z
+    half = np.sqrt(arm1 * arm1 + rise1 * rise1)
     circle = g.L1**2 - half * half  # squared radius of the circle
-    arm2, lean2 = g.R2 * c - g.r4, g.R2 * s
+    arm2, rise2 = g.R2 * c - g.r4, g.R2 * s
     apart = g.x1 - g.x2  # centres of legs II and III minus those of leg I, in x
-    height2 = rho[:, 1:2] - rho[:, 0:1] + lean2
-    height3 = rho[:, 2:3] - rho[:, 0:1] - lean2
-    # across the line in y and z: (-lean1, arm1) / half
-    across2, across3 = (height2 * arm1 - arm2 * lean1) / half, (height3 * arm1 + arm2 * lean1) / half
+    height2 = rho[:, 1:2] - rho[:, 0:1] + rise2
+    height3 = rho[:, 2:3] - rho[:, 0:1] - rise2
+    # across the line in y and z: (-rise1, arm1) / half
+    across2, across3 = (height2 * arm1 - arm2 * rise1) / half, (height3 * arm1 + arm2 * rise1) / half
     q2 = 0.5 * (circle + apart**2 + arm2 * arm2 + height2 * height2 - g.L2**2)
     q3 = 0.5 * (circle + apart**2 + arm2 * arm2 + height3 * height3 - g.L3**2)
     size = apart**2 + across2 * across2
@@ -158,9 +158,9 @@ def _polished(g: Lengths, rho: Array, row: Ints, alpha: Array, side: Ints) -> tu
     _disc, u, v, _left = _sphere_cut(g, rho[row], alpha[:, None])
     pick = np.arange(len(row))
     u, v = u[side, pick, 0], v[side, pick, 0]
-    arm1, lean1 = g.R1 * np.cos(alpha) - g.r1, g.R1 * np.sin(alpha)
-    half = np.hypot(arm1, lean1)
-    start = np.stack([u - g.x1, -v * lean1 / half, rho[row, 0] + v * arm1 / half, alpha], axis=-1)
+    arm1, rise1 = g.R1 * np.cos(alpha) - g.r1, g.R1 * np.sin(alpha)
+    half = np.hypot(arm1, rise1)
+    start = np.stack([u - g.x1, -v * rise1 / half, rho[row, 0] + v * arm1 / half, alpha], axis=-1)
     pose, _steps, good = forward_from(g, rho[row], start)
     good &= np.abs(rods(g, pose, rho[row])).max(axis=0) < CLOSED_MM2
     # a step far away belongs to another root, which has its own bracket

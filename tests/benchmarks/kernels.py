@@ -16,7 +16,7 @@ REPEATS = 3
 
 
 def best(job: Callable[[], object]) -> float:
-    """Shortest of a few runs, s."""
+    """Shortest time of a few repetitions, s."""
     times = []
     for _ in range(REPEATS):
         begin = time.perf_counter()

@@ -280,7 +280,7 @@ def speed(n: int) -> None:
     middle = nr.middle(g, table, n)
     some = slice(0, SAMPLE)
     data, _c = nr._pose_data(table, tip[some], axis[some], tool[some])
-    good = nr.unleaning(g, table, tip[some], axis[some], tool[some])
+    good = nr.pose_without_tilt(g, table, tip[some], axis[some], tool[some])
 
     def steps(solved: nr.Solved, values: Array) -> str:
         assert solved.ok.all()

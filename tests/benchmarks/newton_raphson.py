@@ -380,12 +380,12 @@ def _inverse_dense_step(g: Lengths, table: Table) -> Step:
     return step
 
 
-def unleaning(g: Lengths, table: Table, tip: Array, axis: Array, tool: Array) -> Array:
+def pose_without_tilt(g: Lengths, table: Table, tip: Array, axis: Array, tool: Array) -> Array:
     """A good start of the inverse iteration, (n, 8): where a spindle that never tilts would stand, legs as in the middle."""
-    return _unleaning(g, table, _pose_data(table, tip, axis, tool)[0]).T
+    return _pose_without_tilt(g, table, _pose_data(table, tip, axis, tool)[0]).T
 
 
-def _unleaning(g: Lengths, table: Table, data: Array) -> Array:
+def _pose_without_tilt(g: Lengths, table: Table, data: Array) -> Array:
     x, vy, vz, b, length = data
     cb, sb = np.cos(b), np.sin(b)
     start = np.zeros((8, data.shape[1]))
@@ -418,7 +418,7 @@ def inverse(
     tool : ndarray, shape (n,)
         Tool length, mm.
     start : ndarray, shape (n, 8), optional
-        x, y, z, alpha, rho1, rho2, rho3, A; without it :func:`unleaning`.
+        x, y, z, alpha, rho1, rho2, rho3, A; without it :func:`pose_without_tilt`.
     dense : bool
         Solve a general 8 x 8 system at each step instead of the elimination by hand.
 
@@ -432,7 +432,7 @@ def inverse(
     data, c = _pose_data(table, tip, axis, tool)
     scale = np.array([[g.L1]] * 3 + [[1.0]] + [[g.L1]] * 3 + [[1.0]])
     step, chunk = (_inverse_dense_step, CHUNK_DENSE) if dense else (_inverse_step, CHUNK)
-    begin = _unleaning(g, table, data) if start is None else np.ascontiguousarray(start.T)
+    begin = _pose_without_tilt(g, table, data) if start is None else np.ascontiguousarray(start.T)
     found, steps, at_rest = iterate(step(g, table), begin, data, scale, chunk)
     u = found.T
     turns = _turns(u[:, 3])

@@ -92,7 +92,7 @@ def test_what_must_be_seen_is_what_happens(folder: Path, run: Callable[..., Any]
     assert any(np.allclose(numbers, expected, atol=6e-5) for expected in (mark_x, mark_y))
 
 
-def test_senses_of_the_machine_file_are_told(folder: Path, run: Callable[..., Any]) -> None:
+def test_senses_of_the_machine_file_are_named(folder: Path, run: Callable[..., Any]) -> None:
     """A named by the tool: its positive side lowers the table's y side. A drive that counts the other way says so."""
     text = (
         machine_files()["verne"].read_text(encoding="utf-8").replace('a_positive = "workpiece"', 'a_positive = "tool"')

@@ -5,7 +5,7 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, point_distance, segment_distance
+from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, line_segment_distance, point_distance
 from verne_post.kinematics.checks.clearance import check_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -32,13 +32,13 @@ def program_on(machine, source=SOURCE):
 
 
 def dense_margins(program, n=20001):
-    """Margins along the last segment by plain sampling."""
+    """Margins along the last element by plain sampling."""
     joints = program.joints()
     last = len(program.contour) - 1
-    segment = np.full(n, last)
-    solved = joints.solve(segment, np.linspace(0.0, 1.0, n))
+    element = np.full(n, last)
+    solved = joints.solve(element, np.linspace(0.0, 1.0, n))
     pose = Pose(solved.position, solved.alpha, solved.q[:, :3], solved.tip, solved.angles,
-                program.contour.tool_length(segment))  # fmt: skip
+                program.contour.tool_length(element))  # fmt: skip
     return program.machine.clearance.evaluate(pose)[0]
 
 
@@ -57,7 +57,7 @@ def test_segment_distance_against_brute_force():
     ends[1, :5] = ends[0, :5]  # points
     ends[3, 5:10] = ends[2, 5:10] + 0.5 * (ends[1, 5:10] - ends[0, 5:10])  # parallel
     ends[:, 10:15, 2] = 0.0  # crossing in a plane
-    found = segment_distance(*ends)
+    found = line_segment_distance(*ends)
     for k in range(60):
         brute = brute_distance(*ends[:, k])
         assert found[k] <= brute + 1e-12
@@ -67,10 +67,10 @@ def test_segment_distance_against_brute_force():
 def test_segment_distance_of_known_pairs():
     o, x, y = np.zeros((1, 3)), np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]])
     up = np.array([[0, 0, 1.0]])
-    assert segment_distance(o - x, x, up - y, up + y) == pytest.approx(1.0)
-    assert segment_distance(o, x, 3 * x + up, 4 * x + up) == pytest.approx(np.sqrt(5.0))
+    assert line_segment_distance(o - x, x, up - y, up + y) == pytest.approx(1.0)
+    assert line_segment_distance(o, x, 3 * x + up, 4 * x + up) == pytest.approx(np.sqrt(5.0))
     assert point_distance(2 * x, o, x) == pytest.approx(1.0)
-    assert segment_distance(o, o, x, x) == pytest.approx(1.0)
+    assert line_segment_distance(o, o, x, x) == pytest.approx(1.0)
 
 
 def test_distance_from_the_table_against_brute_force():
@@ -86,7 +86,7 @@ def test_distance_from_the_table_against_brute_force():
 
 
 def test_a_flat_end_touches_with_its_rim():
-    """A tool of radius 10 leaning by 30 degrees: its lowest rim point is 5 mm below the tip."""
+    """A tool of radius 10 tilted by 30 degrees: its lowest rim point is 5 mm below the tip."""
     axis = np.array([[0.0, 0.5, np.sqrt(0.75)]])
     assert _flat_end_to_table(np.array([[0.0, 0.0, 7.0]]), axis, 10.0, 250.0) == pytest.approx(2.0)
     assert _flat_end_to_table(np.array([[0.0, 0.0, 3.0]]), axis, 10.0, 250.0) == pytest.approx(-2.0)

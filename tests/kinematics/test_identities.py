@@ -69,11 +69,11 @@ def test_a_mirror_in_y_exchanges_sliders_2_and_3_and_turns_the_lean(module, posi
     assert rho_image == pytest.approx(rho[[0, 2, 1]], abs=SAME_MM)
     assert alpha_image == pytest.approx(-alpha, abs=SAME_ANGLE)
     back, tilt, ok = module.forward(rho)
-    back_image, lean_image, ok_image = image.forward(rho[[0, 2, 1]])
+    back_image, tilt_image, ok_image = image.forward(rho[[0, 2, 1]])
     assert ok == ok_image
     if ok:
         assert back_image == pytest.approx(back * [1, -1, 1], abs=SAME_MM)
-        assert lean_image == pytest.approx(-tilt, abs=SAME_ANGLE)
+        assert tilt_image == pytest.approx(-tilt, abs=SAME_ANGLE)
 
 
 @settings(deadline=None, max_examples=40)
@@ -111,11 +111,11 @@ def test_a_module_k_times_as_large_has_k_times_the_sliders(module, position, k):
     assert rho_k / k == pytest.approx(rho, abs=SAME_MM)
     assert alpha_k == pytest.approx(alpha, abs=SAME_ANGLE)
     back, tilt, ok = module.forward(rho)
-    back_k, lean_k, ok_k = scaled(module, k).forward(k * rho)
+    back_k, tilt_k, ok_k = scaled(module, k).forward(k * rho)
     assert ok == ok_k
     if ok:
         assert back_k / k == pytest.approx(back, abs=SAME_MM)
-        assert lean_k == pytest.approx(tilt, abs=SAME_ANGLE)
+        assert tilt_k == pytest.approx(tilt, abs=SAME_ANGLE)
 
 
 @settings(deadline=None, max_examples=40)

@@ -204,7 +204,7 @@ SWING = "G21 G90 G61.1\nG0 X0 Y0 Z40 A0 C0\nG1 A40 F3000\nG1 A0\nM2\n"
 PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
 
 
-def judged(source: str, **options: Any) -> list[Finding]:
+def check(source: str, **options: Any) -> list[Finding]:
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, **options}
     program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
     return check_program(program)[1]
@@ -241,7 +241,7 @@ def test_ends_are_legal_and_the_middle_is_not(source: str, box: Box, body: str) 
     assert 0.1 < distance < 40
     for gap, clean in ((0.01, True), (-0.01, False)):
         asked = Box(box.name, box.low, box.high, None, distance - gap)
-        found = [item for item in judged(source, keep_out=(asked,)) if body in item.message]
+        found = [item for item in check(source, keep_out=(asked,)) if body in item.message]
         assert (not found) == clean
         if found:
             assert (found[0].code, found[0].line, found[0].severity) == ("VP215", 4, "error")
@@ -250,10 +250,10 @@ def test_ends_are_legal_and_the_middle_is_not(source: str, box: Box, body: str) 
 
 
 def test_a_tool_may_slide_along_a_fixture() -> None:
-    """Facing at the very height of the jaws: not a collision, and not endless to judge; a hundredth lower is one."""
+    """Facing at the very height of the jaws: not a collision, and not endless to check; a hundredth lower is one."""
     jaws = Box("jaws", (-70.0, -20.0, 0.0), (70.0, 20.0, 30.0))
-    assert judged(PAST, keep_out=(jaws,)) == []
-    found = judged(PAST.replace("Z30", "Z29.99"), keep_out=(jaws,))
+    assert check(PAST, keep_out=(jaws,)) == []
+    found = check(PAST.replace("Z30", "Z29.99"), keep_out=(jaws,))
     assert [item.code for item in found] == ["VP215"]
     assert found[0].value == pytest.approx(-0.01, abs=1e-6)
 
@@ -297,7 +297,7 @@ def test_a_tool_without_a_length_in_force_is_still_there() -> None:
 def test_the_last_part_reaches_up_to_the_gauge_line() -> None:
     short = {1: (Cylinder("cutter", 8.0, 20.0),)}
     box = Box("beam", (-3.0, -50.0, 60.0), (-2.0, 50.0, 120.0))
-    assert [item.code for item in judged(PAST, keep_out=(box,), tool_shapes=short)] == ["VP215"]
+    assert [item.code for item in check(PAST, keep_out=(box,), tool_shapes=short)] == ["VP215"]
 
 
 STOCK = Box("the stock", (-50.0, -50.0, 0.0), (50.0, 50.0, 60.0))
@@ -306,35 +306,35 @@ POCKET = "G21 G90 G61.1\nG0 X0 Y0 Z70 A0 C0\nG1 Z50 F900\nX20\nG0 Z80\nG0 X60\nZ
 
 
 def test_the_stock_is_for_feeding_cutters() -> None:
-    assert judged(POCKET, stock=STOCK) == []
+    assert check(POCKET, stock=STOCK) == []
     # a rapid that goes down into it, one that crosses it, and a retract that is not straight
     for broken, line in (("G1 Z50 F900", 4), ("G0 X60\nZ55\nG0 X70", 9), ("G0 Z80\n", 6)):
         source = POCKET.replace(
             broken,
             {"G1 Z50 F900": "G0 Z50", "G0 X60\nZ55\nG0 X70": "G0 X60\nZ55\nG0 X10", "G0 Z80\n": "G0 Z80 X30\n"}[broken],
         ).replace("\nX20\n", "\nG1 X20 F900\n")
-        found = judged(source, stock=STOCK)
+        found = check(source, stock=STOCK)
         assert [(item.code, item.line) for item in found] == [("VP216", line)], (broken, found)
 
 
 def test_holders_keep_out_of_the_stock_and_thin_shanks_follow() -> None:
     deep = POCKET.replace("Z50", "Z30")  # cutter 25 mm, shank 20 mm: the shank is 5 mm in, the holder 15 mm above
-    assert judged(deep, stock=STOCK) == []
+    assert check(deep, stock=STOCK) == []
     thick = {1: (Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 14.0, 20.0), Cylinder("holder", 50.0))}
-    found = judged(deep, stock=STOCK, tool_shapes=thick)
+    found = check(deep, stock=STOCK, tool_shapes=thick)
     assert found
     assert all(item.code == "VP216" and "shank" in item.message for item in found)
-    found = judged(POCKET.replace("Z50", "Z10"), stock=STOCK)
+    found = check(POCKET.replace("Z50", "Z10"), stock=STOCK)
     assert found
     assert any("holder" in item.message for item in found)
 
 
-def test_a_dry_run_in_the_air_is_judged_there() -> None:
+def test_a_dry_run_in_the_air_is_checked_there() -> None:
     pin = Box("pin", (-3.0, -3.0, 0.0), (3.0, 3.0, 45.0))
-    assert judged(PAST, keep_out=(pin,))
-    assert judged(PAST, keep_out=(pin,), air=16.0) == []
-    assert judged(PAST, keep_out=(pin,), air=16.0, air_along="table") == []
-    assert judged(PAST, keep_out=(pin,), air=14.0)
+    assert check(PAST, keep_out=(pin,))
+    assert check(PAST, keep_out=(pin,), air=16.0) == []
+    assert check(PAST, keep_out=(pin,), air=16.0, air_along="table") == []
+    assert check(PAST, keep_out=(pin,), air=14.0)
 
 
 def test_each_tool_has_its_own_shape() -> None:
@@ -372,7 +372,7 @@ def test_boxes_in_a_work_system_move_with_the_part() -> None:
 def test_a_tool_longer_than_it_is(machine: verne_post.Machine) -> None:
     long = {1: (Cylinder("cutter", 6.0, 80.0), Cylinder("shank", 6.0, 30.0), Cylinder("holder", 60.0))}
     with pytest.raises(InputError, match="tool 1: its parts in --tool-shapes are 110 mm long, and its length is 100"):
-        judged(PAST, keep_out=(STOCK,), tool_shapes=long)
+        check(PAST, keep_out=(STOCK,), tool_shapes=long)
 
 
 # --- options ------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Whole-segment checks against dense sampling: no violation between samples is missed, none is invented."""
+"""Checks of whole segments against dense sampling: no violation between samples is missed, none is invented."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -73,7 +73,7 @@ def program_of(*motions):
     )
 
 
-def judged(text, machine):
+def check(text, machine):
     """Bounds and findings of a program."""
     return check_constraints(assemble(text.encode(), machine, Options(tool_length=TOOL)).joints())
 
@@ -170,7 +170,7 @@ def test_travel_exceeded_in_the_middle_of_a_motion(machine_with, name, joint, si
     assert room > 0.02
     limit = top - side * (0.5 * room if excess == "large" else excess)
     machine = machine_with(travel_limit(joint, side, limit))
-    _bounds, findings = judged(program_of(motion), machine)
+    _bounds, findings = check(program_of(motion), machine)
     assert len(findings) == 1
     found = findings[0]
     assert found.code == {"a": "VP102", "c": "VP103"}.get(joint, "VP101")
@@ -186,7 +186,7 @@ def test_travel_just_kept_is_not_reported(machine_with, name, joint, side, margi
     motion = MOTIONS[name]
     top, _where = extreme(motion, machine_with(), NAMES.index(joint), side)
     machine = machine_with(travel_limit(joint, side, top + side * margin))
-    assert judged(program_of(motion), machine)[1] == []
+    assert check(program_of(motion), machine)[1] == []
 
 
 # --- serial singularity ---------------------------------------------------------------------------
@@ -210,7 +210,7 @@ def test_serial_singularity_in_the_middle_of_a_motion(machine_with, name, leg):
     ]
     for threshold, severity, limit in cases:
         machine = machine_with({**free, "limits.serial_singularity_mm": threshold})
-        findings = [item for item in judged(program_of(motion), machine)[1] if item.axis == f"rho{leg}"]
+        findings = [item for item in check(program_of(motion), machine)[1] if item.axis == f"rho{leg}"]
         assert [(item.code, item.severity) for item in findings] == ([("VP202", severity)] if severity else [])
         for item in findings:
             assert item.value == pytest.approx(smallest, abs=WORST)
@@ -231,7 +231,7 @@ def test_tip_or_nose_below_the_table_face_in_the_middle_of_an_arc(machine_with, 
     lowest, where = extreme(motion, machine, quantity, -1)
     assert lowest == pytest.approx(-depth, abs=1e-9)
     assert where == pytest.approx(0.5, abs=0.01)
-    _bounds, findings = judged(program_of(motion), machine)
+    _bounds, findings = check(program_of(motion), machine)
     if depth < 0:
         assert findings == []
         return
@@ -244,10 +244,10 @@ def test_beside_the_table_the_tip_may_be_below_its_face(machine_with):
     """The radius decides: crossing it under the face is found, staying outside is not."""
     machine = machine_with({**travel_limit("rho1", 1, 3000.0), "table.radius": 150.0})
     beside = Line((150.01, -100, -20, 0, 0), (150.01, 100, -20, 0, 0))
-    assert judged(program_of(beside), machine)[1] == []
+    assert check(program_of(beside), machine)[1] == []
     # a chord whose middle is 0.05 mm inside the rim of the table, its ends outside
     grazing = Line((149.95, -100, -20, 0, 0), (149.95, 100, -20, 0, 0))
-    findings = judged(program_of(grazing), machine)[1]
+    findings = check(program_of(grazing), machine)[1]
     assert [(item.code, item.line) for item in findings] == [("VP210", 3)]
     assert findings[0].value == pytest.approx(-20.0, abs=WORST)
 
@@ -265,14 +265,14 @@ def test_worst_value_at_the_end_of_a_motion(machine_with, name, joint, side, exc
     motion, column = MOTIONS[name], NAMES.index(joint)
     top, where = extreme(motion, machine_with(), column, side)
     assert where in (0.0, 1.0)
-    _bounds, findings = judged(program_of(motion), machine_with(travel_limit(joint, side, top - side * excess)))
+    _bounds, findings = check(program_of(motion), machine_with(travel_limit(joint, side, top - side * excess)))
     assert [(item.axis, item.count) for item in findings] == [(joint, 1)]
     assert findings[0].value == pytest.approx(top, abs=WORST)
 
 
 @pytest.mark.parametrize("depth", [1.0, 0.01, 1e-4])
 def test_plunge_below_the_table_face_reports_its_depth(machine_with, depth):
-    _bounds, findings = judged(program_of(Line((20, 30, 40, 0, 0), (20, 30, -depth, 0, 0))), machine_with())
+    _bounds, findings = check(program_of(Line((20, 30, 40, 0, 0), (20, 30, -depth, 0, 0))), machine_with())
     assert [item.code for item in findings] == ["VP210"]
     assert findings[0].value == pytest.approx(-depth, abs=WORST)
 
@@ -284,7 +284,7 @@ def test_serial_singularity_at_the_end_of_a_motion_is_an_error(machine_with, bel
     smallest, where = extreme(motion, machine_with(), DROP, -1)
     assert where == 1.0
     machine = machine_with({**travel_limit("rho1", 1, 3000.0), "limits.serial_singularity_mm": smallest + below})
-    findings = [item for item in judged(program_of(motion), machine)[1] if item.axis == "rho1"]
+    findings = [item for item in check(program_of(motion), machine)[1] if item.axis == "rho1"]
     assert [(item.code, item.severity) for item in findings] == [("VP202", "error")]
     assert findings[0].value == pytest.approx(smallest, abs=WORST)
 
@@ -305,7 +305,7 @@ def test_verdicts_on_random_motions(machine_with):
             top, _where = extreme(motion, free, NAMES.index(joint), side)
             for excess in (0.01, -0.01):
                 machine = machine_with(travel_limit(joint, side, top - side * excess))
-                findings = judged(text, machine)[1]
+                findings = check(text, machine)[1]
                 assert [item.axis for item in findings] == ([joint] if excess > 0 else []), (motion, joint, side)
 
 
@@ -322,7 +322,7 @@ def test_out_of_reach_in_the_middle_of_a_motion(machine_with):
     assert ok[0]
     assert ok[-1]
     assert 0.05 < (~ok).mean() < 0.95
-    findings = [item for item in judged(program_of(motion), machine)[1] if item.severity == "error"]
+    findings = [item for item in check(program_of(motion), machine)[1] if item.severity == "error"]
     assert [(item.code, item.line, item.count) for item in findings if item.code == "VP110"] == [("VP110", 3, 1)]
 
 
@@ -335,7 +335,7 @@ def test_the_first_pose_out_of_reach_says_why(machine_with):
     out = ~machine.five_axis.solve(tip, angles, TOOL)[3]
     why = machine.five_axis.why_unreachable(tip[out], angles[out], TOOL)
     assert (why[0], why[-1]) == ("VP201", "VP110")
-    codes = [item.code for item in judged(program_of(motion), machine)[1]]
+    codes = [item.code for item in check(program_of(motion), machine)[1]]
     assert ("VP201" in codes, "VP110" in codes) == (True, False)
 
 
@@ -354,7 +354,7 @@ def test_consecutive_violating_motions_are_one_finding(machine_with):
     limit = 850.0
     beyond = [line for line, top in enumerate(tops, start=3) if top > limit]
     assert beyond == [4, 5, 6, 7, 8, 10, 11]
-    _bounds, findings = judged(program_of(*motions), machine_with(travel_limit("rho1", 1, limit)))
+    _bounds, findings = check(program_of(*motions), machine_with(travel_limit("rho1", 1, limit)))
     assert [(item.line, item.last_line, item.count) for item in findings] == [(4, 8, 5), (10, 11, 2)]
     for item, lines in zip(findings, ([4, 5, 6, 7, 8], [10, 11]), strict=True):
         peak = max(tops[line - 3] for line in lines)
@@ -366,7 +366,7 @@ def test_consecutive_violating_motions_are_one_finding(machine_with):
 def test_each_joint_has_its_own_finding(machine_with):
     changes = {"limits.rho_mm": [-3000.0, 700.0], "limits.a_deg": [-300.0, 2.0], "limits.serial_singularity_mm": 0.0}
     motions = steps(-50, -100, -150, -200)
-    _bounds, findings = judged(program_of(*motions), machine_with(changes))
+    _bounds, findings = check(program_of(*motions), machine_with(changes))
     free = machine_with()
     expected = []
     for column, limit in ((0, 700.0), (1, 700.0), (2, 700.0), (3, 2.0)):
@@ -378,7 +378,7 @@ def test_each_joint_has_its_own_finding(machine_with):
 
 
 def test_long_stretches_are_one_finding_too(machine_with):
-    """More motions than are judged at a time."""
+    """More motions than are checked at a time."""
     n = 2100  # 2,048 at a time
     body = "".join(f"G1 X{-100 - 0.02 * k:.2f}\n" for k in range(1, n + 1))
     text = f"G21 G90 G94 G61.1 F1000\nG0 X-100 Y100 Z20 A0 C0\n{body}M2\n"
@@ -408,7 +408,7 @@ def test_limits_in_the_sense_of_the_file(machine_with):
     }
     seen = []
     for text, changes, sign in ((program_of(motion), limits, 1.0), (program_of(mirrored), tool, -1.0)):
-        findings = judged(text, machine_with(changes))[1]
+        findings = check(text, machine_with(changes))[1]
         assert [(item.code, item.axis) for item in findings] == [("VP102", "a"), ("VP103", "c")]
         assert {item.unit for item in findings} == {"deg"}
         assert findings[0].limit == pytest.approx(sign * (top_a - 1.0), abs=1e-9)
@@ -421,7 +421,7 @@ def test_limits_in_the_sense_of_the_file(machine_with):
 
 def test_senses_can_differ_between_a_and_c(machine_with):
     changes = {"table.c_positive": "tool", "limits.c_deg": [-50.0, 300.0]}
-    findings = judged(program_of(Line((80, 60, 150, 20, 0), (80, 60, 150, 20, -60))), machine_with(changes))[1]
+    findings = check(program_of(Line((80, 60, 150, 20, 0), (80, 60, 150, 20, -60))), machine_with(changes))[1]
     assert [(item.code, item.axis, item.limit) for item in findings] == [("VP103", "c", -50.0)]
     assert findings[0].value < -59.9
 
@@ -447,7 +447,7 @@ SMOOTH = {
 def test_derivative_bounds_enclose_dense_differences_tightly(machine_with, motion):
     """Never below what finite differences find, and at most 5 % above where a segment is well behaved."""
     machine = machine_with(travel_limit("rho1", 1, 3000.0))
-    bounds, findings = judged(program_of(motion), machine)
+    bounds, findings = check(program_of(motion), machine)
     assert not [item for item in findings if item.severity == "error"]
     assert bounds.first.shape == bounds.second.shape == bounds.third.shape == (1, 5)
     n = 400
@@ -468,15 +468,15 @@ def test_derivative_bounds_enclose_dense_differences_tightly(machine_with, motio
 
 
 def test_bounds_of_each_segment_are_its_own(machine_with):
-    """The rows of a program are those of its segments judged alone."""
+    """The rows of a program are those of its segments checked alone."""
     machine = machine_with(travel_limit("rho1", 1, 3000.0))
     motions = [
         Line((-100, -100, 20, 0, 0), (-50, 40, 30, 10, 20)),
         Line((-50, 40, 30, 10, 20), (10, 40, 30, 10, 20)),
         Line((10, 40, 30, 10, 20), (10, 40, 30, 35, -70)),
     ]
-    together, _findings = judged(program_of(*motions), machine)
+    together, _findings = check(program_of(*motions), machine)
     for row, motion in enumerate(motions):
-        alone, _findings = judged(program_of(motion), machine)
+        alone, _findings = check(program_of(motion), machine)
         for name in ("first", "second", "third"):
             np.testing.assert_allclose(getattr(together, name)[row], getattr(alone, name)[0], rtol=1e-6, atol=1e-6)

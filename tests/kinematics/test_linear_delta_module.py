@@ -81,7 +81,7 @@ def test_inverse_closes_the_rods_and_forward_returns(module):
     assert np.abs(back - position).max() < 1e-6
 
 
-def test_leaning_is_the_upright_position():
+def test_coupled_is_the_upright_position():
     gauge = np.random.default_rng(2).uniform([-200, -200, 100], [200, 200, 500], (50, 3))
     pivot = np.array([15.0, -25.0, 1580.0])
     direct = MODULE.inverse(pivot + gauge * [1, -1, -1])
@@ -207,7 +207,7 @@ def test_beyond_a_parallel_singularity_nothing_is_solved():
     assert any(reason.startswith("beyond a parallel singularity") for reason in refused)
 
 
-def test_the_judge_reports_what_lies_beyond(machine_with):
+def test_the_check_reports_what_lies_beyond(machine_with):
     position, _rho = beyond()
     # the tip at A = C = 0 without a tool, seen from a pivot at z = 1600 of the base frame
     x, y, z = position[np.abs(position[:, 2] - 1200.0).argmin()] * [1, -1, -1] + [0, 0, 1600]

@@ -16,7 +16,7 @@ from newton_raphson import (
     inverse,
     middle,
     numbers_of,
-    unleaning,
+    pose_without_tilt,
 )
 
 #: Agreement in mm and of unit vectors. Measured 1e-12 and 1e-15; the rest is room for another platform's rounding.
@@ -77,7 +77,7 @@ def test_elimination_by_hand_is_the_general_solution(five_axis):
     lengths, table = numbers_of(five_axis)
     tip, axis, tool = poses(3, 2000)
     around = rng.uniform(-1.0, 1.0, (8, 2000)) * [[200], [200], [200], [0.5], [200], [200], [200], [0.5]]
-    start = unleaning(lengths, table, tip, axis, tool).T + around
+    start = pose_without_tilt(lengths, table, tip, axis, tool).T + around
     b, c = np.arctan2(np.hypot(axis[:, 0], axis[:, 1]), axis[:, 2]), np.arctan2(axis[:, 0], axis[:, 1])
     o = np.array(table.rotary_offset)[:, None]
     vx = o[0] + np.cos(c) * tip[:, 0] - np.sin(c) * tip[:, 1] + table.pivot[0]

@@ -1,7 +1,7 @@
 """A million poses of the whole machine: the product's inverse, then a forward solution that shares no code with it."""
 
 import numpy as np
-from newton_raphson import forward_machine, inverse, numbers_of, unleaning
+from newton_raphson import forward_machine, inverse, numbers_of, pose_without_tilt
 
 from verne_post.base.rotations import axis_of_angles
 
@@ -50,7 +50,7 @@ def test_beyond_reach_every_pose_is_refused_with_its_reason(machine):
     assert len(codes) == 500
     assert set(codes) <= {"VP110", "VP201"}
 
-    start = unleaning(lengths, table, tip[out], axis[out], tool[out])
+    start = pose_without_tilt(lengths, table, tip[out], axis[out], tool[out])
     for tilt in (0.0, -0.8, -0.4, 0.4, 0.8):  # rods of leg I cross at 0.908
         start[:, 3] = tilt
         start[:, 7] = angles[out, 0] + tilt

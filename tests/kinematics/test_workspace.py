@@ -88,7 +88,7 @@ def test_ellipse_of_the_middle_is_solved_by_the_machine():
 
 
 def test_shapes_of_the_ellipses():
-    """Leaning by nothing it is the line y = 0, and where R1 cos(alpha) = r1 it is a circle (the paper, section VI)."""
+    """Without tilt it is the line y = 0, and where R1 cos(alpha) = r1 it is a circle (the paper, section VI)."""
     turn = np.linspace(0, 2 * np.pi, 9)
     assert MODULE.iso_alpha_ellipse(0.0, turn)[:, 1] == pytest.approx(0.0, abs=1e-12)
     circle = MODULE.iso_alpha_ellipse(MODULE.crossing_angle, turn) - [-MODULE.leg1_x_offset, 0.0]

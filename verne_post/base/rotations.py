@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 
 def _vectors(x: Array, y: Array, z: Array) -> Array:
     """Vectors (..., 3) of their coordinates."""
-    found = np.empty((*np.broadcast_shapes(np.shape(x), np.shape(y), np.shape(z)), 3))
-    found[..., 0], found[..., 1], found[..., 2] = x, y, z
-    return found
+    vectors = np.empty((*np.broadcast_shapes(np.shape(x), np.shape(y), np.shape(z)), 3))
+    vectors[..., 0], vectors[..., 1], vectors[..., 2] = x, y, z
+    return vectors
 
 
 def rotate_x(vector: Array, angle: Array | float) -> Array:

@@ -36,12 +36,12 @@ def _bernstein_matrix(degree: int) -> Array:
 def _enclosures() -> list[Array]:
     """Samples -> Bernstein coefficients of derivatives 0 to 3 by the span's own 0..1 parameter."""
     monomials = np.linalg.inv(np.vander(SAMPLES, NODES, increasing=True))
-    found = []
+    matrices = []
     for order in range(4):
         degree = NODES - 1 - order
         derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T]).T
-        found.append(_bernstein_matrix(degree) @ derived[: degree + 1])
-    return found
+        matrices.append(_bernstein_matrix(degree) @ derived[: degree + 1])
+    return matrices
 
 
 _ENCLOSE: Final[list[Array]] = _enclosures()
@@ -49,8 +49,8 @@ _ENCLOSE: Final[list[Array]] = _enclosures()
 
 def across(matrix: Array, values: Array) -> Array:
     """A matrix (r, NODES) applied to the samples of every span: values (NODES, n, k) -> (r, n, k)."""
-    found = np.einsum("rj,jm->rm", matrix, values.reshape(len(values), -1))
-    return np.asarray(found.reshape(len(matrix), *values.shape[1:]))
+    result = np.einsum("rj,jm->rm", matrix, values.reshape(len(values), -1))
+    return np.asarray(result.reshape(len(matrix), *values.shape[1:]))
 
 
 def tail(values: Array) -> Array:

@@ -25,7 +25,7 @@ Mask = NDArray[np.bool_]
 ADJUST_STEPS: Final = 20
 #: A tilt may change by this much from one linearisation to the next, rad.
 TILT_STEP: Final = 0.3
-#: Tilts tried for a row that has none; two solutions of a row are farther apart wherever they can be told apart.
+#: Tilts tried for a row that has none; two solutions of a row are farther apart wherever they can be distinguished.
 TILT_GRID: Final = 72
 
 

@@ -31,9 +31,9 @@ DISTANCES: Final = (1.0, 10.0)
 SPEED: Final = 0.02
 #: How long it stands at every end, s: time to look.
 STANDING_S: Final = 1.0
-#: Components of a motion below this are not worth telling, mm.
+#: Components of a motion below this are left out of the text, mm.
 SEEN_MM: Final = 5e-5
-#: And turns below this, degrees: both round to nothing in the four decimals that are told.
+#: And turns below this, degrees: both round to nothing in its four decimals.
 SEEN_DEG: Final = 5e-5
 #: Points of the table that one can look at: this far from the rotary centre, mm.
 MARK_MM: Final = 100.0
@@ -88,12 +88,12 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
             values, written = round_setpoints(here + _there_and_back(machine, joint, abs(step[joint]), fmt.cycle)[:, None] * step,
                                       machine, fmt)  # fmt: skip
             block = SetpointBlock(0, values, np.zeros(len(values), dtype=np.int32), fmt, written)
-            _require_gentle(machine, block, joint)
+            _require_slow(machine, block, joint)
             peak = float(np.abs(np.diff(values[:, joint])).max() / fmt.cycle)
             yield AxisMove(
                 f"{number:02d}_{column.joint}_{distance:g}{column.unit}",
                 block,
-                _seen(machine, fmt.drives, here, step, joint, distance, peak),
+                _describe_motion(machine, fmt.drives, here, step, joint, distance, peak),
             )
 
 
@@ -105,7 +105,9 @@ def _there_and_back(machine: Machine, joint: int, distance: float, cycle: float)
         SPEED**3 * limits.jerk[[joint]],
     )  # fmt: skip
     if not np.isfinite(durations).all():
-        raise SolverError(finding("VP420", f"no time profile found for a motion of {machine.columns[joint].joint}"))
+        raise SolverError(
+            finding("VP420", f"no feasible velocity profile for a motion of {machine.columns[joint].joint}")
+        )
     profile = StopToStopProfiles(durations, jerks, np.array([distance]))
     total = float(profile.total[0])
     cycles = int(np.ceil(total / cycle))
@@ -117,39 +119,39 @@ def _there_and_back(machine: Machine, joint: int, distance: float, cycle: float)
 
 def _require_place(machine: Machine, q: Array, what: str) -> None:
     """Refuse joint values (n_joints,) at which the machine cannot stand without a tool."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         if not low <= value <= high:
             limit = low if value < low else high
             text = f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit {limit * column.factor:g}"
-            found.append(finding(column.code, text, axis=column.joint, value=float(value * column.factor),
+            findings.append(finding(column.code, text, axis=column.joint, value=float(value * column.factor),
                                  limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
     position, alpha, closed = machine.module.forward(q[:-2])
     if not closed:
-        found.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
-        raise InputError(*found)
+        findings.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
+        raise InputError(*findings)
     for margin, value in zip(machine.margins, machine.module.geometry_margins(position, alpha), strict=True):
         if value < margin.error_below:
             text = f"{what}: {margin.name} is {value:.3f}, below {margin.error_below:g}"
-            found.append(finding(margin.code, text, severity="error", axis=margin.axis))
+            findings.append(finding(margin.code, text, severity="error", axis=margin.axis))
     tip, angles, _ok = machine.five_axis.nominal(q, 0.0)
     if tip[2] < 0 and np.hypot(tip[0], tip[1]) < machine.table_radius:
-        found.append(finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face"))
+        findings.append(finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face"))
     if machine.clearance is not None:
         pose = Pose(position[None], np.array([alpha]), q[None, :-2], tip[None], angles[None], np.zeros(1))
         for margin, value in zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0], strict=True):
             if value < margin.error_below:
-                found.append(
+                findings.append(
                     finding(
                         margin.code, f"{what}: {margin.name} is {value:.3f} {margin.unit}, below {margin.error_below:g}"
                     )
                 )
-    if found:
-        raise InputError(*found)
+    if findings:
+        raise InputError(*findings)
 
 
-def _require_gentle(machine: Machine, block: SetpointBlock, joint: int) -> None:
-    """Our own verification of the rows: nothing else moves, and nothing is faster than two hundredths."""
+def _require_slow(machine: Machine, block: SetpointBlock, joint: int) -> None:
+    """Verify the rows: no other axis moves, and none is faster than two hundredths."""
     dt, column = block.format.cycle, machine.columns[joint]
     moved = np.ptp(block.values, axis=0) > 0
     moved[joint] = False
@@ -157,19 +159,19 @@ def _require_gentle(machine: Machine, block: SetpointBlock, joint: int) -> None:
     limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
     ratios = (VELOCITY_RATIO, ACCELERATION_RATIO, JERK_RATIO)
     difference = block.values[:, joint]
-    gentle = not moved.any()
+    slow = not moved.any()
     for order, (limit, ratio, allowed) in enumerate(zip(limits, ratios, noise, strict=True), start=1):
         difference = np.diff(difference) / dt
         bound = SPEED**order * limit[joint] * abs(column.factor) * ratio + allowed
-        gentle = gentle and bool(np.abs(difference).max() <= bound)
-    if not gentle:
+        slow = slow and bool(np.abs(difference).max() <= bound)
+    if not slow:
         raise AssertionError(f"rows of {column.joint} are not what was planned")
 
 
-# --- what must be seen -------------------------------------------------------------------------
+# --- texts: what must be seen -------------------------------------------------------------------------
 
 
-def _seen(
+def _describe_motion(
     machine: Machine, drives: tuple[Drive, ...], here: Array, step: Array, joint: int, distance: float, peak: float
 ) -> str:
     """What happens on the way to the positive side, in words."""
@@ -183,21 +185,21 @@ def _seen(
         counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({heading(column, drives, joint)})."
     first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
     if joint < len(machine.columns) - 2:
-        return f"{first} On the first way {_of_platform(machine, here, step)}"
-    return f"{first} On the first way {_of_table(machine, here, step)}"
+        return f"{first} On the first way {_describe_nose(machine, here, step)}"
+    return f"{first} On the first way {_describe_mark(machine, here, step)}"
 
 
-def _of_platform(machine: Machine, here: Array, step: Array) -> str:
+def _describe_nose(machine: Machine, here: Array, step: Array) -> str:
     q = np.stack([here, here + step])
     position, alpha, _ok = machine.module.forward(q[:, :-2])
     down = rotate_x(np.broadcast_to([0.0, 0.0, 1.0], position.shape), alpha)
     nose = (position + machine.five_axis.nose_offset * down) * [1.0, -1.0, -1.0]
-    said = f"the spindle nose moves {_way(nose[1] - nose[0])}."
+    text = f"the spindle nose moves {_describe_displacement(nose[1] - nose[0])}."
     turned = DEG_PER_RAD * float(alpha[1] - alpha[0])
-    return said + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
+    return text + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
 
 
-def _of_table(machine: Machine, here: Array, step: Array) -> str:
+def _describe_mark(machine: Machine, here: Array, step: Array) -> str:
     """Marks on the table face, seen from where they are now, in directions of the machine with z up."""
     marks = MARK_MM * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     a, c = here[-2:]
@@ -205,13 +207,13 @@ def _of_table(machine: Machine, here: Array, step: Array) -> str:
     moved = after - before
     far = int(np.argmax(np.linalg.norm(moved, axis=1)))
     mark = f"a mark {MARK_MM:g} mm from the rotary centre, where the table's {'xy'[far]} axis points,"
-    return f"{mark} moves {_way(moved[far])}."
+    return f"{mark} moves {_describe_displacement(moved[far])}."
 
 
-def _way(moved: Array) -> str:
+def _describe_displacement(moved: Array) -> str:
     """A displacement (3,), z up, without what is too little to be seen."""
     x, y, z = moved
-    said = [f"{value:+.4f} mm in {letter}" for value, letter in ((x, "x"), (y, "y")) if abs(value) >= SEEN_MM]
+    parts = [f"{value:+.4f} mm in {letter}" for value, letter in ((x, "x"), (y, "y")) if abs(value) >= SEEN_MM]
     if abs(z) >= SEEN_MM:
-        said.append(f"{abs(z):.4f} mm {'up' if z > 0 else 'down'}")
-    return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
+        parts.append(f"{abs(z):.4f} mm {'up' if z > 0 else 'down'}")
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

@@ -96,18 +96,18 @@ def _separation(result: Identification) -> Iterator[str]:
         yield f"  {name:<14}{cells}"
     yield f"  {'':<14}" + "".join(f"{name:>15}" for name in names[:-1])
     if close:
-        said = ", ".join(f"{a} and {b} ({value:+.3f})" for a, b, value in close)
-        yield f"known better together than apart: {said}"
+        named = ", ".join(f"{a} and {b} ({value:+.3f})" for a, b, value in close)
+        yield f"known better together than apart: {named}"
 
 
 def _own_lengths(result: Identification) -> list[str]:
     """Of each undetermined combination a length that no other one has: held, these leave nothing open."""
-    found = []
+    chosen = []
     for direction in result.undetermined:
         others = {name for other in result.undetermined if other is not direction for name in other.coefficients}
-        own = {name: abs(value) for name, value in direction.coefficients.items() if name not in others}
-        found.append(max(own or direction.coefficients, key=lambda name: own.get(name, 0.0)))
-    return [name for name in result.lengths if name in found]
+        alone = {name: abs(value) for name, value in direction.coefficients.items() if name not in others}
+        chosen.append(max(alone or direction.coefficients, key=lambda name: alone.get(name, 0.0)))
+    return [name for name in result.lengths if name in chosen]
 
 
 def _quality(report: IdentificationReport) -> Iterator[str]:
@@ -155,8 +155,8 @@ def _worst(report: IdentificationReport) -> Iterator[str]:
     for row in _row_order(report)[:WORST_ROWS]:
         used = [k for k in range(len(names)) if np.isfinite(scaled[row, k])]
         top = sorted(used, key=lambda k: -abs(scaled[row, k]))[:3]
-        said = ", ".join(f"{names[k][0]} {values[row, k]:+.4f} {names[k][1]} ({scaled[row, k]:+.2f})" for k in top)
-        yield f"  line {report.data.line[row]}: {said}"
+        named = ", ".join(f"{names[k][0]} {values[row, k]:+.4f} {names[k][1]} ({scaled[row, k]:+.2f})" for k in top)
+        yield f"  line {report.data.line[row]}: {named}"
 
 
 def _ends(report: IdentificationReport) -> Iterator[str]:
@@ -166,8 +166,8 @@ def _ends(report: IdentificationReport) -> Iterator[str]:
     total = sum(landing.count for landing in result.landings) + result.failed_starts
     yield f"of {total} random starts:"
     for landing in result.landings[: OTHER_ENDS + 1]:
-        said = ", ".join(f"{name} {value:.7g}" for name, value in landing.lengths.items())
-        yield f"  {landing.count} ended at chi-square {landing.chi_square:.6g}: {said}"
+        named = ", ".join(f"{name} {value:.7g}" for name, value in landing.lengths.items())
+        yield f"  {landing.count} ended at chi-square {landing.chi_square:.6g}: {named}"
     rest = sum(landing.count for landing in result.landings[OTHER_ENDS + 1 :])
     if rest:
         yield f"  {rest} ended in {len(result.landings) - OTHER_ENDS - 1} other places, at larger chi-square"

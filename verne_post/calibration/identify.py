@@ -117,7 +117,7 @@ def _group_lengths(names: tuple[str, ...], held: Sequence[str], tied: Sequence[S
 def _report(
     fit: Fit, end: End, random: Starts, columns: list[tuple[str, ...]], undetermined: tuple[Direction, ...]
 ) -> Identification:
-    """What the end of a fit says about lengths and readings."""
+    """Lengths, uncertainties and residuals at the end of a fit."""
     names = fit.module.length_names
     lengths = fit.origin + fit.basis @ end.t
     residual, design, states = adjust_readings(fit.module, lengths, fit.data, fit.sigma, fit.groups)

@@ -1,4 +1,4 @@
-"""Measured pairs of sliders and platform poses: CSV -> Readings. Every error names line, column and what is right."""
+"""Files of readings, sliders and platform poses: CSV -> Readings. Every error names line, column and what is right."""
 
 import csv
 import difflib
@@ -17,7 +17,7 @@ from verne_post.model.findings import Finding, InputError, finding
 
 #: Columns of a pose besides those of the actuators; the tilt comes in one of two units, or not at all.
 POSITION: Final = ("x_mm", "y_mm", "z_mm")
-LEANS: Final = {"alpha_deg": RAD_PER_DEG, "alpha_rad": 1.0}
+TILTS: Final = {"alpha_deg": RAD_PER_DEG, "alpha_rad": 1.0}
 #: Rows with the same text here share one reading of the sliders.
 SETTING: Final = "setting"
 #: Text for people, not read.
@@ -53,29 +53,31 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
     head_line, header = rows[0]
     header = [name.strip() for name in header]
     _check_header(header, head_line, sliders)
-    found: list[Finding] = []
+    mistakes: list[Finding] = []
     values, settings, lines = [], [], []
     wanted = [*sliders, *POSITION]
-    tilt = next((name for name in LEANS if name in header), None)
+    tilt = next((name for name in TILTS if name in header), None)
     for line, cells in rows[1:]:
         if len(cells) != len(header):
             text = f"{len(cells)} values; expected {len(header)}, as many as the header in line {head_line} names"
-            found.append(finding("VP502", text, line=line))
+            mistakes.append(finding("VP502", text, line=line))
             continue
         row = dict(zip(header, (cell.strip() for cell in cells), strict=True))
-        numbers = [_number(row[name], name, line, found) for name in wanted]
+        numbers = [_number(row[name], name, line, mistakes) for name in wanted]
         alpha = math.nan
         if tilt and row[tilt]:
-            alpha = LEANS[tilt] * _number(row[tilt], tilt, line, found)
+            alpha = TILTS[tilt] * _number(row[tilt], tilt, line, mistakes)
         if SETTING in row and not row[SETTING]:
-            found.append(finding("VP502", f"{SETTING} is blank; expected a name or number of the setting", line=line))
+            mistakes.append(
+                finding("VP502", f"{SETTING} is blank; expected a name or number of the setting", line=line)
+            )
         values.append([*numbers, alpha])
         settings.append(row.get(SETTING) or f"line {line}")
         lines.append(line)
-    if not values and not found:
-        found.append(finding("VP502", "no row of values after the header", line=head_line))
-    if found:
-        raise InputError(*found)
+    if not values and not mistakes:
+        mistakes.append(finding("VP502", "no row of values after the header", line=head_line))
+    if mistakes:
+        raise InputError(*mistakes)
     table = np.array(values)
     which = np.unique(settings, return_inverse=True)[1]
     data = Readings(table[:, : len(sliders)], table[:, len(sliders) :], which, np.array(lines))
@@ -84,7 +86,7 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
-    """Line number and cells of every line that says something."""
+    """Line number and cells of every line that is neither blank nor a comment."""
     rows = []
     for line, content in enumerate(text.splitlines(), start=1):
         if content.strip() and not content.lstrip().startswith("#"):
@@ -94,27 +96,27 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
 
 def _check_header(header: list[str], line: int, sliders: tuple[str, ...]) -> None:
     needed = (*sliders, *POSITION)
-    known = (*needed, *LEANS, SETTING, *REMARKS)
-    found = []
+    known = (*needed, *TILTS, SETTING, *REMARKS)
+    mistakes = []
     for column, name in enumerate(header):
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-            found.append(finding("VP502", f"column {name!r} is not known; {hint}", line=line))
+            mistakes.append(finding("VP502", f"column {name!r} is not known; {hint}", line=line))
         elif name in header[:column]:
-            found.append(finding("VP502", f"column {name} stands twice in the header", line=line))
-    found += [
+            mistakes.append(finding("VP502", f"column {name} stands twice in the header", line=line))
+    mistakes += [
         finding("VP502", f"column {name} is missing in the header; needed are {', '.join(needed)}", line=line)
         for name in needed
         if name not in header
     ]
-    if all(name in header for name in LEANS):
-        found.append(finding("VP502", f"both {' and '.join(LEANS)} are given; keep one of them", line=line))
-    if found:
-        raise InputError(*found)
+    if all(name in header for name in TILTS):
+        mistakes.append(finding("VP502", f"both {' and '.join(TILTS)} are given; keep one of them", line=line))
+    if mistakes:
+        raise InputError(*mistakes)
 
 
-def _number(cell: str, name: str, line: int, found: list[Finding]) -> float:
+def _number(cell: str, name: str, line: int, mistakes: list[Finding]) -> float:
     try:
         value = float(cell)
     except ValueError:
@@ -122,16 +124,16 @@ def _number(cell: str, name: str, line: int, found: list[Finding]) -> float:
     if not math.isfinite(value):
         what = "is blank" if not cell else f"= {cell!r} is not a finite number"
         unit = "radians" if name.endswith("_rad") else "degrees" if name.endswith("_deg") else "millimetres"
-        found.append(finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))
+        mistakes.append(finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))
     elif abs(value) > LARGEST_READING_MM:
         text = f"{name} = {value:g} is beyond {LARGEST_READING_MM:g}; no machine is so large"
-        found.append(finding("VP502", text, line=line))
+        mistakes.append(finding("VP502", text, line=line))
     return value
 
 
 def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...]) -> None:
     """Rows of one setting repeat its slider values."""
-    found = []
+    mistakes = []
     first: dict[str, int] = {}
     for row, name in enumerate(settings):
         start = first.setdefault(name, row)
@@ -140,9 +142,9 @@ def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...
                 f"{sliders[column]} = {data.rho[row, column]:g}, but setting {name!r} has {data.rho[start, column]:g} in "
                 f"line {data.line[start]}; rows of one setting share one reading of the sliders"
             )
-            found.append(finding("VP502", text, line=int(data.line[row])))
-    if found:
-        raise InputError(*found)
+            mistakes.append(finding("VP502", text, line=int(data.line[row])))
+    if mistakes:
+        raise InputError(*mistakes)
 
 
 def refused_lengths(kind: str, lengths: dict[str, float]) -> str | None:

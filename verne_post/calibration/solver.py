@@ -108,7 +108,7 @@ def _disturb(data: Readings, sigma: Uncertainty, rng: np.random.Generator) -> Re
 
 
 def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
-    """Few-worded combinations that span the lost directions (p, d): reduced so that each has a length of its own."""
+    """Short combinations that span the lost directions (p, d), reduced so that each has a length that no other has."""
     rows = np.array(lost.T)
     for step in range(len(rows)):
         open_ = np.abs(rows[step:])
@@ -117,10 +117,10 @@ def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...
         rows[step] /= rows[step, column]
         others = np.arange(len(rows)) != step
         rows[others] -= rows[others, column][:, None] * rows[step]
-    found = []
+    directions = []
     for row_values in rows:
         scaled = row_values / row_values[np.argmax(np.abs(row_values))]
-        found.append(
+        directions.append(
             Direction(
                 {
                     name: float(value)
@@ -129,7 +129,7 @@ def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...
                 }
             )
         )
-    return tuple(found)
+    return tuple(directions)
 
 
 class Starts(NamedTuple):

@@ -1,4 +1,4 @@
-"""The table of machine kinds: one line each. The kind picks a class once and is never asked again."""
+"""The table of machine kinds: one line each. The kind picks a class once; no other code compares kinds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -28,6 +28,7 @@ from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
+from verne_post.model.moves import Frame
 from verne_post.model.protocols import ParallelModule, RodModule
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ def _drives(
     ]
     if wrong:
         raise InputError(*(finding("VP501", text) for text in wrong))
-    found = []
+    drives = []
     for column, low, high in zip(columns, limits.lower, limits.upper, strict=True):
         file = files[column.joint]
         ends = sorted((float(low) * column.factor, float(high) * column.factor))
@@ -141,8 +142,8 @@ def _drives(
             if file.lead_error is None
             else _lead_error(file.lead_error, ends, f"{file_name}: drives.{column.joint}.lead_error")
         )
-        found.append(Drive(file.unit, float(file.sign), file.zero, file.scale, file.integer, error))
-    return tuple(found)
+        drives.append(Drive(file.unit, float(file.sign), file.zero, file.scale, file.integer, error))
+    return tuple(drives)
 
 
 def _lead_error(table: list[list[float]], travel: list[float], where: str) -> "CubicSpline":
@@ -249,7 +250,7 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
 
 
 def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: RodsFile | None) -> Clearance | None:
-    """What the file says about bodies, None where it says nothing."""
+    """The bodies of the machine file, None where it has none."""
     file = content.clearance
     if file is None and rods is None:
         return None
@@ -309,8 +310,8 @@ def _sentences(
             text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
             if item["type"] == "value_error" and isinstance(item["input"], dict):
                 text = f": {what}"
-        told = f"{file_name}{text}" if key == "the file" and text.startswith(":") else f"{file_name}: {key} {text}"
-        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else told
+        sentence = f"{file_name}{text}" if key == "the file" and text.startswith(":") else f"{file_name}: {key} {text}"
+        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else sentence
     return [finding("VP501", sentence) for sentence in sentences.values()]
 
 
@@ -352,11 +353,9 @@ def validate_machine(machine: Machine) -> list[Finding]:
     list of Finding
         Empty when the machine is sound.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     if machine.home is None:
-        return found
-    from verne_post.model.moves import Frame
-
+        return findings
     for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30), ("park", machine.home.park)):
         if home is None:
             continue
@@ -365,7 +364,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
         q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
-            found.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
+            findings.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue
         for column, value, low, high in zip(
             machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True
@@ -373,5 +372,5 @@ def validate_machine(machine: Machine) -> list[Finding]:
             if not low <= value <= high:
                 shown, bound = value * column.factor, (low if value < low else high) * column.factor
                 text = f"home.{name} = {list(home)} needs {column.header} = {shown:.4f}, beyond its limit {bound:.4f}"
-                found.append(finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit))
-    return found
+                findings.append(finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit))
+    return findings

@@ -27,30 +27,30 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
         VP504: not such a file.
     """
     systems = {written: number for number, written in SYSTEM_NAMES.items()}
-    found: dict[int, WorkOffset] = {}
+    offsets: dict[int, WorkOffset] = {}
     for where, row in _rows(raw, name, *OFFSET_COLUMNS):
         system = systems.get(row["system"].strip().upper())
         if system is None:
             raise _wrong(f"{where}: {row['system']!r} is no work system; expected G54 to G59.3, or G54.1P1 to G54.1P48")
-        if system in found:
+        if system in offsets:
             raise _wrong(f"{where}: {row['system']} stands twice in the file")
         x, y, z = (_number(row, key, where) for key in OFFSET_COLUMNS[0][1:])
         turn = _number(row, "c_deg", where) if "c_deg" in row else 0.0
         if max(abs(value) for value in (x, y, z, turn)) > MAX_PLACE:
             raise _wrong(f"{where}: an offset lies within {MAX_PLACE:g} mm and degrees")
-        found[system] = WorkOffset((x, y, z), turn)
-    return found
+        offsets[system] = WorkOffset((x, y, z), turn)
+    return offsets
 
 
 def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Tool]:
-    """A tool table with measured lengths (and diameters, where the file has them) in the place of its own.
+    """A tool table with measured lengths (and diameters, where the file has them) in place of the present ones.
 
     Raises
     ------
     InputError
         VP504: not such a file.
     """
-    found, seen = dict(tools), set()
+    table, seen = dict(tools), set()
     for where, row in _rows(raw, name, *LENGTH_COLUMNS):
         number = _number(row, "tool", where)
         if number % 1 or number < 1:
@@ -61,12 +61,12 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
         length = _number(row, "length_mm", where)
         if not 0 <= length <= 1e4:
             raise _wrong(f"{where}: length_mm {length:g}: a tool length lies between 0 and 10000 mm")
-        old = found.get(int(number), Tool(int(number), int(number), ZERO9))
+        old = table.get(int(number), Tool(int(number), int(number), ZERO9))
         diameter = _number(row, "diameter_mm", where) if "diameter_mm" in row else old.diameter
         if not 0 <= diameter <= 1e4:
             raise _wrong(f"{where}: diameter_mm {diameter:g}: a diameter lies between 0 and 10000 mm")
-        found[old.number] = replace(old, offset=(*old.offset[:2], length, *old.offset[3:]), diameter=diameter)
-    return found
+        table[old.number] = replace(old, offset=(*old.offset[:2], length, *old.offset[3:]), diameter=diameter)
+    return table
 
 
 def _rows(
@@ -106,10 +106,10 @@ def _rows(
 
 def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """An object of JSON whose keys differ."""
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    entry = dict(pairs)
+    if len(entry) != len(pairs):
         raise ValueError("a key stands twice in an entry")
-    return found
+    return entry
 
 
 def _number(row: dict[str, str], key: str, where: str) -> float:

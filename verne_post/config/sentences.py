@@ -31,7 +31,7 @@ def _keys(schema: type[BaseModel], place: list[str]) -> list[str]:
         if field is None:
             continue  # the name of an entry of a dictionary
         kinds = [field.annotation, *getattr(field.annotation, "__args__", ())]
-        found = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
-        if found:
-            schema = found[0]
+        models = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
+        if models:
+            schema = models[0]
     return list(schema.model_fields)

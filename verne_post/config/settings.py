@@ -106,8 +106,8 @@ def load_settings(path: Path) -> SettingsFile:
     except OSError as error:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
     except ValidationError as error:
-        found = [finding("VP503", f"{path.name}: {text}") for text in sentences(error, SettingsFile)]
-        raise InputError(*found) from None
+        mistakes = [finding("VP503", f"{path.name}: {text}") for text in sentences(error, SettingsFile)]
+        raise InputError(*mistakes) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
     if settings.check.baseline is not None:

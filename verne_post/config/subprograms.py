@@ -43,18 +43,18 @@ def subprograms_of(
     """
     root = folder.resolve()
     places = _places(folder, root, paths)
-    found: dict[str, bytes] = {}
+    texts: dict[str, bytes] = {}
     if not any(_CALLS.search(text) for text in whole_lines(source)):
-        return found
+        return texts
     known = _files(root, places)
     waiting: list[Text] = [source]
     while waiting:
         text = waiting.pop()
         for name in _called(text, known):
-            if name in known and name not in found:
-                found[name] = read(known[name], name)
-                waiting.append(found[name])
-    return found
+            if name in known and name not in texts:
+                texts[name] = read(known[name], name)
+                waiting.append(texts[name])
+    return texts
 
 
 def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
@@ -70,7 +70,7 @@ def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
 
 
 def _called(text: "Text", known: dict[str, Path]) -> list[str]:
-    """Names without ending of the files that a text may call."""
+    """Names, without ending, of the files that a text may call."""
     if not _CALLS.search(text):
         return []
     if _COMPUTED.search(text):
@@ -101,7 +101,7 @@ def _places(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:
 
 def _files(root: Path, places: list[Path]) -> dict[str, Path]:
     """Files by name without ending, in lower case; the first folder that has one counts."""
-    found: dict[str, Path] = {}
+    by_name: dict[str, Path] = {}
     for place in places:
         with os.scandir(place) as entries:
             # only a link can lead out of a folder that lies inside
@@ -112,5 +112,5 @@ def _files(root: Path, places: list[Path]) -> dict[str, Path]:
         for ending in ENDINGS:
             for file in files:
                 if file.suffix.lower() == ending:
-                    found.setdefault(file.stem.lower(), file)
-    return found
+                    by_name.setdefault(file.stem.lower(), file)
+    return by_name

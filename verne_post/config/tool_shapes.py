@@ -51,8 +51,8 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
         file = ShapesFile.model_validate(data)
     except ValidationError as error:
-        told = (finding("VP504", f"{name}: {text}") for text in sentences(error, ShapesFile))
-        raise InputError(*told) from None
+        mistakes = (finding("VP504", f"{name}: {text}") for text in sentences(error, ShapesFile))
+        raise InputError(*mistakes) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
     shapes = {}

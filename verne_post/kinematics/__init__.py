@@ -1,1 +1,1 @@
-"""From tool poses to joints and back, and every judgement of geometry along the way."""
+"""From tool poses to joints and back, and every geometric check along the way."""

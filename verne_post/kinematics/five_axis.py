@@ -63,18 +63,18 @@ class HybridMachine:
         position : ndarray, shape (..., 3)
             P in the base frame.
         alpha : ndarray, shape (...)
-            Lean of the platform.
+            Platform tilt, rad.
         ok : ndarray of bool, shape (...)
         """
-        q, gauge, alpha, ok = self._followed(tip, angles, tool_length)
+        q, gauge, alpha, ok = self._solve_joints(tip, angles, tool_length)
         position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
         return q, position, alpha, ok
 
     def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The joint values of :meth:`solve` alone, (..., 5)."""
-        return self._followed(tip, angles, tool_length)[0]
+        return self._solve_joints(tip, angles, tool_length)[0]
 
-    def _followed(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+    def _solve_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """q, gauge point, alpha, ok."""
         gauge = self.platform_gauge(tip, angles, tool_length)
         rho, alpha, ok = self.module.inverse_coupled(self.table.pivot, gauge)
@@ -95,13 +95,13 @@ class HybridMachine:
         """
         tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in angles_of_axis(axis))
-        found = []
+        solutions = []
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
             gauge = self.platform_gauge(tip, np.array(angles), tool_length)
             for one in self.module.inverse_coupled_all(self.table.pivot, gauge):
                 q = (*one.rho, angles[0] + one.alpha, angles[1])
-                found.append(WholeSolution(q, one.alpha, one.signs, other, one.refused))
-        return found
+                solutions.append(WholeSolution(q, one.alpha, one.signs, other, one.refused))
+        return solutions
 
     def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates, from the derivatives of the module's closure equations.
@@ -126,8 +126,8 @@ class HybridMachine:
         # P = pivot + F Rx(alpha) g: by g and by alpha
         by_gauge = np.stack([rotate_x(rate, alpha) * _MIRROR for rate in self._gauge_rates(tip, angles)], -1)
         by_alpha = rotate_x_rate(gauge, alpha) * _MIRROR
-        by_point, by_lean = parallel[..., :3], parallel[..., 3] + (parallel[..., :3] @ by_alpha[..., None])[..., 0]
-        matrix = np.concatenate([serial, by_lean[..., None]], axis=-1)
+        by_point, by_tilt = parallel[..., :3], parallel[..., 3] + (parallel[..., :3] @ by_alpha[..., None])[..., 0]
+        matrix = np.concatenate([serial, by_tilt[..., None]], axis=-1)
         solvable = ok & (np.linalg.det(np.where(ok[..., None, None], matrix, np.eye(4))) != 0.0)
         matrix = np.where(solvable[..., None, None], matrix, np.eye(4))
         rates = -np.linalg.solve(matrix, by_point @ by_gauge)

@@ -25,7 +25,7 @@ BELOW_TABLE: Final = "tip or nose below the table face"
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """Verdicts on n tips.
+    """What limits n tips.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Reach:
 
 
 def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) -> Reach:
-    """Judge tips against every limit of geometry: rods, travel of every joint, margins, table face.
+    """Compare tips with every geometric limit: rods, travel of every joint, margins, table face.
 
     Parameters
     ----------
@@ -68,23 +68,23 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
         quantities = np.concatenate([q, machine.module.geometry_margins(position, alpha)], axis=1)
     margins = [np.where(ok, np.inf, -np.inf)]
     for check in checks:
-        apart = check.sign * (quantities[:, check.quantity] - check.limit)
-        # on its limit counts as reached, whatever the last bits say; a margin that belongs to no joint is no distance
-        # that others compare with, so it is judged only
-        room = np.maximum(apart, 0.0) if check.axis else np.inf
-        apart = np.where(apart >= -check.slack, room, apart)
-        margins.append(np.where(ok, apart * (1.0 if check.unit == "mm" else MM_PER_RAD), np.inf))
+        margin = check.sign * (quantities[:, check.quantity] - check.limit)
+        # a value on its limit counts as reached, whatever its last bits are; a margin that belongs to no joint is no
+        # distance that others compare with, so it can only end the reach
+        inside = np.maximum(margin, 0.0) if check.axis else np.inf
+        margin = np.where(margin >= -check.slack, inside, margin)
+        margins.append(np.where(ok, margin * (1.0 if check.unit == "mm" else MM_PER_RAD), np.inf))
     nose = tip + tool_length * axis_of_angles(angles[0], angles[1])
     heights = [
         np.maximum(point[:, 2], np.hypot(point[:, 0], point[:, 1]) - machine.table_radius) for point in (tip, nose)
     ]
     height = np.minimum(*heights)
-    margins.append(np.where(height >= -LIMIT_SLACK_MM, np.inf, height))  # work goes down to the face: judged only
+    margins.append(np.where(height >= -LIMIT_SLACK_MM, np.inf, height))  # work goes down to the face
     every = np.stack(margins, axis=1)
     worst = every.argmin(axis=1)
-    margin = every[np.arange(len(tip)), worst]
+    smallest = every[np.arange(len(tip)), worst]
     limits = (OUT_OF_REACH, *(_name(check) for check in checks), BELOW_TABLE)
-    return Reach(limits, np.where(margin < 0, worst, -1), np.where(ok, margin, np.nan))
+    return Reach(limits, np.where(smallest < 0, worst, -1), np.where(ok, smallest, np.nan))
 
 
 def _name(check: Check) -> str:

@@ -1,6 +1,6 @@
 """How near bodies of the machine come to each other: rods, spindle, tool, table, and the cones of the ball joints.
 
-Rods and spindle are capsules (a segment and a radius), the tool is a cylinder with a flat end, the table everything
+Rods and spindle are capsules (a line segment and a radius), the tool is a cylinder with a flat end, the table everything
 below its face inside its radius. Every margin is a distance or an angle, and says how much it can change when the
 points that carry it move: that is what makes verdicts between samples certain (``check_clearance``).
 """
@@ -18,9 +18,9 @@ from verne_post.model.protocols import Margin, Pose, RodModule
 
 Array = NDArray[np.float64]
 
-#: Ternary steps on a convex distance along a segment: the bracket ends at (2/3)^60 of it.
+#: Ternary steps on a convex distance along a line segment: the bracket ends at (2/3)^60 of it.
 CONVEX_STEPS: Final = 60
-#: Squared length (mm2) below which a segment counts as a point: its direction would be noise.
+#: Squared length (mm2) below which a line segment counts as a point: its direction would be noise.
 POINT: Final = 1e-18
 
 
@@ -53,22 +53,22 @@ class Clearance:
     def _listed(self) -> list[tuple[Margin, float, str]]:
         bodies, module = self.bodies, self.module
         low = bodies.minimum
-        found: list[tuple[Margin, float, str]] = []
+        listed: list[tuple[Margin, float, str]] = []
         if module is not None and bodies.rod_radius is not None:
             for a, b in _leg_pairs(module):
                 what = f"distance of the rods of legs {a} and {b}" if a != b else f"distance of the two rods of leg {a}"
-                found.append((Margin(what, "VP211", None, "mm", low, low), 2.0, "module"))
+                listed.append((Margin(what, "VP211", None, "mm", low, low), 2.0, "module"))
             if bodies.spindle_radius is not None:
-                found += [
+                listed += [
                     (Margin(f"distance of leg {leg} from the spindle", "VP212", None, "mm", low, low), 2.0, "module")
                     for leg in dict.fromkeys(module.rod_legs)
                 ]
         if bodies.spindle_radius is not None:
-            found.append(
+            listed.append(
                 (Margin("distance of the spindle from the table", "VP213", None, "mm", low, low), 1.0, "table")
             )
         if bodies.tool_radius is not None:
-            found.append((Margin("distance of the tool from the table", "VP213", None, "mm", low, low), 2.0, "table"))
+            listed.append((Margin("distance of the tool from the table", "VP213", None, "mm", low, low), 2.0, "table"))
         if module is not None and bodies.cone_centre is not None:
             # a chord of d turns a rod by at most pi/2 d / rod; both its ends move; the platform's own turn adds one
             share = DEG_PER_RAD / module.shortest_rod
@@ -77,12 +77,12 @@ class Clearance:
                 ("platform", bodies.platform_cone, np.pi + 1),
             ):
                 if cone is not None:
-                    found += [
+                    listed += [
                         (Margin(f"rest of the cone of a {what} ball joint of leg {leg}", "VP214", None, "deg", 0.0, 0.0),
                          factor * share, "module")
                         for leg in dict.fromkeys(module.rod_legs)
                     ]  # fmt: skip
-        return found
+        return listed
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins, and the points whose motion bounds their change.
@@ -132,7 +132,7 @@ class Clearance:
         for a, b in _leg_pairs(module):
             pairs = [(i, j) for i in np.flatnonzero(legs == a) for j in np.flatnonzero(legs == b) if i < j]
             gaps = [
-                segment_distance(start[:, i], end[:, i], start[:, j], end[:, j]) - radius[i] - radius[j]
+                line_segment_distance(start[:, i], end[:, i], start[:, j], end[:, j]) - radius[i] - radius[j]
                 for i, j in pairs
             ]
             columns.append(np.min(gaps, axis=0))
@@ -144,7 +144,7 @@ class Clearance:
         legs = np.array(module.rod_legs)
         spindle = self.bodies.spindle_radius or 0.0
         return [
-            np.min([segment_distance(start[:, i], end[:, i], nose, top) - radius[i] - spindle
+            np.min([line_segment_distance(start[:, i], end[:, i], nose, top) - radius[i] - spindle
                     for i in np.flatnonzero(legs == leg)], axis=0)
             for leg in dict.fromkeys(module.rod_legs)
         ]  # fmt: skip
@@ -183,11 +183,11 @@ def _leg_pairs(module: RodModule) -> list[tuple[str, str]]:
     return pairs + [(a, b) for i, a in enumerate(legs) for b in legs[i + 1 :]]
 
 
-def segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
-    """Distance of two segments, each given by its ends (n, 3): (n,), mm.
+def line_segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
+    """Distance of two line segments, each given by its ends (n, 3): (n,), mm.
 
     The squared distance is convex in both parameters: the unconstrained optimum, if it is inside, and otherwise the
-    best of the four edges, each a point against a segment.
+    best of the four edges, each a point against a line segment.
     """
     u, v, w = a1 - a0, b1 - b0, a0 - b0
     uu, uv, vv = (u * u).sum(-1), (u * v).sum(-1), (v * v).sum(-1)
@@ -205,7 +205,7 @@ def segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
 
 
 def point_distance(point: Array, start: Array, end: Array) -> Array:
-    """Distance of points from segments, all (n, 3): (n,), mm."""
+    """Distance of points from line segments, all (n, 3): (n,), mm."""
     along = end - start
     square = (along * along).sum(-1)
     share = ((point - start) * along).sum(-1) / np.where(square > POINT, square, 1.0)
@@ -214,7 +214,7 @@ def point_distance(point: Array, start: Array, end: Array) -> Array:
 
 
 def _to_table(start: Array, end: Array, radius: float) -> Array:
-    """Distance of segments (n, 3) from everything below z = 0 inside a radius, 0 where they reach into it."""
+    """Distance of line segments (n, 3) from everything below z = 0 inside a radius, 0 where they reach into it."""
 
     def distance(share: Array) -> Array:
         point = start + share[:, None] * (end - start)

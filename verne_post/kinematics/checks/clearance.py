@@ -131,7 +131,7 @@ def _bound_convex(margins: Array, below: Array) -> Array:
     """
     order = np.argsort(spans.WITH_ENDS)
     x, f = spans.WITH_ENDS[order], margins[order]
-    found = np.full(f.shape[1:], np.inf)
+    bound = np.full(f.shape[1:], np.inf)
     slope = np.diff(f, axis=0) / np.diff(x)[:, None, None]
     last = len(x) - 2
     for i in range(last + 1):
@@ -146,8 +146,8 @@ def _bound_convex(margins: Array, below: Array) -> Array:
             # where the line that goes on from the left meets the one that comes from the right
             meet = (there - after * width - here) / np.where(rises, before - after, -1.0)
             lowest = np.where(rises, here + before * np.clip(meet, 0.0, width), here)
-        found = np.minimum(found, np.minimum(lowest, np.minimum(here, there)))
-    return np.where((f < below).all(axis=0), found, -np.inf)
+        bound = np.minimum(bound, np.minimum(lowest, np.minimum(here, there)))
+    return np.where((f < below).all(axis=0), bound, -np.inf)
 
 
 def _bound_travel(points: Array) -> Array:

@@ -1,8 +1,8 @@
-"""How near tool, spindle and platform come to what stands on the table: fixtures and the stock, as boxes.
+"""How near tool, spindle and platform come to fixtures and stock on the table, as boxes.
 
 Tool, holder and shank are cylinders with flat ends, spindle and platform capsules. Every distance is signed and
 certain (``separation``), and cannot change faster than the points that carry the bodies move over the table, so whole
-motions are judged as in ``check_clearance``.
+motions are checked as in ``check_clearance``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,8 +29,8 @@ Mask = NDArray[np.bool_]
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
-#: Bodies may touch, and reach into a box by this, mm: a tool that slides along a fixture would else be judged in steps
-#: of a nanometre.
+#: Bodies may touch, and reach into a box by this, mm: a tool that slides along a fixture would else be checked in
+#: steps of a nanometre.
 TOUCH_MM: Final = 0.005
 #: Stands for the distance of a body that is not there, or may be there, mm.
 FAR_MM: Final = 1e6
@@ -132,8 +132,8 @@ class KeepOut:
         """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
         axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
         nose = pose.tip + pose.tool_length[:, None] * axis
-        own = self.lengths[self.tool[pose.segment]]
-        length = np.where(np.isnan(own), pose.tool_length, own)
+        by_itself = self.lengths[self.tool[pose.segment]]
+        length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
         tip = nose - length[:, None] * axis
         points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
         cylinders = {
@@ -164,9 +164,9 @@ class KeepOut:
         return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
 
     def _distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
-        """Signed distances (n,); exact where they are near what the box asks for."""
+        """Signed distances (n,); exact near the distance that the box requires."""
         start, end, radius = cylinder
-        found = np.full(len(start), FAR_MM)
+        distance = np.full(len(start), FAR_MM)
         there = np.isfinite(radius) & np.isfinite(start).all(axis=1)
         if box.stock:
             if body == "cutter":
@@ -182,22 +182,22 @@ class KeepOut:
         value = farther_than(start, end, radius, box.half) - skin
         near = np.flatnonzero(value < box.distance + NEAR_MM)
         value[near] = cylinder_to_box(start[near], end[near], radius[near], box.half) - skin
-        found[row] = value
-        return found
+        distance[row] = value
+        return distance
 
 
 def _of_shape(shape: ToolShape) -> Array:
     """Distances of both ends from the tip, and the radius, of every part; NaN as in :class:`KeepOut`."""
-    found = np.full((len(TOOL_PARTS), 3), np.nan)
+    parts = np.full((len(TOOL_PARTS), 3), np.nan)
     if not shape:
-        found[0] = 0.0, np.nan, 0.0
+        parts[0] = 0.0, np.nan, 0.0
     at = 0.0
     for one in shape:
         # the last part goes up to the gauge line, whatever its length: something is there
         end = np.nan if one.length is None or one is shape[-1] else at + one.length
-        found[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
+        parts[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
         at = end
-    return found
+    return parts
 
 
 def build_keep_out(
@@ -242,9 +242,9 @@ def build_keep_out(
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
     lengths = np.array([_length_of(int(one), options) for one in numbers])
-    for one, shape, own in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
+    for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
-        _fits(int(one), shape, in_force if np.isnan(own) else own)
+        _fits(int(one), shape, in_force if np.isnan(by_itself) else by_itself)
     return KeepOut(standing, shapes, lengths, index, _entering(path), machine.bodies, machine.five_axis)
 
 
@@ -275,7 +275,7 @@ def tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
 
 
 def _shape_of(number: int, options: Options) -> ToolShape:
-    """The shape of a tool: its own, a cylinder of the tool table's diameter, or nothing known."""
+    """The shape of a tool: the given one, a cylinder of the tool table's diameter, or nothing known."""
     if number in options.tool_shapes:
         return options.tool_shapes[number]
     tool = (options.tools or {}).get(number)
@@ -283,7 +283,7 @@ def _shape_of(number: int, options: Options) -> ToolShape:
 
 
 def _length_of(number: int, options: Options) -> float:
-    """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program knows."""
+    """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program gives it."""
     if options.tool_length is not None:
         return options.tool_length
     tool = (options.tools or {}).get(number)

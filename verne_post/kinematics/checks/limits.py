@@ -235,7 +235,7 @@ class _LimitCheck:
         return halve
 
     def _note_unreachable(self, element: Ints, solved: Solved) -> None:
-        """Keep why elements (n,) of spans cannot be solved: what the first unsolved sample along the way says."""
+        """Keep why elements (n,) of spans cannot be solved: the code of the first unsolved sample along each."""
         span, sample = np.nonzero(~solved.ok.reshape(-1, len(element)).T)
         bad = sample * len(element) + span
         elements, first = np.unique(element[span], return_index=True)

@@ -82,11 +82,11 @@ def worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place, floa
     """Where each bound is worst along the line, and the value there; None where nothing of the line can be solved."""
     element, w = grid(line)
     values, _solved = measure(line, element, w)
-    found: list[tuple[Place, float] | None] = []
+    places: list[tuple[Place, float] | None] = []
     for check in checks:
         series = check.sign * values[:, check.quantity]
         if np.isnan(series).all():
-            found.append(None)
+            places.append(None)
             continue
         at = int(np.nanargmin(series))
         here, centre, half = int(element[at]), float(w[at]), float(GRID[1])
@@ -98,8 +98,8 @@ def worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place, floa
             if series[best] <= value:
                 centre, value = float(near[best]), float(series[best])
             half /= 32
-        found.append((Place(here, centre), check.sign * value))
-    return found
+        places.append((Place(here, centre), check.sign * value))
+    return places
 
 
 def place_of(line: JointPath, item: Finding) -> Place | None:
@@ -107,9 +107,9 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     if item.value is None:
         return _first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
     checks = [check for check in every_check(line) if (check.code, check.axis) == (item.code, item.axis)]
-    seen = [(abs(best[1] * check.factor - item.value), best[0])
+    by_distance = [(abs(best[1] * check.factor - item.value), best[0])
             for check, best in zip(checks, worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
-    return min(seen, key=lambda one: one[0])[1] if seen else None
+    return min(by_distance, key=lambda one: one[0])[1] if by_distance else None
 
 
 def _first_unsolved(line: JointPath) -> Place | None:
@@ -134,8 +134,8 @@ def _first_unsolved(line: JointPath) -> Place | None:
 
 def errors_of(line: JointPath) -> tuple[str, ...]:
     """Codes of the errors of a line, each once."""
-    found = check_constraints(line)[1]
-    return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
+    findings = check_constraints(line)[1]
+    return tuple(dict.fromkeys(item.code for item in findings if item.severity == "error"))
 
 
 def legal_branches(line: JointPath) -> Iterator[Branch]:

@@ -34,7 +34,7 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
     start, end : ndarray, shape (n, 3)
         Centres of the flat ends, in the frame of the box, mm; a cylinder may have no length.
     radius : ndarray, shape (n,)
-        0 for a segment.
+        0 for a line segment.
     half : ndarray, shape (3,)
         Half sizes of the box.
 
@@ -44,10 +44,10 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
         mm; negative where the bodies overlap.
     """
     middle, axis, long = _axes(start, end)
-    found = np.full(len(start), -np.inf)
+    distance_bound = np.full(len(start), -np.inf)
     for n in _directions(axis):
         for sign in (1.0, -1.0):
-            found = np.maximum(found, _gap(sign * n, middle, axis, long, radius, half))
+            distance_bound = np.maximum(distance_bound, _gap(sign * n, middle, axis, long, radius, half))
     rest = np.arange(len(start))
     point = np.clip(middle, -half, half)
     ahead, momentum = point.copy(), np.ones(len(start))
@@ -65,13 +65,13 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
         distance = np.linalg.norm(apart, axis=1)
         clear = distance > 0
         gap = _gap(apart / np.where(clear, distance, 1.0)[:, None], m, k, h, r, half)
-        found[rest[clear]] = np.maximum(found[rest[clear]], gap[clear])
+        distance_bound[rest[clear]] = np.maximum(distance_bound[rest[clear]], gap[clear])
         # the points of bodies that overlap come nearer and nearer to each other
-        open_ = (distance > TOUCHING_MM) & (distance - found[rest] > SURE_MM)
+        open_ = (distance > TOUCHING_MM) & (distance - distance_bound[rest] > SURE_MM)
         if not open_.any():
             break
         rest, point, ahead, momentum = rest[open_], point[open_], ahead[open_], momentum[open_]
-    return found
+    return distance_bound
 
 
 def farther_than(start: Array, end: Array, radius: Array, half: Array) -> Array:
@@ -99,16 +99,16 @@ def _gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half:
 
 def _directions(axis: Array) -> list[Array]:
     """Directions that separate faces and edges: the box's faces, the cylinder's ends, and across both."""
-    found = [np.broadcast_to(unit, axis.shape) for unit in np.eye(3)]
-    found.append(axis)
+    directions = [np.broadcast_to(unit, axis.shape) for unit in np.eye(3)]
+    directions.append(axis)
     for unit in np.eye(3):
         across = np.cross(axis, unit)
         size = np.linalg.norm(across, axis=1, keepdims=True)
-        found.append(np.where(size > 1e-9, across / np.where(size > 1e-9, size, 1.0), unit))
+        directions.append(np.where(size > 1e-9, across / np.where(size > 1e-9, size, 1.0), unit))
         radial = unit - axis * (axis @ unit)[:, None]
         size = np.linalg.norm(radial, axis=1, keepdims=True)
-        found.append(np.where(size > 1e-9, radial / np.where(size > 1e-9, size, 1.0), unit))
-    return found
+        directions.append(np.where(size > 1e-9, radial / np.where(size > 1e-9, size, 1.0), unit))
+    return directions
 
 
 def _onto_cylinder(point: Array, middle: Array, axis: Array, long: Array, radius: Array) -> Array:

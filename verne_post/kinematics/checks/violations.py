@@ -1,4 +1,4 @@
-"""What is checked, the worst violation of it on each element, and the findings that say so."""
+"""What is checked, the worst violation of it on each element, and the findings that report it."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -135,7 +135,7 @@ def table_findings(contour: Contour, below: Worst) -> list[Finding]:
 
 
 def unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
-    """Findings of elements that cannot be solved, given with the code that says why."""
+    """Findings of elements that cannot be solved, given with the code of the reason."""
     return [
         _finding(contour, group, group[0], code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error")
         for code in sorted(set(unreachable.values()))

@@ -19,7 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution, triple, upright_position
+from verne_post.kinematics.modules.solutions import (
+    ForwardSolution,
+    InverseSolution,
+    determinant_margin,
+    drop_margins,
+    triple,
+    upright_position,
+)
 from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]
@@ -169,11 +176,11 @@ class LinearDeltaModule:
             radicands = self._radicands(point)
         if not ((radicands >= 0).all() and np.isfinite(point).all()):
             return []
-        found = []
+        solutions = []
         for signs in product((-1, 1), repeat=3):
             rho = point[2] + np.array(signs) * np.sqrt(radicands)
-            found.append(InverseSolution(0.0, signs, triple(rho), self._refusal(point, rho)))
-        return sorted(found, key=lambda one: (one.refused is not None, one.signs))
+            solutions.append(InverseSolution(0.0, signs, triple(rho), self._refusal(point, rho)))
+        return sorted(solutions, key=lambda one: (one.refused is not None, one.signs))
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """Both assembly modes of one set of sliders (3,), none where the spheres do not meet; the one in use first."""
@@ -182,11 +189,11 @@ class LinearDeltaModule:
             foot, normal, height2 = self._meeting(sliders)
         if not height2 >= 0:
             return []
-        found = []
+        solutions = []
         for side in (1.0, -1.0):
             position = foot + side * np.sqrt(height2) * normal
-            found.append(ForwardSolution(triple(position), 0.0, self._refusal(position, sliders)))
-        return sorted(found, key=lambda one: one.refused is not None)
+            solutions.append(ForwardSolution(triple(position), 0.0, self._refusal(position, sliders)))
+        return sorted(solutions, key=lambda one: one.refused is not None)
 
     def _refusal(self, position: Array, rho: Array) -> str | None:
         """Why a pair of position (3,) and sliders (3,) is not the machine's."""
@@ -231,9 +238,4 @@ class LinearDeltaModule:
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
-        drops = tuple(
-            Margin("vertical drop of a rod", "VP202", joint, "mm", serial_singularity, 2 * serial_singularity)
-            for joint in self.actuators
-        )
-        low = parallel_singularity
-        return (*drops, Margin("determinant of the parallel Jacobian", "VP203", None, "", low, 2 * low))
+        return (*drop_margins(self.actuators, serial_singularity), determinant_margin(parallel_singularity))

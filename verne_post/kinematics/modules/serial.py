@@ -49,7 +49,7 @@ class SerialModule:
             False only where the position is not finite; alpha is NaN there.
         """
         rho = (np.asarray(position, dtype=float) - self.zero) * _UPRIGHT
-        return _judged(rho)
+        return _mark_finite(rho)
 
     def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Axis positions for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
@@ -57,7 +57,7 @@ class SerialModule:
 
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """P (..., 3) in the base frame, alpha and ok for axis positions (..., 3): ``zero + F (x, y, z)``, mm."""
-        return _judged(np.asarray(rho, dtype=float) * _UPRIGHT + self.zero)
+        return _mark_finite(np.asarray(rho, dtype=float) * _UPRIGHT + self.zero)
 
     def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Finding codes of poses (m, 3) without a solution: only those that are no numbers."""
@@ -104,7 +104,7 @@ class SerialModule:
         return ()
 
 
-def _judged(point: Array) -> tuple[Array, Array, Mask]:
+def _mark_finite(point: Array) -> tuple[Array, Array, Mask]:
     """A mapped point with tilt 0 and ok; NaN throughout where a coordinate is not finite."""
     ok = np.asarray(np.isfinite(point).all(axis=-1))
     return np.where(ok[..., None], point, np.nan), np.where(ok, 0.0, np.nan), ok

@@ -1,9 +1,11 @@
-"""What every module answers when asked for all its solutions, and what modules that never tilt have in common."""
+"""What modules have in common: all solutions of a question, margins of rods, positions of a platform that never tilts."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from verne_post.model.protocols import Margin
 
 Array = NDArray[np.float64]
 
@@ -39,3 +41,13 @@ def triple(values: Array) -> tuple[float, float, float]:
     """Three numbers of an array (3,)."""
     a, b, c = (float(value) for value in values)
     return a, b, c
+
+
+def drop_margins(actuators: tuple[str, ...], smallest: float) -> tuple[Margin, ...]:
+    """Margins of the vertical drops of the rods, one for each actuator: an error below ``smallest`` (mm)."""
+    return tuple(Margin("vertical drop of a rod", "VP202", joint, "mm", smallest, 2 * smallest) for joint in actuators)
+
+
+def determinant_margin(smallest: float) -> Margin:
+    """Margin of the scaled parallel determinant: an error below ``smallest``, which has no unit."""
+    return Margin("determinant of the parallel Jacobian", "VP203", None, "", smallest, 2 * smallest)

@@ -120,8 +120,8 @@ class TiltingTable:
             tilt, turn = -tilt, turn + math.pi
         tilt += 2 * math.pi * round((float(angles[0]) - tilt) / (2 * math.pi))
         turn = float(angles[1] + wrap_angle(turn - angles[1]))
-        found = self.from_table(tip, np.array([tilt, turn]), frame)
-        return [*program[:3], float(found[3]), program[4], float(found[5]), *program[6:]]
+        held = self.from_table(tip, np.array([tilt, turn]), frame)
+        return [*program[:3], float(held[3]), program[4], float(held[5]), *program[6:]]
 
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins
 from verne_post.kinematics.modules.verne import assembly_modes, loops, rods, working_modes
 from verne_post.kinematics.modules.verne.forward import solve_forward
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -71,19 +72,5 @@ class VerneModule(VerneGeometry):
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
-        drops = tuple(
-            Margin("vertical drop of a rod", "VP202", joint, "mm", serial_singularity, 2 * serial_singularity)
-            for joint in self.actuators
-        )
-        return (
-            *drops,
-            Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0),
-            Margin(
-                "determinant of the parallel Jacobian",
-                "VP203",
-                None,
-                "",
-                parallel_singularity,
-                2 * parallel_singularity,
-            ),
-        )
+        crossing = Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0)
+        return (*drop_margins(self.actuators, serial_singularity), crossing, determinant_margin(parallel_singularity))

@@ -130,8 +130,8 @@ def conditioning(geometry: VerneGeometry, position: Array, alpha: Array, rho: Ar
 def parallel_determinant(geometry: VerneGeometry, position: Array, tilt: tuple[Array, Array], drops: Array) -> Array:
     """Determinant of the scaled parallel Jacobian in the working mode, shape (...); zero at a parallel singularity.
 
-    Rows over their rod, the column of alpha over the arm of :func:`scales`. Written out, because every pose of a
-    program is judged by it: both rods of a leg pair share their x component, so the differences of rows have none.
+    Rows over their rod, the column of alpha over the arm of :func:`scales`. Written out, because it is computed for every pose of a
+    program: both rods of a leg pair share their x component, so the differences of rows have none.
 
     Parameters
     ----------

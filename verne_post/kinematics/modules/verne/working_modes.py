@@ -83,7 +83,7 @@ def iso_alpha_ellipse(geometry: VerneGeometry, alpha: float, turn: Array) -> Arr
     ``(R1 sin)^2 (x + D1 - d1)^2 + arm2 y^2 = (R1 sin)^2 (L1^2 - arm2)``, hence the semi-axes
     ``a = sqrt(L1^2 - arm2)`` and ``b = a R1 |sin(alpha)| / sqrt(arm2)``. By (14) the working mode (rho1 above z_P,
     uncrossed rods) tilts by +alpha on the half y < 0 and by -alpha on the half y > 0.
-    For alpha = 0 or pi the ellipse is the segment y = 0.
+    For alpha = 0 or pi the ellipse is the line y = 0.
 
     Parameters
     ----------
@@ -106,20 +106,20 @@ def iso_alpha_ellipse(geometry: VerneGeometry, alpha: float, turn: Array) -> Arr
 
 def _find_tilts_and_sides(geometry: VerneGeometry, point: PointOfTilt) -> list[tuple[float, int]]:
     """Tilts with the side s1 of leg I (Tables I and II)."""
-    found: list[tuple[float, int]] = []
+    tilts: list[tuple[float, int]] = []
     if point.y0 == point.yc == point.ys == 0.0:  # sin(alpha)^2 times the radicand of (11) vanishes
         x1 = float(point.x + geometry.leg1_x_offset)
-        found += [(a, s1) for a in (0.0, np.pi) if _radicand1(geometry, x1, 0.0, a) >= 0 for s1 in (-1, 1)]
+        tilts += [(a, s1) for a in (0.0, np.pi) if _radicand1(geometry, x1, 0.0, a) >= 0 for s1 in (-1, 1)]
         cosine = (geometry.R1**2 + geometry.r1**2 - geometry.L1**2 + x1**2) / (2 * geometry.R1 * geometry.r1)
         if abs(cosine) < 1:
-            found += [(sign * float(np.arccos(cosine)), -1) for sign in (-1.0, 1.0)]
-        return found
+            tilts += [(sign * float(np.arccos(cosine)), -1) for sign in (-1.0, 1.0)]
+        return tilts
     for rough in find_tilts(geometry, point, NEAR_CIRCLE):
         for s1 in (-1, 1):
             alpha = _polish_tilt(geometry, point, float(rough), s1)
-            if alpha is not None and all(abs(alpha - other) > SAME_TILT or s1 != t for other, t in found):
-                found.append((alpha, s1))
-    return found
+            if alpha is not None and all(abs(alpha - other) > SAME_TILT or s1 != t for other, t in tilts):
+                tilts.append((alpha, s1))
+    return tilts
 
 
 def _radicand1(geometry: VerneGeometry, x1: float, y: float, alpha: float) -> float:
