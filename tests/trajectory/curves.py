@@ -14,7 +14,7 @@ ACCEPTED = np.array([1.0003, 1.002, 1.01, 1.0003]) + 1e-9
 
 @dataclass(frozen=True)
 class Curve:
-    """A run given by its joints as functions of s."""
+    """A section given by its joints as functions of s."""
 
     length: float
     joints: Callable[[Array], list[Array]]

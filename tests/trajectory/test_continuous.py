@@ -1,4 +1,4 @@
-"""Profiles of continuous runs, judged on the differences of their rows by a judge of its own."""
+"""Profiles of continuous sections, checked on the differences of their rows by independent code."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Places that cannot be mended are slowed down by themselves, and nothing else is."""
+"""Places that cannot be repaired are slowed down by themselves, and nothing else is."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Override and slow start: the planned path, slower; every limit kept, every run a whole number of cycles."""
+"""Override and slow start: the planned path, slower; every limit kept, every section a whole number of cycles."""
 
 import math
 from collections.abc import Callable
@@ -125,7 +125,7 @@ def test_every_sample_at_three_tenths_of_its_speed(
             assert worst.max() <= (1.005 if override == 1.0 else 1.01 * override**order)
         times.append(len(q) - 1)
         tips.append(q)
-    # of the whole program: mended rows at full speed, and rest at the ends of runs, make the only difference
+    # of the whole program: repaired rows at full speed, and rest at the ends of sections, make the only difference
     plain = laid_out(name)
     still = round(plain.path.dwell_seconds.sum() / dt)
     assert (times[1] - still) * 0.3 == pytest.approx(times[0] - still, rel=0.006)

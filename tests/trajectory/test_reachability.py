@@ -1,4 +1,4 @@
-"""The second-order scan: closed form, legality and optimality on the grid, and windows that join exactly."""
+"""The reachability passes: closed form, legality and optimality on the grid, and windows that join exactly."""
 
 from dataclasses import replace
 
@@ -67,7 +67,7 @@ def test_tiny_elements_do_not_look_curved() -> None:
 
 
 @pytest.mark.parametrize(
-    ("section", "said"),
+    ("section", "message"),
     [
         (Curve(5.0, lambda s: [np.where(s > 2, np.nan, s)]), "not finite at s = 2"),
         (Curve(100.0, lambda s: [np.where(s > 25, np.nan, s)]), "not finite at s = 25.9"),  # the first of several spans
@@ -76,8 +76,8 @@ def test_tiny_elements_do_not_look_curved() -> None:
         (Curve(0.0, lambda s: [s]), "finite length"),
     ],
 )
-def test_impossible_sections_are_refused(section: Curve, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
+def test_impossible_sections_are_refused(section: Curve, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         grid_along(section)
 
 

@@ -167,17 +167,17 @@ PROGRAM = source(
 def test_position_along_real_sections_is_monotone_and_complete() -> None:
     profiles = plan_program(assemble(PROGRAM, MACHINE, STOPS)).profiles.profiles
     assert isinstance(profiles, StopToStopProfiles)
-    for run in range(len(profiles.length)):
-        t = np.linspace(0.0, profiles.total[run] * 1.01, 2001)
-        s = profiles.position(np.full(len(t), run), t)
+    for section in range(len(profiles.length)):
+        t = np.linspace(0.0, profiles.total[section] * 1.01, 2001)
+        s = profiles.position(np.full(len(t), section), t)
         assert s[0] == 0.0
-        assert s[-1] == pytest.approx(profiles.length[run], rel=1e-9)
+        assert s[-1] == pytest.approx(profiles.length[section], rel=1e-9)
         # rounding of the cubic polynomials, relative to the length
-        assert (np.diff(s) >= -1e-12 * profiles.length[run]).all()
-        assert (s <= profiles.length[run]).all()
+        assert (np.diff(s) >= -1e-12 * profiles.length[section]).all()
+        assert (s <= profiles.length[section]).all()
         speed = np.diff(s) / (t[1] - t[0])
-        assert speed.max() <= profiles.peak_speed()[run] * (1 + 1e-6)
-        assert speed.max() >= profiles.peak_speed()[run] * 0.99  # 2000 steps come close to the peak
+        assert speed.max() <= profiles.peak_speed()[section] * (1 + 1e-6)
+        assert speed.max() >= profiles.peak_speed()[section] * 0.99  # 2000 steps come close to the peak
 
 
 def test_feed_caps_the_speed() -> None:
@@ -248,7 +248,7 @@ def nothing(_profile: Any) -> None:
 
 ODD = {
     "goes beyond the end": (overshoot, 0),
-    "runs backwards": (backwards, 0),
+    "goes backwards": (backwards, 0),
     "takes no time": (timeless, 0),
     "takes NaN": (not_a_number, 0),
     "says error": (nothing, -1),

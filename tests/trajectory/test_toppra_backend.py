@@ -1,4 +1,4 @@
-"""Two solvers of one problem: the scan and toppra agree, and toppra's silent failure is heard."""
+"""Two solvers of one problem: the reachability passes and toppra agree, and toppra's silent failure is heard."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from .curves import Curve, limits, straight, wavy
 TURNING = Curve(40.0, lambda s: [np.sin(s), np.cos(1.3 * s), np.sin(0.7 * s + 1)], elements=40)
 
 
-@pytest.mark.filterwarnings("ignore")  # toppra's own
+@pytest.mark.filterwarnings("ignore")  # of toppra itself
 @pytest.mark.parametrize(
     "section",
     [

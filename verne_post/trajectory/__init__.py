@@ -1,1 +1,1 @@
-"""JointPath -> time profiles -> setpoints."""
+"""JointPath -> motion profiles -> setpoints."""

@@ -1,4 +1,4 @@
-"""Time profiles of continuous sections: near the time optimum, inside every limit on the differences of the rows.
+"""Motion profiles of continuous sections: near the time optimum, inside every limit on the differences of the rows.
 
 A first profile (:mod:`initial_profile`) comes from the second-order reachability pass. It need not be legal: the interior point
 method re-times it in a few passes, coarse to fine, each on the profile of the pass before. Only s(t) changes, so the tool

@@ -1,4 +1,4 @@
-"""The time profiles of a whole contour: a scalar profile from stop to stop, a continuous profile where corners are rounded."""
+"""The motion profiles of a whole contour: a scalar profile from stop to stop, a continuous profile where corners are rounded."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -68,9 +68,7 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the section: the joints jump there")
 
 
-def repair_rows(
-    task: SectionTask, z: Array, over: tuple[Ints, Array]
-) -> Array | None:  # fmt: skip
+def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array | None:
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
     Those given have rows of rest at both ends (:func:`at_rest`), the result does not. ``over`` says which of the given ones
@@ -117,8 +115,9 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
             break
         more = Growing(float)
         for begin, end in blocks(len(z)):
-            some = long[slice(*np.searchsorted(long, [begin, end]))]
-            more.extend(np.insert(z[begin:end], some + 1 - begin, 0.5 * (z[some] + z[some + 1])))
+            steps_here = long[slice(*np.searchsorted(long, [begin, end]))]
+            middle = 0.5 * (z[steps_here] + z[steps_here + 1])
+            more.extend(np.insert(z[begin:end], steps_here + 1 - begin, middle))
         z = more.column()
         over = exceeding(excess(task, z))
     return z, over

@@ -1,4 +1,4 @@
-"""Time profiles of sections that begin and end at rest: one scalar profile s(t) for each section.
+"""Motion profiles of sections that begin and end at rest: one scalar profile s(t) for each section.
 
 Along a section each joint is a smooth function q(s), so
 

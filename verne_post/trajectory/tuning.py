@@ -1,8 +1,8 @@
 """The constants of planning: what each one means, and what it trades.
 
 None of them decides whether rows are inside the limits: repair and verification do. They decide how near to the least time
-a profile comes, and what that costs. ``tests/benchmarks/tuning.py`` varies each one over the range that it lists;
-docs/tuning.md has the change of cycle time and CPU over that range. Times are in s, lengths in mm. A *unit* is the time scale of
+a profile comes, and what that costs. ``tests/benchmarks/tuning.py`` lists the range of each one and measures it;
+docs/tuning.md has the changes of cycle time and CPU. Times are in s, lengths in mm. A *unit* is the time scale of
 a profile (``TIME_UNIT`` or the control cycle, the longer one; less for short sections). X is the square of the rate at which
 a pass re-times the profile of the pass before (:mod:`interior_point`).
 """
