@@ -6,7 +6,8 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,13 @@ from typing import Any
 from verne_post.cli import arithmetic
 
 os.environ.update(arithmetic.settings())  # before numpy is imported: rows of this process are those of a command's own
+#: What a shell may set and a test must not see; the schema for tests/output/test_sarif_schema.py is meant for the tests.
+for _name in list(os.environ):
+    if (_name.startswith("VERNE_POST_") and _name != "VERNE_POST_SARIF_SCHEMA") or _name in (
+        "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "PYTHONIOENCODING", "PYTHONWARNINGS",
+        "PYTHONSTARTUP", "PYTHONOPTIMIZE", "MPLBACKEND", "MPLCONFIGDIR",
+    ):  # fmt: skip
+        del os.environ[_name]
 
 import pytest
 from hypothesis import settings
@@ -38,6 +46,15 @@ class Answer:
     code: int
     out: str
     err: str
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_settings_from_outside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """No settings file outside the folder of a test is read: neither of the checkout nor of a folder above either."""
+    ceilings = (ROOT, Path(tempfile.gettempdir()), tmp_path_factory.getbasetemp())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("VERNE_POST_CEILING", os.pathsep.join(map(str, ceilings)))
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -87,8 +104,6 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     """Run the command line in this process: ``run("check", path, stdin=b"...")``."""
     from verne_post.cli.main import main
 
-    monkeypatch.delenv("VERNE_POST_TRACEBACK", raising=False)
-
     def call(*arguments: object, stdin: bytes = b"") -> Answer:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin), encoding="utf-8"))
         capsys.readouterr()
@@ -103,7 +118,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
 def environment() -> dict[str, str]:
     """Environment in which a new interpreter finds the package under test from any folder."""
     package = str(Path(verne_post.__file__).parents[1])
-    return {**os.environ, "PYTHONPATH": package, "VERNE_POST_TRACEBACK": ""}
+    return {**os.environ, "PYTHONPATH": package}
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
+from verne_post.app.source_text import check_source_text
 from verne_post.base.long_text import Text
 from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
@@ -148,6 +149,7 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
 
 def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
     """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
+    check_source_text(source, options.source_name)
     setup = gcode.interpreter_setup(
         tools=options.tools, tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_text_options(options),
@@ -183,6 +185,7 @@ def _text_options(options: Options) -> dict[str, Any]:
 
 def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
     """Text -> moves -> tool path on the branches of the table that keep the limits; ``from_line`` -> where a restart begins."""
+    check_source_text(source, options.source_name)
     setup = machine_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)

@@ -56,7 +56,7 @@ def command(
     measured: Path | None,
     columns: str,
     delay: str,
-    follow: float | None,
+    following: float | None,
     **given: Any,
 ) -> int:
     """Judge a setpoint file as written, believing nothing but the file.
@@ -66,6 +66,7 @@ def command(
     """
     from verne_post.app.assemble import assemble, drives_of
     from verne_post.app.constraints import check_program
+    from verne_post.app.source_text import UTF16, is_utf16
     from verne_post.app.verify import verify_setpoints
     from verne_post.model.findings import InputError
     from verne_post.output.origin import changed_since, read_side_car
@@ -75,7 +76,7 @@ def command(
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
-    if measured is None and (columns or delay != "auto" or follow is not None):
+    if measured is None and (columns or delay != "auto" or following is not None):
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
     if measured is not None and (setpoints == "-" or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
@@ -107,7 +108,9 @@ def command(
         log = None if measured is None else _followed(files, setpoints, measured, columns, delay, program, drives)
     except InputError as error:
         return refuse(name, error)
-    except (OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        raise click.UsageError(f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}") from None
+    except OSError as error:
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
     print_findings(shown_name(against), findings)
@@ -118,8 +121,8 @@ def command(
         click.echo(
             following_text(str(measured), followed, source_lines, program.cycle, program.machine), nl=False, err=True
         )
-        if follow is not None and not followed.path_worst <= follow:
-            click.echo(f"{measured}: farther from the commanded path than --following {follow:g} mm", err=True)
+        if following is not None and not followed.path_worst <= following:
+            click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 
