@@ -5,7 +5,9 @@ What each value means is said here a second time, in :data:`MEANING`, without th
 
 import math
 import random
+import sys
 from collections.abc import Callable
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -45,7 +47,7 @@ def number(low: float, high: float, *, none: bool = False, whole: bool = False) 
         if value is None:
             return None if none else REFUSED
         kinds = (int,) if whole else (int, float)
-        return value if type(value) in kinds and low <= value <= high and math.isfinite(value) else REFUSED
+        return value if type(value) in kinds and low <= value <= high and (whole or math.isfinite(value)) else REFUSED
 
     return meaning
 
@@ -58,22 +60,31 @@ def flag(value: Any) -> Any:
     return value if type(value) is bool else REFUSED
 
 
+def finite(value: Any) -> bool:
+    return type(value) in (int, float) and value == value and abs(value) <= sys.float_info.max
+
+
 def plain_numbers(value: Any, counts: tuple[int, ...], bound: float = 1e5) -> Any:
     if not isinstance(value, tuple | list) or len(value) not in counts:
         return REFUSED
-    good = all(type(one) in (int, float) and math.isfinite(one) and abs(one) <= bound for one in value)
+    good = all(finite(one) and abs(one) <= bound for one in value)
     return tuple(value) if good else REFUSED
+
+
+def system(key: Any) -> Any:
+    names = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
+    numbers = {name: at for at, name in enumerate(names, 1)} | {f"G54.1P{p}": 100 + p for p in range(1, 49)}
+    number = numbers.get(key.strip().upper()) if isinstance(key, str) else key
+    return number if type(number) is int and number in numbers.values() else REFUSED
 
 
 def offsets(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
-    systems = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
-    numbers = {name: at for at, name in enumerate(systems, 1)} | {f"G54.1P{p}": 100 + p for p in range(1, 49)}
     meant = {}
     for key, offset in value.items():
-        number = numbers.get(key.strip().upper()) if isinstance(key, str) else key
-        if type(number) is not int or number not in numbers.values() or number in meant:
+        number = system(key)
+        if number is REFUSED or number in meant:
             return REFUSED
         if isinstance(offset, vp.WorkOffset):
             origin = plain_numbers(offset.origin_mm, (3,))
@@ -89,7 +100,7 @@ def boxes(value: Any) -> Any:
     if not isinstance(value, tuple | list) or any(box(one) is REFUSED or one is None for one in value):
         return REFUSED
     names = [one.name for one in value]
-    return tuple(value) if len(set(names)) == len(names) else REFUSED
+    return tuple(box(one) for one in value) if len(set(names)) == len(names) else REFUSED
 
 
 def box(value: Any) -> Any:
@@ -102,8 +113,8 @@ def box(value: Any) -> Any:
         return REFUSED
     if plain_numbers([value.distance], (1,)) is REFUSED or value.distance < 0:
         return REFUSED
-    known = (*range(1, 10), *range(101, 149))
-    return value if value.system is None or (type(value.system) is int and value.system in known) else REFUSED
+    number = None if value.system is None else system(value.system)
+    return REFUSED if number is REFUSED else replace(value, low=low, high=high, system=number)
 
 
 def tools(value: Any) -> Any:
@@ -155,7 +166,7 @@ def numbered(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
     good = all(
-        type(key) is int and type(one) in (int, float) and math.isfinite(one) for key, one in value.items()
+        type(key) is int and finite(one) for key, one in value.items()
     )
     return value if good else REFUSED
 
@@ -163,7 +174,7 @@ def numbered(value: Any) -> Any:
 def remapped(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
-    free = {"M428", "M429", "G68.3", "M100"}
+    free = {"M428", "G68.3", "M3"}  # M3 means something already: refused where the program is read
     good = all(
         code in free and type(meaning) is str and meaning in ("tcp on", "tcp off", "ignore", "event")
         for code, meaning in value.items()
@@ -273,7 +284,7 @@ class Cases:
         pick = self.pick
         low, high = self.place(), self.place()
         if pick.random() < 0.8 and isinstance(low, tuple | list) and all(type(one) in (int, float) for one in low):
-            high = type(low)(one + 1.0 for one in low)
+            high = type(low)(one + 1 for one in low)
         name = pick.choice(["vise", "clamp", "vise", self.one()])
         return vp.Box(name, low, high, pick.choice([None, None, 1, 101, 77, self.one()]), pick.choice([0.0, 0.0, 2, -1.0, self.one()]))
 
@@ -291,7 +302,7 @@ class Cases:
                 return self.box()
             case "tools":
                 number = pick.choice([0, 1, 7, -1, self.key()])
-                sizes = (*self.place(3), 0, 0, 0, 0, 0, 0) if pick.random() < 0.0 else tuple(float(k) for k in range(9))
+                sizes = tuple(float(k) for k in range(9))
                 sizes = sizes if pick.random() < 0.8 else self.place(9)
                 same = number if pick.random() < 0.85 else self.one()
                 return {number: vp.Tool(same, pick.choice([1, 1, 1, self.one()]), sizes, pick.choice([0.0, 8, -1.0, self.one()]))}
@@ -433,6 +444,11 @@ def test_wrong_arguments_raise_the_documented_error(call: Callable[..., Any], ma
                 continue
             with pytest.raises(vp.UsageError):
                 call(*good, **{name: value})
+
+
+def test_a_code_with_a_meaning_is_given_no_other(machine: vp.Machine) -> None:
+    with pytest.raises(vp.UsageError, match="remap: M3: this code has a meaning"):
+        vp.check(PROGRAM, machine, vp.Options(remap={"M3": "ignore"}))
 
 
 def test_misspelt_names_are_answered_with_the_right_one() -> None:

@@ -73,14 +73,14 @@ def spoilt(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is about to be written is wrong in one row."""
     from verne_post.app import convert
 
-    real = convert.rounded
+    real = convert.round_setpoints
 
-    def rounded(q: np.ndarray, *arguments: Any) -> tuple[np.ndarray, None]:
+    def spoil(q: np.ndarray, *arguments: Any) -> tuple[np.ndarray, None]:
         values, _numbers = real(q, *arguments)
         values[len(values) // 2, 0] += 0.01
         return values, None
 
-    monkeypatch.setattr(convert, "rounded", rounded)
+    monkeypatch.setattr(convert, "round_setpoints", spoil)
 
 
 def raising(error: BaseException) -> Callable[..., Any]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from verne_post import gcode
 from verne_post.app.source_text import check_source_text
 from verne_post.base.long_text import Text
+from verne_post.gcode.codes import RS274
 from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
@@ -21,7 +22,7 @@ from verne_post.gcode.state import State
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, MoveKind, Moves
 from verne_post.model.options import Options
@@ -177,6 +178,10 @@ def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
 
 def _text_options(options: Options) -> dict[str, Any]:
     """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.state.TextOptions`."""
+    for code in options.remap:
+        number = float(code[1:])
+        if round(number * 10) in RS274.group_of_g if code[0] == "G" else number in RS274.group_of_m:
+            raise UsageError("remap", f"{code}: this code has a meaning of its own")
     return {name: getattr(options, name) for name in TextOptions.__dataclass_fields__}
 
 
