@@ -48,6 +48,15 @@ class Answer:
     err: str
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that tests/smoke.txt names, by the beginning of their names."""
+    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
+    named = tuple(line.strip() for line in lines if line.strip() and not line.startswith("#"))
+    for item in items:
+        if item.nodeid.removeprefix("tests/").startswith(named):
+            item.add_marker(pytest.mark.smoke)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def no_settings_from_outside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """No settings file outside the folder of a test is read: neither of the checkout nor of a folder above either."""

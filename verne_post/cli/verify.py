@@ -109,7 +109,9 @@ def command(
     except InputError as error:
         return refuse(name, error)
     except UnicodeDecodeError as error:
-        raise click.UsageError(f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}") from None
+        raise click.UsageError(
+            f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}"
+        ) from None
     except OSError as error:
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)

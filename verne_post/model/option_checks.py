@@ -3,7 +3,6 @@
 import difflib
 import math
 import re
-import sys
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Literal, get_args
 
@@ -25,6 +24,7 @@ from verne_post.model.part_setup import (
 )
 
 _CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
+_LARGEST: Final = math.nextafter(math.inf, 0.0)
 #: What a user-defined code may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
 
@@ -62,7 +62,7 @@ def _numbers(value: object, counts: tuple[int, ...], what: str, bound: float) ->
     if len(found) not in counts:
         raise ValueError(f"expected {what}, got {len(found)} numbers")
     for one in found:
-        if isinstance(one, bool) or not isinstance(one, int | float) or not abs(one) <= sys.float_info.max:
+        if isinstance(one, bool) or not isinstance(one, int | float) or not abs(one) <= _LARGEST:
             raise ValueError(f"expected {what}; {one!r} is not a finite number")
         if abs(one) > bound:
             raise ValueError(f"{one:g} is beyond {bound:g}")
@@ -172,7 +172,9 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
         if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
         parts = tuple(shape) if isinstance(shape, tuple | list) else ()
-        if not parts or not all(isinstance(one, Cylinder) and isinstance(one.part, str) and one.part in TOOL_PARTS for one in parts):
+        if not parts or not all(
+            isinstance(one, Cylinder) and isinstance(one.part, str) and one.part in TOOL_PARTS for one in parts
+        ):
             raise ValueError(f"tool {key}: expected a tuple of Cylinder({' | '.join(TOOL_PARTS)}, diameter, length)")
         for at, one in enumerate(parts):
             sizes = (one.diameter,) if one.length is None else (one.diameter, one.length)
