@@ -15,13 +15,6 @@ from typing import Any
 from verne_post.cli import arithmetic
 
 os.environ.update(arithmetic.settings())  # before numpy is imported: rows of this process are those of a command's own
-#: What a shell may set and a test must not see; the schema for tests/output/test_sarif_schema.py is meant for the tests.
-for _name in list(os.environ):
-    if (_name.startswith("VERNE_POST_") and _name != "VERNE_POST_SARIF_SCHEMA") or _name in (
-        "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "PYTHONIOENCODING", "PYTHONWARNINGS",
-        "PYTHONSTARTUP", "PYTHONOPTIMIZE", "MPLBACKEND", "MPLCONFIGDIR",
-    ):  # fmt: skip
-        del os.environ[_name]
 
 import pytest
 from hypothesis import settings
@@ -30,6 +23,16 @@ import verne_post
 from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
+
+#: What a shell may set and a test must not see.
+_FROM_A_SHELL = (
+    "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "PYTHONIOENCODING", "PYTHONWARNINGS",
+    "PYTHONSTARTUP", "PYTHONOPTIMIZE", "MPLBACKEND", "MPLCONFIGDIR",
+)  # fmt: skip
+for _name in list(os.environ):
+    # the schema is meant for tests/output/test_sarif_schema.py
+    if _name in _FROM_A_SHELL or (_name.startswith("VERNE_POST_") and _name != "VERNE_POST_SARIF_SCHEMA"):
+        del os.environ[_name]
 
 # the same examples in every run: a suite that judges a change must not depend on chance
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)

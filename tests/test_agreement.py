@@ -32,7 +32,7 @@ platform_cone_deg = {cone}
 cone_centre = [0.0, 0.0, 1400.0]
 
 [clearance]
-minimum_mm = 1.0
+minimum_mm = {minimum}
 spindle_diameter_mm = {spindle}
 spindle_top_mm = 200.0
 tool_diameter_mm = 20.0
@@ -42,7 +42,7 @@ tool_diameter_mm = 20.0
 
 def bodied(**sizes: float) -> tuple[tuple[str, str], ...]:
     """The VERNE with bodies, as a change of its file."""
-    bodies = BODIES.format(**{"diameter": 20.0, "cone": 170.0, "spindle": 40.0, **sizes})
+    bodies = BODIES.format(**{"diameter": 20.0, "cone": 170.0, "spindle": 40.0, "minimum": 1.0, **sizes})
     return (
         ("[provenance]", bodies),
         ('spindle = "assumed"\n', 'spindle = "assumed"\nrods = "assumed"\nclearance = "assumed"\n'),
@@ -101,7 +101,7 @@ CASES: Final = {
     "VP202": Case(
         "G49 G0 X0 Y0 Z60 A0 C0\nG1 X-545 F900\nM2\n",
         2,
-        ("VP202",),
+        ("VP101", "VP202", "VP301"),
         machine="linear_delta",
         tool=50.0,
         place=(0.0, 0.0, 0.0),
@@ -109,10 +109,10 @@ CASES: Final = {
     "VP203": Case(PAST, 3, ("VP203",), changes=(("parallel_singularity = 0.05", "parallel_singularity = 0.9"),)),
     "VP210": Case(HEAD + "G1 Z-22 F900\nM2\n", 3, ("VP210",)),
     "VP211": Case(PAST, 3, ("VP211",), changes=bodied(diameter=200.0)),
-    "VP212": Case(PAST, 3, ("VP212",), changes=bodied(spindle=300.0)),
+    "VP212": Case(PAST, 3, ("VP211", "VP212", "VP213"), changes=bodied(minimum=500.0)),
     "VP213": Case(HEAD + "G1 X20 Z-19.5 F900\nM2\n", 3, ("VP213",), changes=bodied()),
-    "VP214": Case(PAST, 3, ("VP214",), changes=bodied(cone=5.0)),
-    "VP301": Case(TURNS, 6, ("VP103", "VP301"), changes=TURNED),
+    "VP214": Case(PAST, 3, ("VP214",), changes=bodied(cone=0.5)),
+    "VP301": Case(TURNS, 3, ("VP301",), changes=TURNED),
     # --- options
     "fixture of the settings file": Case(PAST, 3, ("VP215",), settings=PIN_FILE, options={"keep_out": (PIN,)}),
     "fixture of the command line": Case(PAST, 3, ("VP215",), PIN_WORDS, options={"keep_out": (PIN,)}),
@@ -188,8 +188,8 @@ CASES: Final = {
         PAST,
         0,
         ("VP215",),
-        ("--from", "home", "--keep-out", "post=-10,-15,80,-2,15,430"),
-        options={"approach": "home", "keep_out": (vp.Box("post", (-10.0, -15.0, 80.0), (-2.0, 15.0, 430.0)),)},
+        ("--from", "home", "--keep-out", "post=-16,-15,80,-2,15,430"),
+        options={"approach": "home", "keep_out": (vp.Box("post", (-16.0, -15.0, 80.0), (-2.0, 15.0, 430.0)),)},
     ),
     "a line before --from-line": Case(
         PAST,
@@ -200,7 +200,7 @@ CASES: Final = {
     ),
     "--rapids line": Case(OVER.format(z=643), 3, ("VP101",)),
     "--rapids joint": Case(OVER.format(z=643), 3, (), ("--rapids", "joint"), options={"rapids": "joint"}),
-    "--allow-rewind": Case(TURNS, 6, (), ("--allow-rewind",), options={"allow_rewind": True}, changes=TURNED),
+    "--allow-rewind": Case(TURNS, 3, (), ("--allow-rewind",), options={"allow_rewind": True}, changes=TURNED),
     "--block-delete": Case(
         HEAD + "/G1 Z-22 F900\nG1 X5 F900\nM2\n", 4, (), ("--block-delete",), options={"block_delete": True}
     ),

@@ -9,9 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import verne_post
+from verne_post.app.assemble import assemble
 from verne_post.base.rotations import axis_of_angles
 from verne_post.model.part_setup import WorkOffset
-from verne_post.app.assemble import assemble
 
 SAMPLE = Path("gcode_samples/blade_5axis.nc")
 OPTIONS = verne_post.Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}, source_name=SAMPLE.name)
