@@ -6,7 +6,8 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,16 @@ from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
 
+#: What a shell may set and a test must not see.
+_FROM_A_SHELL = (
+    "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "PYTHONIOENCODING", "PYTHONWARNINGS",
+    "PYTHONSTARTUP", "PYTHONOPTIMIZE", "MPLBACKEND", "MPLCONFIGDIR",
+)  # fmt: skip
+for _name in list(os.environ):
+    # the schema is meant for tests/output/test_sarif_schema.py
+    if _name in _FROM_A_SHELL or (_name.startswith("VERNE_POST_") and _name != "VERNE_POST_SARIF_SCHEMA"):
+        del os.environ[_name]
+
 # the same examples in every run: a suite that judges a change must not depend on chance
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
@@ -38,6 +49,24 @@ class Answer:
     code: int
     out: str
     err: str
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that tests/smoke.txt names, by the beginning of their names."""
+    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
+    named = tuple(line.strip() for line in lines if line.strip() and not line.startswith("#"))
+    for item in items:
+        if item.nodeid.removeprefix("tests/").startswith(named):
+            item.add_marker(pytest.mark.smoke)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_settings_from_outside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """No settings file outside the folder of a test is read: neither of the checkout nor of a folder above either."""
+    ceilings = (ROOT, Path(tempfile.gettempdir()), tmp_path_factory.getbasetemp())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("VERNE_POST_CEILING", os.pathsep.join(map(str, ceilings)))
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -87,8 +116,6 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     """Run the command line in this process: ``run("check", path, stdin=b"...")``."""
     from verne_post.cli.main import main
 
-    monkeypatch.delenv("VERNE_POST_TRACEBACK", raising=False)
-
     def call(*arguments: object, stdin: bytes = b"") -> Answer:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin), encoding="utf-8"))
         capsys.readouterr()
@@ -103,7 +130,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
 def environment() -> dict[str, str]:
     """Environment in which a new interpreter finds the package under test from any folder."""
     package = str(Path(verne_post.__file__).parents[1])
-    return {**os.environ, "PYTHONPATH": package, "VERNE_POST_TRACEBACK": ""}
+    return {**os.environ, "PYTHONPATH": package}
 
 
 @pytest.fixture

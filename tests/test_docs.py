@@ -30,6 +30,19 @@ def test_every_promise_names_tests_that_exist() -> None:
         assert name in functions, f"{file}::{name}"
 
 
+def test_the_smoke_set_names_tests_that_exist() -> None:
+    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
+    named = [line for line in lines if line and not line.startswith("#")]
+    assert len(named) > 40
+    for line in named:
+        file, _colons, name = line.partition("::")
+        assert (ROOT / "tests" / file).exists(), line
+        if name:
+            tree = ast.parse((ROOT / "tests" / file).read_text(encoding="utf-8"))
+            functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+            assert name.split("[")[0] in functions, line
+
+
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])
 def test_links_between_pages_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):

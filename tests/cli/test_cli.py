@@ -75,12 +75,12 @@ def spoilt(monkeypatch: pytest.MonkeyPatch) -> None:
 
     real = convert.round_setpoints
 
-    def rounded(q: np.ndarray, *arguments: Any) -> tuple[np.ndarray, None]:
+    def spoil(q: np.ndarray, *arguments: Any) -> tuple[np.ndarray, None]:
         values, _numbers = real(q, *arguments)
         values[len(values) // 2, 0] += 0.01
         return values, None
 
-    monkeypatch.setattr(convert, "round_setpoints", rounded)
+    monkeypatch.setattr(convert, "round_setpoints", spoil)
 
 
 def raising(error: BaseException) -> Callable[..., Any]:

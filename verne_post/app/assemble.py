@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post import gcode
+from verne_post.app.source_text import check_source_text
 from verne_post.base.long_text import Text
+from verne_post.gcode.codes import RS274
 from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
@@ -20,7 +22,7 @@ from verne_post.gcode.state import State
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, MoveKind, Moves
 from verne_post.model.options import Options
@@ -148,6 +150,7 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
 
 def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
     """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
+    check_source_text(source, options.source_name)
     setup = gcode.interpreter_setup(
         tools=options.tools, tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_text_options(options),
@@ -175,6 +178,10 @@ def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
 
 def _text_options(options: Options) -> dict[str, Any]:
     """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.state.TextOptions`."""
+    for code in options.remap:
+        number = float(code[1:])
+        if round(number * 10) in RS274.group_of_g if code[0] == "G" else number in RS274.group_of_m:
+            raise UsageError("remap", f"{code}: this code has a meaning of its own")
     return {name: getattr(options, name) for name in TextOptions.__dataclass_fields__}
 
 
@@ -183,6 +190,7 @@ def _text_options(options: Options) -> dict[str, Any]:
 
 def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
     """Text -> moves -> tool path on the branches of the table that keep the limits; ``from_line`` -> where a restart begins."""
+    check_source_text(source, options.source_name)
     setup = machine_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)

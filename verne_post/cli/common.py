@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 #: How a program is called where its file collides with another.
 PROGRAM = "INPUT"
-#: A zero byte in so much of a file tells that it is no text.
-_LOOKED_AT = 4096
 #: A text of more bytes is not held in memory.
 LONG_TEXT = 1 << 22
 
@@ -50,12 +48,12 @@ def program_text(
 
     From standard input they come from the current folder, and only where ``--subroutine-path`` asks for them.
     """
+    from verne_post.app.source_text import check_source_text
     from verne_post.config.subprograms import subprograms_of
     from verne_post.model.findings import InputError, UsageError, finding
 
     source = _text(files, name)
-    if b"\0" in source[:_LOOKED_AT]:
-        raise InputError(finding("VP022", f"{shown_name(name)} is not a text file"))
+    check_source_text(source, shown_name(name))
     if source.startswith(b"t_s,"):
         raise InputError(finding("VP022", f"{shown_name(name)} is a setpoint file, not a program"))
     if name == "-" and not subroutine_path:

@@ -5,6 +5,7 @@ Heavy modules are imported by the commands that need them, so that --help and --
 
 import difflib
 import importlib
+import io
 import os
 import sys
 from typing import Any, Final
@@ -90,6 +91,8 @@ def cli() -> None:
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     same_everywhere()
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8", newline="\n")  # the same bytes on every platform
     sys.exit(main(sys.argv[1:]))
 
 

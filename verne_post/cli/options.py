@@ -5,6 +5,7 @@ that become values (``--wcs G54=X,Y,Z``), and files that are read into options (
 """
 
 import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -293,10 +294,22 @@ def numbers_of(text: str, what: str) -> list[float]:
 
 def settings_of(files: RunFiles, path: Path | None) -> "SettingsFile | None":
     """The settings file in force."""
-    from verne_post.config.settings import find_settings, load_settings
+    from verne_post.config.settings import load_settings
 
-    found = find_settings(Path.cwd()) if path is None else path
+    found = _nearest_settings(Path.cwd()) if path is None else path
     if found is None:
         return None
     files.reads(found, "--settings")
     return load_settings(found)
+
+
+def _nearest_settings(folder: Path) -> Path | None:
+    """The nearest settings file from a folder upwards, below the folders that VERNE_POST_CEILING names."""
+    from verne_post.config.settings import find_settings
+
+    found = find_settings(folder)
+    ceilings = [Path(name).resolve() for name in os.environ.get("VERNE_POST_CEILING", "").split(os.pathsep) if name]
+    beyond = found is not None and any(
+        folder.is_relative_to(ceiling) and ceiling.is_relative_to(found.parent) for ceiling in ceilings
+    )
+    return None if beyond else found

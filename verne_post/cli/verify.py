@@ -64,6 +64,7 @@ def command(
     """
     from verne_post.app.assemble import assemble, drives_of
     from verne_post.app.constraints import check_program
+    from verne_post.app.source_text import UTF16, is_utf16
     from verne_post.app.verify import verify_setpoints
     from verne_post.model.findings import InputError
     from verne_post.output.origin import changed_since, read_side_car
@@ -105,7 +106,11 @@ def command(
         log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program, drives)
     except InputError as error:
         return refuse(name, error)
-    except (OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        raise click.UsageError(
+            f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}"
+        ) from None
+    except OSError as error:
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
     print_findings(shown_name(against), findings)

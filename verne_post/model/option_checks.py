@@ -2,11 +2,13 @@
 
 import difflib
 import math
+import re
 from collections.abc import Callable, Mapping
-from typing import Any, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 from pydantic import AfterValidator
 
+from verne_post.base.long_text import LongText
 from verne_post.model.findings import UsageError
 from verne_post.model.part_setup import (
     MAX_PLACE,
@@ -21,6 +23,8 @@ from verne_post.model.part_setup import (
     WorkOffset,
 )
 
+_CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
+_LARGEST: Final = math.nextafter(math.inf, 0.0)
 #: What a user-defined code may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
 
@@ -54,17 +58,27 @@ def _expected(value: str, names: tuple[str, ...]) -> str:
 
 def _numbers(value: object, counts: tuple[int, ...], what: str, bound: float) -> tuple[float, ...]:
     """A sequence of so many finite numbers within a bound."""
-    if isinstance(value, str | bytes | Mapping) or not hasattr(value, "__iter__"):
-        raise ValueError(f"expected {what}, got {value!r}")
-    found = list(value)
+    found = _items(value, what)
     if len(found) not in counts:
         raise ValueError(f"expected {what}, got {len(found)} numbers")
     for one in found:
-        if isinstance(one, bool) or not isinstance(one, int | float) or not math.isfinite(one):
+        if isinstance(one, bool) or not isinstance(one, int | float) or not abs(one) <= _LARGEST:
             raise ValueError(f"expected {what}; {one!r} is not a finite number")
         if abs(one) > bound:
             raise ValueError(f"{one:g} is beyond {bound:g}")
     return tuple(float(one) for one in found)
+
+
+def _items(value: object, what: str) -> list[Any]:
+    """Items of a tuple, a list or an array."""
+    listed = value.tolist() if hasattr(value, "tolist") else value
+    if not isinstance(listed, tuple | list):
+        raise ValueError(f"expected {what}, got {value!r}")
+    return list(listed)
+
+
+def _is_tool_number(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
 def _mapping(value: object, what: str) -> Mapping[Any, Any]:
@@ -97,8 +111,9 @@ def check_work_offsets(value: object) -> dict[int, WorkOffset]:
         number = system_number(key)
         if number in found:
             raise ValueError(f"{SYSTEM_NAMES[number]} is given twice")
-        given = (*offset.origin_mm, offset.turn_deg) if isinstance(offset, WorkOffset) else offset
-        x, y, z, *turn = _numbers(given, (3, 4), f"x, y, z and maybe c for {SYSTEM_NAMES[number]}", MAX_PLACE)
+        what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
+        given = [*_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
+        x, y, z, *turn = _numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
         found[number] = WorkOffset((x, y, z), turn[0] if turn else 0.0)
     return found
 
@@ -108,10 +123,12 @@ def check_tools(value: object) -> dict[int, Tool] | None:
         return None
     found: dict[int, Tool] = {}
     for key, tool in _mapping(value, "a mapping from tool number to Tool").items():
-        if isinstance(key, bool) or not isinstance(key, int) or key < 0:
+        if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
-        if not isinstance(tool, Tool) or tool.number != key:
+        if not isinstance(tool, Tool) or not _is_tool_number(tool.number) or tool.number != key:
             raise ValueError(f"tool {key}: expected Tool({key}, ...), got {tool!r}")
+        if not isinstance(tool.pocket, int) or isinstance(tool.pocket, bool):
+            raise ValueError(f"tool {key}: pocket {tool.pocket!r} is not a whole number")
         _numbers(tool.offset, (9,), f"nine offsets of tool {key}", MAX_PLACE)
         if not _numbers((tool.diameter,), (1,), f"a diameter of tool {key}", MAX_TOOL)[0] >= 0:
             raise ValueError(f"tool {key}: diameter {tool.diameter:g} is negative")
@@ -122,6 +139,8 @@ def check_tools(value: object) -> dict[int, Tool] | None:
 def check_box(box: object) -> Box:
     if not isinstance(box, Box):
         raise ValueError(f"expected a Box, got {box!r}")
+    if not isinstance(box.name, str):
+        raise ValueError(f"{box.name!r} is not the name of a box")
     low, high = (
         _numbers(corner, (3,), f"three coordinates of a corner of {box.name}", MAX_PLACE)
         for corner in (box.low, box.high)
@@ -131,17 +150,15 @@ def check_box(box: object) -> Box:
             raise ValueError(
                 f"{box.name}: {letter} of the first corner, {first:g}, must be below that of the second, {second:g}"
             )
-    if box.system is not None:
-        system_number(box.system)
-    if _numbers((box.distance,), (1,), "a distance", MAX_PLACE)[0] < 0:
-        raise ValueError(f"{box.name}: the distance {box.distance:g} is negative")
-    return box
+    system = None if box.system is None else system_number(box.system)
+    (distance,) = _numbers((box.distance,), (1,), "a distance", MAX_PLACE)
+    if distance < 0:
+        raise ValueError(f"{box.name}: the distance {distance:g} is negative")
+    return Box(box.name, (low[0], low[1], low[2]), (high[0], high[1], high[2]), system, distance)
 
 
 def check_boxes(value: object) -> tuple[Box, ...]:
-    if isinstance(value, str | bytes | Mapping | Box) or not hasattr(value, "__iter__"):
-        raise ValueError(f"expected boxes, got {value!r}")
-    boxes = tuple(check_box(one) for one in value)
+    boxes = tuple(check_box(one) for one in _items(value, "boxes"))
     names = [box.name for box in boxes]
     for name in names:
         if names.count(name) > 1:
@@ -152,10 +169,12 @@ def check_boxes(value: object) -> tuple[Box, ...]:
 def check_shapes(value: object) -> dict[int, ToolShape]:
     found: dict[int, ToolShape] = {}
     for key, shape in _mapping(value, "a mapping from tool number to cylinders").items():
-        if isinstance(key, bool) or not isinstance(key, int) or key < 0:
+        if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
         parts = tuple(shape) if isinstance(shape, tuple | list) else ()
-        if not parts or not all(isinstance(one, Cylinder) and one.part in TOOL_PARTS for one in parts):
+        if not parts or not all(
+            isinstance(one, Cylinder) and isinstance(one.part, str) and one.part in TOOL_PARTS for one in parts
+        ):
             raise ValueError(f"tool {key}: expected a tuple of Cylinder({' | '.join(TOOL_PARTS)}, diameter, length)")
         for at, one in enumerate(parts):
             sizes = (one.diameter,) if one.length is None else (one.diameter, one.length)
@@ -170,14 +189,10 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
 
 
 def check_place(value: object) -> str | tuple[float, ...] | None:
-    if value is None or value == "home":
+    if value is None or (isinstance(value, str) and value == "home"):
         return None if value is None else "home"
-    if isinstance(value, str):
-        raise ValueError(f"{value!r}: expected home, or joint values")
-    given = tuple(value) if hasattr(value, "__iter__") else ()
-    if not given:
-        raise ValueError("expected home, or joint values")
-    return _numbers(given, (len(given),), "joint values", math.inf)
+    given = _items(value, "home, or joint values")
+    return _numbers(given, (max(len(given), 1),), "home, or joint values", math.inf)
 
 
 def check_override(value: float) -> float:
@@ -190,12 +205,7 @@ def check_override(value: float) -> float:
 def check_texts(value: object) -> dict[str, bytes]:
     found = dict(_mapping(value, "a mapping from name to bytes"))
     for name, text in found.items():
-        if (
-            not isinstance(name, str)
-            or name != name.lower()
-            or not hasattr(text, "__getitem__")
-            or isinstance(text, str)
-        ):
+        if not isinstance(name, str) or name != name.lower() or not isinstance(text, bytes | LongText):
             raise ValueError(f"{name!r}: expected a lower-case name without ending, and the bytes of the file")
     return found
 
@@ -204,6 +214,8 @@ def check_remap(value: object) -> dict[str, str]:
     meanings = get_args(Meaning)
     found = dict(_mapping(value, "a mapping from code to meaning"))
     for code, meaning in found.items():
-        if not isinstance(code, str) or meaning not in meanings:
+        if not isinstance(code, str) or _CODE.fullmatch(code) is None:
+            raise ValueError(f"{code!r}: expected a G or M code as it is written, without leading zeros: M428, G68.3")
+        if not isinstance(meaning, str) or meaning not in meanings:
             raise ValueError(f"{code}: {meaning!r}: expected one of {', '.join(meanings)}")
     return found

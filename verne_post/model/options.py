@@ -7,6 +7,7 @@ help (``cli.options``), the defaults, the ``[options]`` table of the settings fi
 
 import difflib
 import hashlib
+import importlib.util
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -252,6 +253,12 @@ class Options(BaseModel):
             )
         if self.air_along != "tool" and not self.air:
             raise UsageError("air_along", f"{self.air_along} needs air, the height by which to lift")
+        if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
+            raise UsageError(
+                "solver",
+                f"{self.solver} needs toppra, which is not installed; on Linux x86-64 pip install toppra has it ready, elsewhere "
+                "it is built from source and needs a C++ compiler. The solver reachability needs nothing",
+            )
 
     def __setattr__(self, name: str, value: object) -> None:
         """Refuse: options are frozen."""
