@@ -16,7 +16,7 @@ PACKAGE = Path(verne_post.__file__).resolve().parent
 LAYERS = [
     {"base"},
     {"model"},
-    {"gcode", "toolpath", "kinematics", "trajectory", "verify"},
+    {"gcode", "toolpath", "kinematics", "trajectory", "verification"},
     {"config", "output"},
     {"calibration"},
     {"app"},
@@ -193,7 +193,7 @@ def test_the_rule_itself_sees_wrong_arrows(tmp_path, monkeypatch):
 import verne_post.trajectory.sample
 from verne_post.kinematics import checks
 from verne_post import toolpath
-from ...verify import verifier
+from ...verification import verifier
 from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from verne_post.app.result import Result
@@ -204,5 +204,5 @@ def late():
     (folder / "bad.py").write_text(text, encoding="utf-8")
     monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path / "verne_post")
     rooms = [target_room(name) for _line, name in imports(folder / "bad.py")]
-    expected = ["trajectory", "kinematics", "toolpath", "verify", "app", "output", "cli"]
+    expected = ["trajectory", "kinematics", "toolpath", "verification", "app", "output", "cli"]
     assert sorted(room for room in rooms if room) == sorted(expected)

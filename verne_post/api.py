@@ -125,11 +125,11 @@ def verify(
     InputError
         The file or the program cannot be read.
     """
+    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
+    stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
     text, chosen = _program(source, options)
     loaded = _machine(machine)
     program = assemble(text, loaded, chosen)
-    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
-    stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
     drives = drives_of(loaded, chosen)
     return verify_setpoints(program, read_csv(stream, "setpoints", loaded.columns, program.cycle, drives))
 

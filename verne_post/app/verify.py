@@ -9,7 +9,7 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import trusted_format
-from verne_post.verify.verifier import Verifier
+from verne_post.verification.verifier import Verifier
 
 
 def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Verifier:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from verne_post.app.assemble import Program
     from verne_post.model.drives import Drive
-    from verne_post.verify.following import Following
+    from verne_post.verification.following import Following
 
 
 @click.command("verify", cls=GroupedCommand)
@@ -138,7 +138,7 @@ def _follow_log(
     from verne_post.output.logs import read_log
     from verne_post.output.rounding import positions_of
     from verne_post.output.setpoints import column_names, read_csv
-    from verne_post.verify.following import delay_of, follow
+    from verne_post.verification.following import delay_of, follow
 
     machine = program.machine
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)

@@ -12,7 +12,7 @@ from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
 from verne_post.output.setpoints import column_names
-from verne_post.verify.following import Following
+from verne_post.verification.following import Following
 
 #: A work offset of the program differs from the one of ``--wcs`` when it is farther off than this, mm: noise of two sums.
 _OFFSET_NOISE = 1e-9

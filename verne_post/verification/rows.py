@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.verify.projection import RADIAN_MM, Measured, tool_axis, unwrapped_u
-from verne_post.verify.reference import Reference
+from verne_post.verification.projection import RADIAN_MM, Measured, tool_axis, unwrapped_u
+from verne_post.verification.reference import Reference
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
-from verne_post.verify.projection import RADIAN_MM, metric_lengths, paces
+from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -27,13 +27,13 @@ class SegmentMeasures:
     has_tolerance : ndarray of bool
         The motion may leave the segment, near rounded corners.
     metric_length : ndarray
-        See :func:`~verne_post.verify.projection.metric_lengths`, mm.
+        See :func:`~verne_post.verification.projection.metric_lengths`, mm.
     motion_length : ndarray
         Length of the motion that rows show, mm: the metric length, that of the path where it is 0; never below ZERO_LENGTH_MM.
     blend_u : ndarray
         What a corner within its tolerance may add to a projection, as a share of the segment.
     tip_pace, rotary_pace, axis_pace : ndarray
-        See :func:`~verne_post.verify.projection.paces`.
+        See :func:`~verne_post.verification.projection.paces`.
     """
 
     has_tolerance: Mask

@@ -11,7 +11,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.toolpath import ToolPath
-from verne_post.verify.items import Items, SegmentMeasures, items_of, segment_measures
+from verne_post.verification.items import Items, SegmentMeasures, items_of, segment_measures
 
 Array = NDArray[np.float64]
 

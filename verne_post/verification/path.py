@@ -5,10 +5,10 @@ from numpy.typing import NDArray
 
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.verify.collector import FindingCollector
-from verne_post.verify.projection import deviation, deviation_nearby
-from verne_post.verify.reference import Reference
-from verne_post.verify.rows import MeasuredRows
+from verne_post.verification.collector import FindingCollector
+from verne_post.verification.projection import deviation, deviation_nearby
+from verne_post.verification.reference import Reference
+from verne_post.verification.rows import MeasuredRows
 
 Array = NDArray[np.float64]
 

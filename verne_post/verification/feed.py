@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import FEED_RATIO
-from verne_post.verify.collector import FindingCollector
-from verne_post.verify.projection import RADIAN_MM
-from verne_post.verify.reference import DERIVATIVES, Reference
-from verne_post.verify.rows import MeasuredRows
+from verne_post.verification.collector import FindingCollector
+from verne_post.verification.projection import RADIAN_MM
+from verne_post.verification.reference import DERIVATIVES, Reference
+from verne_post.verification.rows import MeasuredRows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]

@@ -3,9 +3,9 @@
 import numpy as np
 
 from verne_post.base.tolerances import PATH_TIP_MM
-from verne_post.verify.collector import FindingCollector
-from verne_post.verify.reference import Reference
-from verne_post.verify.rows import LastRow, MeasuredRows
+from verne_post.verification.collector import FindingCollector
+from verne_post.verification.reference import Reference
+from verne_post.verification.rows import LastRow, MeasuredRows
 
 
 class CompletenessCheck:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, LIMIT_SLACK, LIMIT_SLACK_MM, VELOCITY_RATIO
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.verify.collector import FindingCollector
-from verne_post.verify.reference import DERIVATIVES, Reference
+from verne_post.verification.collector import FindingCollector
+from verne_post.verification.reference import DERIVATIVES, Reference
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]

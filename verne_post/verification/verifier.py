@@ -8,14 +8,14 @@ from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.verify.between import BetweenRowsCheck
-from verne_post.verify.collector import FindingCollector
-from verne_post.verify.completeness import CompletenessCheck
-from verne_post.verify.dynamics import DynamicsCheck
-from verne_post.verify.feed import FeedCheck
-from verne_post.verify.path import PathCheck
-from verne_post.verify.reference import build_reference
-from verne_post.verify.rows import Forward, RowMatcher
+from verne_post.verification.between import BetweenRowsCheck
+from verne_post.verification.collector import FindingCollector
+from verne_post.verification.completeness import CompletenessCheck
+from verne_post.verification.dynamics import DynamicsCheck
+from verne_post.verification.feed import FeedCheck
+from verne_post.verification.path import PathCheck
+from verne_post.verification.reference import build_reference
+from verne_post.verification.rows import Forward, RowMatcher
 
 
 class Verifier:

@@ -9,10 +9,10 @@ from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.verify.collector import FindingCollector
-from verne_post.verify.projection import RADIAN_MM, lengths_to, programmed_pose, tool_axis
-from verne_post.verify.reference import Reference
-from verne_post.verify.rows import MeasuredRows
+from verne_post.verification.collector import FindingCollector
+from verne_post.verification.projection import RADIAN_MM, lengths_to, programmed_pose, tool_axis
+from verne_post.verification.reference import Reference
+from verne_post.verification.rows import MeasuredRows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
