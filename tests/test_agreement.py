@@ -74,7 +74,7 @@ STOCK: Final = vp.Box("the stock", (-9.0, -9.0, 0.0), (9.0, 9.0, 75.0))
 #: A corner that is beyond the travel of two sliders by a few micrometres: blended, it is not.
 CORNER: Final = "G21 G90 G94 F1000\nG0 X0 Y0 Z200 A0 C0\nG1 Z240.79\nX20\nM2\n"
 #: A rapid over the middle of the workspace, where the sliders have to go higher than at both ends.
-OVER: Final = "G21 G90 G94 F1000\nG0 X-150 Y0 Z{z} A0 C0\nG0 X150\nG0 Z50\nM2\n"
+OVER: Final = "G21 G90 G94 F1000\nG0 X-340 Y0 Z{z} A0 C0\nG0 X-140\nG0 Z50\nM2\n"
 TURNS: Final = "G21 G90 G94 F900\nG0 X0 Y0 Z60 A20 C300\nG1 X10 C350\nG0 Z90\nC400\nG1 X30 C500\nM2\n"
 TURNED: Final = (("# c_deg absent", "c_deg = [-360.0, 360.0] #"),)
 
@@ -198,8 +198,8 @@ CASES: Final = {
         ("--from", "home", "--from-line", "4", *PIN_WORDS),
         options={"approach": "home", "from_line": 4, "keep_out": (PIN,)},
     ),
-    "--rapids line": Case(OVER.format(z=643), 3, ("VP101",)),
-    "--rapids joint": Case(OVER.format(z=643), 3, (), ("--rapids", "joint"), options={"rapids": "joint"}),
+    "--rapids line": Case(OVER.format(z=599), 3, ("VP101", "VP301")),
+    "--rapids joint": Case(OVER.format(z=599), 3, ("VP301",), ("--rapids", "joint"), options={"rapids": "joint"}),
     "--allow-rewind": Case(TURNS, 3, (), ("--allow-rewind",), options={"allow_rewind": True}, changes=TURNED),
     "--block-delete": Case(
         HEAD + "/G1 Z-22 F900\nG1 X5 F900\nM2\n", 4, (), ("--block-delete",), options={"block_delete": True}
