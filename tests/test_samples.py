@@ -45,7 +45,7 @@ def options(sample: Path) -> list[str]:
     return shlex.split(found[1])
 
 
-#: Judged against twins in tests/gcode/test_dialects.py: this judge knows no tilted plane.
+#: CodedFinding against twins in tests/gcode/test_dialects.py: this judge knows no tilted plane.
 OTHER_TONGUES = {"fanuc_tilted"}
 SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_TONGUES)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]

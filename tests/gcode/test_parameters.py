@@ -3,7 +3,7 @@
 import pytest
 
 from verne_post import check
-from verne_post.gcode.parameter_file import parameter_file, read_parameter_file
+from verne_post.gcode.parameter_file import format_parameter_file, read_parameter_file
 from verne_post.model.findings import InputError
 
 
@@ -83,7 +83,7 @@ def test_a_parameter_file_is_read_by_the_program_and_written_after_it(view):
     assert moves.start_frame.system == 2
     assert moves.start_frame.origin[0] == -4.0
     assert moves.start_frame.g92[0] == 2.0
-    kept = read_parameter_file(parameter_file(dict(moves.parameters)), "kept")
+    kept = read_parameter_file(format_parameter_file(dict(moves.parameters)), "kept")
     wanted = {5221: 11.0, 5241: -4.0, 5220: 1.0, 5210: 1.0, 5211: 2.0, 500: 8.0, 5161: 7.0 + 2.0 - 4.0}
     assert {index: kept[index] for index in wanted} == wanted
     again, _ = view("G0 X1\nM2", parameters=kept, dialect="rs274")

@@ -16,7 +16,7 @@ from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.rounding import round_setpoints, rounding_noise, setpoint_format
+from verne_post.output.rounding import choose_setpoint_format, round_setpoints, rounding_noise
 from verne_post.output.setpoints import csv_rows
 
 MACHINE = verne_post.load_machine()
@@ -41,7 +41,7 @@ def enough(decimals: int, joint: str, cycle: str) -> bool:
     "cycle", ["0.000125", "0.00025", "0.0004", "0.0005", "0.001", "0.002", "0.004", "0.005", "0.008", "0.01"]
 )
 def test_auto_decimals_are_enough_and_not_one_too_many(cycle: str) -> None:
-    fmt = setpoint_format(MACHINE, float(cycle), None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, float(cycle), None, accept_rounding=False)
     assert fmt.cycle == float(cycle)
     for decimals, joint in zip(fmt.decimals, JOINTS, strict=True):
         assert enough(decimals, joint, cycle)
@@ -52,7 +52,7 @@ def test_auto_decimals_are_enough_and_not_one_too_many(cycle: str) -> None:
 
 
 def test_default_machine_at_one_millisecond() -> None:
-    fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     assert fmt.decimals == (7, 7, 7, 8, 8)
     assert fmt.time_decimals == 3
 
@@ -64,7 +64,7 @@ def test_every_cycle_that_the_command_line_takes_keeps_the_promise_of_auto(cycle
 
     try:
         options = build_options(RunFiles(), "a.nc", cycle=cycle)
-        fmt = setpoint_format(MACHINE, options.cycle or 0.0, None, accept_rounding=False)
+        fmt = choose_setpoint_format(MACHINE, options.cycle or 0.0, None, accept_rounding=False)
     except (InputError, click.UsageError):
         assert cycle < 1e-4  # nothing that a machine uses
         return
@@ -75,23 +75,23 @@ def test_every_cycle_that_the_command_line_takes_keeps_the_promise_of_auto(cycle
 @pytest.mark.parametrize("decimals", [0, 3, 5])
 def test_decimals_whose_noise_exceeds_a_limit_are_refused(decimals: int) -> None:
     with pytest.raises(InputError) as caught:
-        setpoint_format(MACHINE, 0.001, decimals, accept_rounding=False)
+        choose_setpoint_format(MACHINE, 0.001, decimals, accept_rounding=False)
     (item,) = caught.value.findings
     assert item.code == "VP018"
     assert str(decimals) in item.message
     assert "--accept-rounding" in item.message
-    fmt = setpoint_format(MACHINE, 0.001, decimals, accept_rounding=True)
+    fmt = choose_setpoint_format(MACHINE, 0.001, decimals, accept_rounding=True)
     assert fmt.decimals == (decimals,) * 5
 
 
 @pytest.mark.parametrize("decimals", [6, 7, 12])
 def test_decimals_whose_noise_is_below_every_limit_are_taken(decimals: int) -> None:
-    assert setpoint_format(MACHINE, 0.001, decimals, accept_rounding=False).decimals == (decimals,) * 5
+    assert choose_setpoint_format(MACHINE, 0.001, decimals, accept_rounding=False).decimals == (decimals,) * 5
 
 
 def test_noise_is_what_differences_of_rounded_numbers_can_show() -> None:
     """The bounds 2 q / dt^2 and 4 q / dt^3 are reached, and never exceeded, by errors of half a unit."""
-    fmt = setpoint_format(MACHINE, 0.001, 6, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, 0.001, 6, accept_rounding=False)
     acceleration, jerk = rounding_noise(MACHINE, fmt)
     half = 0.5e-6
     errors = np.random.default_rng(1).uniform(-half, half, 100000)
@@ -102,7 +102,7 @@ def test_noise_is_what_differences_of_rounded_numbers_can_show() -> None:
 
 
 def test_rounding_is_to_the_nearest_and_makes_no_negative_zero() -> None:
-    fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     factor = np.array([column.factor for column in MACHINE.columns])
     file = np.array([[100.00000004, 100.00000006, -4e-8, -4e-9, -0.0], [1.0, 2.0, 3.0, 45.123456786, -360.0]])
     values, numbers = round_setpoints(file / factor, MACHINE, fmt)
@@ -161,7 +161,7 @@ def test_accepted_rounding_is_written_and_passes(
 def test_decimals_follow_the_cycle_into_the_file(
     cycle: str, program: Path, run: Callable[..., Any], tmp_path: Path
 ) -> None:
-    fmt = setpoint_format(MACHINE, float(cycle), None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, float(cycle), None, accept_rounding=False)
     answer = run(program, *OPTIONS, "--cycle", cycle)
     assert answer.code == 0, answer.err
     rows = answer.out.splitlines()[1:]

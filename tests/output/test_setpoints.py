@@ -15,7 +15,7 @@ from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.rounding import setpoint_format
+from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv
 
 MACHINE = verne_post.load_machine()
@@ -34,7 +34,7 @@ def made() -> Any:
 
 @pytest.fixture(scope="module")
 def text(made: Any) -> str:
-    fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     return csv_header(MACHINE.columns) + csv_rows(SetpointBlock(0, made.values, made.line, fmt))
 
 
@@ -80,7 +80,7 @@ def test_round_trip_is_exact(made: Any, text: str, rows: int, monkeypatch: pytes
     assert np.concatenate([block.values for block in blocks]).tolist() == made.values.tolist()
     assert np.concatenate([block.line for block in blocks]).tolist() == made.line.tolist()
     assert [block.first for block in blocks] == list(range(0, len(made.values), rows))
-    assert blocks[0].format == setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    assert blocks[0].format == choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
 
 
 def test_other_line_ends_and_a_missing_last_one_are_read(made: Any, text: str) -> None:

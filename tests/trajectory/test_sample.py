@@ -9,7 +9,7 @@ from verne_post.app.convert import setpoint_blocks
 from verne_post.app.plan import Plan, plan_program
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.output.rounding import setpoint_format
+from verne_post.output.rounding import choose_setpoint_format
 
 MACHINE = verne_post.load_machine()
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
@@ -35,7 +35,7 @@ def planned(body: str, cycle: float = 0.001, head: str = "G21 G90 G94 G17 G61.1"
 
 def rows(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
     """Values and lines of every row."""
-    fmt = setpoint_format(MACHINE, plan.program.cycle, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, plan.program.cycle, None, accept_rounding=False)
     blocks = list(setpoint_blocks(plan, fmt))
     assert [block.first for block in blocks] == [0, *np.cumsum([len(block.values) for block in blocks])[:-1]]
     return np.concatenate([block.values for block in blocks]), np.concatenate([block.line for block in blocks])

@@ -9,7 +9,7 @@ import pytest
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.verify import verify_setpoints
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.rounding import setpoint_format
+from verne_post.output.rounding import choose_setpoint_format
 from verne_post.trajectory.sample import BLOCK_ROWS
 
 from .test_verifier import MACHINE, OPTIONS, Table, made, program
@@ -33,7 +33,7 @@ ROUNDED = program(
 
 def verdict(asked: Program, values: np.ndarray, line: np.ndarray, ends: Iterable[int]) -> set[tuple[str, str | None]]:
     """Codes and axes of what is found in rows in blocks with these ends; of each, only the first place of a block is kept."""
-    fmt = setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
     places = [0, *ends, len(values)]
     blocks = (SetpointBlock(a, values[a:b], line[a:b], fmt) for a, b in pairwise(places) if a < b)
     return {(item.code, item.axis) for item in verify_setpoints(asked, blocks).findings}

@@ -19,7 +19,7 @@ from verne_post.config import machine_files
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.rounding import setpoint_format
+from verne_post.output.rounding import choose_setpoint_format
 
 HEAD = "G21 G90 G94 G17 F3000\n"
 MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.002) for name in ("verne", "serial")}
@@ -71,7 +71,7 @@ def poses(setpoints, name):
 
 def judge(setpoints, body, machine, **more):
     program = assemble(source(body), machine, options(**more))
-    fmt = setpoint_format(machine, program.cycle, None, accept_rounding=False)
+    fmt = choose_setpoint_format(machine, program.cycle, None, accept_rounding=False)
     return verify_setpoints(program, iter([SetpointBlock(0, setpoints.values, setpoints.line, fmt)]))
 
 
@@ -259,9 +259,9 @@ def programs(draw):
     number = st.floats(-30, 30).map(lambda value: round(value, 3))
     turn = st.one_of(st.sampled_from([0.0, 90.0, 180.0, -90.0]), st.floats(-180, 180))
     tilt = st.one_of(st.sampled_from([0.0, 5e-5, 5e-4, 0.5, 30.0]), st.floats(0.5, 100))
-    pointed = st.builds(vector, tilt, turn)
+    point_axis = st.builds(vector, tilt, turn)
     word = st.sampled_from(["G0", "G1"])
-    lines = [f"G43.5 G0 X0 Y0 Z70 {draw(pointed)}"]
+    lines = [f"G43.5 G0 X0 Y0 Z70 {draw(point_axis)}"]
     vectors = True
     for _ in range(draw(st.integers(1, 5))):
         kind = draw(
@@ -270,7 +270,7 @@ def programs(draw):
         if kind == "vector":
             lines += [] if vectors else ["G43.5"]
             vectors = True
-            lines.append(f"{draw(word)} X{draw(number)} Y{draw(number)} Z70 {draw(pointed)}")
+            lines.append(f"{draw(word)} X{draw(number)} Y{draw(number)} Z70 {draw(point_axis)}")
         elif kind == "plain":
             lines.append(f"{draw(word)} X{draw(number)}")
         elif kind == "words":

@@ -16,7 +16,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import setpoint_format
+from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv
 
 Table = tuple[np.ndarray, np.ndarray]
@@ -51,7 +51,7 @@ def judge(
 ) -> Verification:  # fmt: skip
     """The verdict on rows that are fed in blocks."""
     asked = assemble(source, MACHINE, options)
-    fmt = fmt or setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
+    fmt = fmt or choose_setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
     blocks = (
         SetpointBlock(first, values[first : first + block], line[first : first + block], fmt)
         for first in range(0, len(values), block)
@@ -239,7 +239,7 @@ def test_each_limit_has_its_own_bound(which: str, code: str, ratio: float) -> No
     """Against a machine whose limit is so low that the file just passes, or just does not."""
     values, line = made(SOURCE)
     worst = getattr(judge(SOURCE, values, line), f"{which}_ratio")
-    fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     for scale, found in ((0.9995, set()), (1.0005, {code})):
         low = getattr(MACHINE.limits, which) * worst / (ratio * scale)
         machine = replace(MACHINE, limits=replace(MACHINE.limits, **{which: low}))
@@ -257,7 +257,7 @@ def test_travel_is_judged_in_the_file() -> None:
     limits = MACHINE.limits
     narrow = replace(MACHINE, limits=replace(limits, upper=np.array([highest - 0.01, *limits.upper[1:]])))
     asked = assemble(UPRIGHT, narrow, OPTIONS)
-    fmt = setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
     verdict = verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
     assert codes(verdict) == {"VP101"}
     assert verdict.findings[0].axis == "rho1"
@@ -346,7 +346,7 @@ def test_faster_clock_exceeds_the_feed() -> None:
     """The same path 1.01 times as fast: made at a cycle of 1.01 ms, said to be one of 1 ms."""
     source = program("G0 X0 Y0 Z20 A0 C0\nG1 X20 F1000")
     slow = OPTIONS.changed(cycle=0.00101)
-    fmt = setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
+    fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     assert judge(source, *made(source, slow), slow).ok
     verdict = judge(source, *made(source, slow), fmt=fmt)
     assert "VP404" in codes(verdict)
@@ -457,7 +457,7 @@ def judge_text(source: bytes, text: str, options: Options = OPTIONS) -> Verifica
 def written(source: bytes, options: Options = OPTIONS) -> list[list[str]]:
     """Cells of the rows of a setpoint file."""
     values, line = made(source, options)
-    fmt = setpoint_format(MACHINE, 0.001, options.decimals, accept_rounding=True)
+    fmt = choose_setpoint_format(MACHINE, 0.001, options.decimals, accept_rounding=True)
     return [row.split(",") for row in csv_rows(SetpointBlock(0, values, line, fmt)).splitlines()]
 
 

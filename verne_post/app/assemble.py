@@ -33,7 +33,7 @@ from verne_post.model.verdict import worst
 from verne_post.toolpath.approach import add_approach_and_departure, joints_at_place
 from verne_post.toolpath.branch_choice import choose_branches, report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
-from verne_post.toolpath.contour import Smoothing, exact_contour, smooth_contour
+from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.detour import add_detours
 from verne_post.toolpath.free_turn import choose_free_turn
@@ -263,7 +263,7 @@ def blend_corners(draft: Draft) -> Draft:
     """Tool path -> contour: corners that may be blended are, unless ``smoothing`` is off."""
     options, accuracy = draft.options, draft.machine.accuracy
     if options.smoothing == "off":
-        return replace(draft, contour=exact_contour(draft.path))
+        return replace(draft, contour=make_exact_contour(draft.path))
     tip = accuracy.tip if options.tolerance is None else options.tolerance
     axis = accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
     smoothing = Smoothing(options.smoothing == "spline", tip, axis)

@@ -8,7 +8,7 @@ from verne_post.base.long_text import Text
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.output.rounding import setpoint_format
+from verne_post.output.rounding import choose_setpoint_format
 
 
 def check_source(
@@ -23,7 +23,7 @@ def check_source(
     """
     try:
         program = assemble(source, machine, options or Options())
-        fmt = setpoint_format(machine, program.cycle, None, accept_rounding=False)
+        fmt = choose_setpoint_format(machine, program.cycle, None, accept_rounding=False)
         plan = plan_program(program, progress)
     except InputError as error:
         return refused(error)

@@ -22,7 +22,7 @@ from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import TimedEvent
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import round_setpoints, setpoint_format
+from verne_post.output.rounding import choose_setpoint_format, round_setpoints
 from verne_post.output.setpoints import column_names
 from verne_post.trajectory.event_rows import EventRows
 from verne_post.trajectory.sample import rows
@@ -55,7 +55,7 @@ def convert_source(
     take = collected.append if sink is None else sink
     try:
         program = assemble(source, machine, options)
-        fmt = setpoint_format(
+        fmt = choose_setpoint_format(
             machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
             drives=drives_of(machine, options),
         )  # fmt: skip
@@ -128,7 +128,7 @@ def _own_faults(verification: Verification, options: Options) -> list[Finding]:
         text = f"the rounding that --accept-rounding allows is so coarse that the rows cannot be verified: {reasons}"
         return [finding("VP018", text)]
     return [
-        replace(item, code="VP901", message=f"our own verification failed: {item.code}: {item.message}")
+        replace(item, code="VP901", message=f"the converted file failed its verification: {item.code}: {item.message}")
         for item in verification.findings
     ]
 

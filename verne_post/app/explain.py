@@ -10,7 +10,7 @@ from verne_post.kinematics.checks.remedies import of_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.toolpath.contour import exact_contour
+from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import feed_override
 
 
@@ -57,7 +57,7 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")
     text = b"" if line == 0 else line_of(source, line) or b""
     state = None if line == 0 else modal_state(source, program, line)
-    exact = of_line(replace(whole, contour=exact_contour(program.path)), line)
+    exact = of_line(replace(whole, contour=make_exact_contour(program.path)), line)
     findings = tuple(check_line(program, joints, line))
     shown = Line(line, text.decode("utf-8", errors="replace"), joints, program.moves, state, options, findings, exact)
     return Explanation(line, findings, "\n".join(explain_line(shown)) + "\n")

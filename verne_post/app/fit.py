@@ -14,7 +14,15 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branch_choice import choose_branches
-from verne_post.toolpath.work_offset import COORDINATES, DECIMALS, PartPoints, Place, Proposal, Search, part_points
+from verne_post.toolpath.work_offset import (
+    COORDINATES,
+    DECIMALS,
+    PartPoints,
+    Place,
+    Proposal,
+    Search,
+    sample_part_points,
+)
 
 #: The part is tried elsewhere by so much (mm, rad) to see what is tied to it.
 _ELSEWHERE = (3.0, -2.0, 1.0, 0.1)
@@ -59,7 +67,7 @@ def propose(
     system = systems[0]
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
-    points = part_points(path, here, _path_at(source, machine, options, system, elsewhere), elsewhere)
+    points = sample_part_points(path, here, _path_at(source, machine, options, system, elsewhere), elsewhere)
     if not len(points.tip):
         raise InputError(
             finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset (G10), or only "

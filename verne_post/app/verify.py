@@ -8,12 +8,12 @@ from verne_post.base.tolerances import OVERRIDE_FEED
 from verne_post.model.findings import InputError, finding
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import trusted_format
+from verne_post.output.rounding import choose_trusted_format
 from verne_post.verification.verifier import Verifier
 
 
 def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Verifier:
-    """A verifier for setpoints of this program, whose feed is judged against ``share`` of the programmed one."""
+    """A verifier for setpoints of this program, whose feed rate is checked against ``share`` of the programmed one."""
     machine, contour = program.machine, program.contour
     if share != 1.0:
         contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / share))
@@ -21,7 +21,7 @@ def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Ve
 
 
 def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verification:
-    """Verify setpoints as written against a program; with a feed override the feed is judged against that share of it.
+    """Verify setpoints as written against a program; with a feed override the feed rate is checked against that share of it.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
             accept = program.options.accept_rounding
             override = program.options.override
             share = 1.0 if override == 1.0 else override * (1.0 + OVERRIDE_FEED)
-            fmt = trusted_format(program.machine, block.format, accept_rounding=accept)
+            fmt = choose_trusted_format(program.machine, block.format, accept_rounding=accept)
             verifier = verifier_of(program, fmt, share)
         verifier.feed(block)
     if verifier is None:

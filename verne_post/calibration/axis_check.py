@@ -19,7 +19,7 @@ from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Pose
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.output.rounding import heading, positions_of, round_setpoints, rounding_noise
+from verne_post.output.rounding import column_heading, positions_of, round_setpoints, rounding_noise
 from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles
 
@@ -45,7 +45,7 @@ class AxisMove:
 
     name: str
     block: SetpointBlock
-    sees: str
+    expected_motion: str
 
 
 def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat) -> Iterator[AxisMove]:
@@ -182,7 +182,7 @@ def _describe_motion(
             drives[joint].numbers(np.array([place]) * column.factor)[0]
             for place in (here[joint], here[joint] + step[joint])
         )
-        counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({heading(column, drives, joint)})."
+        counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({column_heading(column, drives, joint)})."
     first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
     if joint < len(machine.columns) - 2:
         return f"{first} On the first way {_describe_nose(machine, here, step)}"

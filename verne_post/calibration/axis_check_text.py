@@ -20,7 +20,7 @@ class Move(Protocol):
         """Its rows."""
 
     @property
-    def sees(self) -> str:
+    def expected_motion(self) -> str:
         """What must be seen."""
 
 
@@ -35,6 +35,6 @@ def instructions(machine: Machine, moves: Sequence[Move]) -> str:
     parts = [textwrap.fill(head, width=100)]
     for move in moves:
         seconds = (len(move.block.values) - 1) * move.block.format.cycle
-        text = f"{move.name}.csv ({seconds:.1f} s): {move.sees}"
+        text = f"{move.name}.csv ({seconds:.1f} s): {move.expected_motion}"
         parts.append(textwrap.fill(text, width=100, initial_indent="[ ] ", subsequent_indent="    "))
     return "\n\n".join(parts) + "\n"

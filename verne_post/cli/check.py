@@ -131,7 +131,7 @@ def _policy_of(
     baseline: Path | None,
 ) -> "tuple[Policy, Severity]":  # fmt: skip
     """Which findings count, and from which gravity: options and environment before the settings file."""
-    from verne_post.output.policy import Policy, mistakes, read_baseline
+    from verne_post.output.policy import Policy, find_mistakes, read_baseline
 
     file = settings.check if settings is not None else None
     codes = {
@@ -146,7 +146,7 @@ def _policy_of(
         if level not in ("error", "warning", "note"):
             raise click.UsageError(f"--severity {text}: expected CODE=error, CODE=warning or CODE=note")
         weights[code] = level  # type: ignore[assignment]
-    wrong = mistakes(codes["select"], codes["ignore"], weights)
+    wrong = find_mistakes(codes["select"], codes["ignore"], weights)
     if wrong:
         raise click.UsageError("; ".join(wrong))
     known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None

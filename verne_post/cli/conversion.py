@@ -115,7 +115,7 @@ def convert_to_files(
         What the format adds to the summary.
     """
     from verne_post.app.convert import convert_source
-    from verne_post.gcode.parameter_file import parameter_file
+    from verne_post.gcode.parameter_file import format_parameter_file
     from verne_post.output.events import events_text
     from verne_post.output.side_car import side_car_text
     from verne_post.output.spool import Spool
@@ -141,7 +141,7 @@ def convert_to_files(
     if outputs.events is not None:
         files.write(outputs.events, "--events", [events_text(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
-        files.write(outputs.parameters, "--write-parameters", [parameter_file(dict(result.summary.parameters))])
+        files.write(outputs.parameters, "--write-parameters", [format_parameter_file(dict(result.summary.parameters))])
     return result, "" if file_format.describe is None else file_format.describe(rows)
 
 

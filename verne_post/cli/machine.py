@@ -114,7 +114,7 @@ def _draw(
     except plots.NothingReached as error:
         raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
     files.write(plot, "--plot", [plots.picture(figure, suffix)])
-    click.echo(f"{plot}: {plots.said_of_slice(plane, *drawn)}")
+    click.echo(f"{plot}: {plots.describe_slice(plane, *drawn)}")
 
 
 @command.command("validate")
@@ -164,7 +164,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     from verne_post.calibration.axis_check_text import instructions
     from verne_post.cli.options import build_options, numbers_of
     from verne_post.model.findings import InputError
-    from verne_post.output.rounding import setpoint_format
+    from verne_post.output.rounding import choose_setpoint_format
     from verne_post.output.setpoints import csv_header, csv_rows
 
     if output.exists() and any(output.iterdir()):
@@ -175,7 +175,9 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
         machine = load(files, machine_name)
         options = build_options(files, "axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
         drives = drives_of(machine, options)
-        fmt = setpoint_format(machine, cycle or machine.cycle, None, accept_rounding=accept_rounding, drives=drives)
+        fmt = choose_setpoint_format(
+            machine, cycle or machine.cycle, None, accept_rounding=accept_rounding, drives=drives
+        )
         moves = list(axis_moves(machine, tuple(numbers_of(at, f"--at {at}")), fmt))
     except InputError as error:
         return refuse(machine_name, error)

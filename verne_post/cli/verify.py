@@ -59,7 +59,7 @@ def command(
 ) -> int:
     """Verify a setpoint file as written, believing nothing but the file.
 
-    Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed is judged against that share of the
+    Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed rate is checked against that share of the
     programmed one; with --keep-out or --stock the program is checked against these bodies too.
     """
     from verne_post.app.assemble import assemble, drives_of
@@ -138,7 +138,7 @@ def _follow_log(
     from verne_post.output.logs import read_log
     from verne_post.output.rounding import positions_of
     from verne_post.output.setpoints import column_names, read_csv
-    from verne_post.verification.following import delay_of, follow
+    from verne_post.verification.following import compare_log, estimate_delay
 
     machine = program.machine
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
@@ -152,8 +152,8 @@ def _follow_log(
     factor = np.array([column.factor for column in machine.columns])
     measured_joints = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
     commanded_joints = commanded / factor
-    delayed = delay_of(commanded_joints, measured_joints) if delay == "auto" else int(delay)
+    delayed = estimate_delay(commanded_joints, measured_joints) if delay == "auto" else int(delay)
     if len(measured_joints) - delayed < 2:
         raise click.UsageError(f"{measured}: {len(measured_joints)} rows are too few for a delay of {delayed}")
     lengths = program.path.tool_length_at(lines)
-    return follow(commanded_joints, measured_joints, lengths, machine.five_axis.nominal, delayed), lines
+    return compare_log(commanded_joints, measured_joints, lengths, machine.five_axis.nominal, delayed), lines

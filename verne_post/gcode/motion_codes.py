@@ -161,7 +161,7 @@ class MotionCodes(MachineCodes):
         if abs(size - 1.0) > VECTOR_LENGTH:
             raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
         self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
-        return self.setup.coordinates.pointed(end, vector / size, self.state.frame)
+        return self.setup.coordinates.point_axis(end, vector / size, self.state.frame)
 
     @staticmethod
     def _arc_axes(axes: list[int]) -> list[int]:

@@ -26,10 +26,10 @@ class CartesianCoordinates:
         """Turn displacements (..., 3) of the program into machine directions."""
         inner = np.array(vector, dtype=float)
         if frame.feature is not None:
-            inner = frame.feature.turned_outside(inner)
+            inner = frame.feature.turn_outside(inner)
         return _rotate(inner, frame.turn)
 
-    def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A plain interpreter does not know which angles hold a tool axis: the point as it is."""
         return program
 

@@ -56,6 +56,6 @@ def _find_mistake(words: list[str], values: dict[int, float]) -> str | None:
     return None
 
 
-def parameter_file(values: dict[int, float]) -> str:
+def format_parameter_file(values: dict[int, float]) -> str:
     """The text of a parameter file."""
     return "".join(f"{index}\t{value:.6f}\n" for index, value in sorted(values.items()))

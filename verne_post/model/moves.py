@@ -71,18 +71,18 @@ class Feature:
 
     def outside(self, point: Array) -> Array:
         """Points (..., 3) of the plane in program coordinates without it."""
-        return self.turned_outside(point) + np.asarray(self.origin)
+        return self.turn_outside(point) + np.asarray(self.origin)
 
     def inside(self, point: Array) -> Array:
         """Inverse of :meth:`outside`."""
         return (point - np.asarray(self.origin)) @ self._matrix
 
-    def turned_outside(self, direction: Array) -> Array:
+    def turn_outside(self, direction: Array) -> Array:
         """Directions (..., 3) of the plane in program coordinates without it."""
         return direction @ self._matrix.T
 
-    def turned_inside(self, direction: Array) -> Array:
-        """Inverse of :meth:`turned_outside`."""
+    def turn_inside(self, direction: Array) -> Array:
+        """Inverse of :meth:`turn_outside`."""
         return direction @ self._matrix
 
     @property

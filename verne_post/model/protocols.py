@@ -358,7 +358,7 @@ class Coordinates(Protocol):
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the directions of the work origin."""
 
-    def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with rotary words that hold the tool axis ``vector`` (3,), program directions."""
 
     def tool_axis(self, program: list[float], frame: Frame) -> Array | None:

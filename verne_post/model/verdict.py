@@ -69,7 +69,7 @@ class Verdict(StrEnum):
     INTERNAL_ERROR = "internal error"
 
 
-class Judged(Protocol):
+class CodedFinding(Protocol):
     """A code with its severity: a finding."""
 
     @property
@@ -105,19 +105,19 @@ def concerns_pose(code: str) -> bool:
     return family_of(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)
 
 
-def worst(findings: Iterable[Judged]) -> Severity | None:
+def worst(findings: Iterable[CodedFinding]) -> Severity | None:
     """The gravest severity among findings, None where there are none."""
     found = {item.severity for item in findings}
     return next((severity for severity in SEVERITIES if severity in found), None)
 
 
-def counts(findings: Iterable[Judged]) -> tuple[int, int]:
+def counts(findings: Iterable[CodedFinding]) -> tuple[int, int]:
     """Numbers of errors and of warnings."""
     severities = [item.severity for item in findings]
     return severities.count("error"), severities.count("warning")
 
 
-def status_of(findings: Iterable[Judged], fail_level: Severity = "error") -> ExitStatus:
+def status_of(findings: Iterable[CodedFinding], fail_level: Severity = "error") -> ExitStatus:
     """The exit status of one program with these findings.
 
     Parameters
@@ -133,7 +133,7 @@ def status_of(findings: Iterable[Judged], fail_level: Severity = "error") -> Exi
     )  # fmt: skip
 
 
-def verdict_of(status: int, findings: Iterable[Judged]) -> Verdict:
+def verdict_of(status: int, findings: Iterable[CodedFinding]) -> Verdict:
     """What became of a program with an exit status and these findings."""
     if status == ExitStatus.UNUSABLE:
         families = {family_of(item.code) for item in findings if item.severity == "error"}

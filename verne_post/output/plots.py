@@ -203,7 +203,7 @@ def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
     return figure
 
 
-def said_of_slice(plane: str, across: Array, up: Array, reach: Reach) -> str:
+def describe_slice(plane: str, across: Array, up: Array, reach: Reach) -> str:
     """One sentence about a slice: how far it reaches, and what ends it."""
     inside = reach.reached.reshape(len(up), len(across))
     rows, columns = np.nonzero(inside)

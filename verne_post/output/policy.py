@@ -35,7 +35,7 @@ class Policy:
     baseline: frozenset[str] = frozenset()
 
 
-def mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:
+def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:
     """List what is wrong with the codes of a policy, as sentences."""
     sentences = []
     for what, codes in (("select", select), ("ignore", ignore), ("severity", tuple(severity))):

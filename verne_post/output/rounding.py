@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 MAX_DECIMALS: Final = 12
 
 
-def setpoint_format(
+def choose_setpoint_format(
     machine: Machine, cycle: float, decimals: int | None, *, accept_rounding: bool, drives: tuple[Drive, ...] = ()
 ) -> SetpointFormat:
     """Choose the decimals of every column.
@@ -55,7 +55,7 @@ def setpoint_format(
         if noise > limit and (whole[index] or decimals is not None):
             text = (
                 f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding" if whole[index]
-                else f"--decimals {decimals}: rounding {heading(column, drives, index)}"
+                else f"--decimals {decimals}: rounding {column_heading(column, drives, index)}"
             )  # fmt: skip
             remedy = "use --units joint" if whole[index] else "use --decimals auto"
             text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over its limit {limit:g}; {remedy}, or --accept-rounding"
@@ -63,12 +63,12 @@ def setpoint_format(
     return fmt
 
 
-def heading(column: Column, drives: tuple[Drive, ...], index: int) -> str:
+def column_heading(column: Column, drives: tuple[Drive, ...], index: int) -> str:
     """Name of a joint's column in a setpoint file."""
     return f"{column.joint}_{drives[index].unit}" if drives else column.header
 
 
-def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: bool) -> SetpointFormat:
+def choose_trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: bool) -> SetpointFormat:
     """Choose the rounding for which verification may make an allowance.
 
     Few decimals in a column may be coarse rounding, or zeros that were left out. Where they would excuse more jerk than
@@ -77,7 +77,7 @@ def trusted_format(machine: Machine, seen: SetpointFormat, *, accept_rounding: b
     if accept_rounding:
         return seen
     fine_drives = tuple(replace(drive, integer=False) for drive in seen.drives)
-    auto = setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
+    auto = choose_setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
     jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
     too_coarse = rounding_noise(machine, seen)[1] > jerk
     decimals = tuple(

@@ -12,14 +12,14 @@ from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.cells import first_wrong
 from verne_post.output.fixed_point import format_rows
-from verne_post.output.rounding import MAX_DECIMALS, heading, positions_of, time_decimals
+from verne_post.output.rounding import MAX_DECIMALS, column_heading, positions_of, time_decimals
 
 _READ_ROWS: Final = 8192
 
 
 def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> tuple[str, ...]:
     """Names of the columns: t_s, the joints with what their numbers are, line."""
-    return ("t_s", *(heading(column, drives, index) for index, column in enumerate(columns)), "line")
+    return ("t_s", *(column_heading(column, drives, index) for index, column in enumerate(columns)), "line")
 
 
 def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> str:

@@ -18,7 +18,7 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame
 from verne_post.model.toolpath import ToolPath
-from verne_post.toolpath.contour import exact_contour
+from verne_post.toolpath.contour import make_exact_contour
 from verne_post.toolpath.contour_pose import contour_pose
 from verne_post.toolpath.elements import find_feeds
 from verne_post.toolpath.splice import Step, join_paths, rapid_segments, retract_pose, slice_path
@@ -103,7 +103,7 @@ def add_approach_and_departure(
     shift = len(before) - first
     sections = before.n_sections - int(contour.section[kept[0]])
     middle = replace(contour.only(kept), section=contour.section[kept])
-    parts = exact_contour(before), middle, exact_contour(after)
+    parts = make_exact_contour(before), middle, make_exact_contour(after)
     columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
     for name, shifts in (
         ("segment", (0, shift, shift + len(path))),

@@ -16,7 +16,7 @@ from verne_post.toolpath.elements import find_feeds, measure_rotation
 from verne_post.toolpath.fairing import fair_path
 from verne_post.toolpath.rounding import RoundedSegments, round_corners
 
-__all__ = ["Smoothing", "exact_contour", "smooth_contour"]
+__all__ = ["Smoothing", "make_exact_contour", "smooth_contour"]
 
 Array = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ class _ContourTable:
         )  # fmt: skip
 
 
-def exact_contour(path: ToolPath) -> Contour:
+def make_exact_contour(path: ToolPath) -> Contour:
     """The segments as they are, with a stop at every corner: one element a segment."""
     table = _ContourTable()
     for begin, end in blocks(len(path)):
@@ -96,7 +96,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     """
     n = len(path)
     if n < 2:
-        return exact_contour(path)
+        return make_exact_contour(path)
     s = running_sums(path.length)
     shape = fair_path(path, s, moves, smoothing) if smoothing.overlap else path
     table = _ContourTable()

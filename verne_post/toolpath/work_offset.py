@@ -95,7 +95,7 @@ class PartPoints:
         return PartPoints(*(column[rows] for column in vars(self).values()))
 
 
-def part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
+def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
     """Sample points along the segments of a path that are tied to the part.
 
     Parameters

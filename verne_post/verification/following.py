@@ -56,7 +56,7 @@ class Following:
     path_row: int
 
 
-def delay_of(commanded: Array, measured: Array) -> int:
+def estimate_delay(commanded: Array, measured: Array) -> int:
     """Estimate by how many whole rows a log (m, n_joints) lags behind setpoints (n, n_joints).
 
     It is the delay with the least mean square error of all joints, each over its range of motion.
@@ -70,7 +70,7 @@ def delay_of(commanded: Array, measured: Array) -> int:
     return int(np.argmin(square))
 
 
-def follow(commanded: Array, measured: Array, tool_length: Array, forward: Forward, delay: int) -> Following:
+def compare_log(commanded: Array, measured: Array, tool_length: Array, forward: Forward, delay: int) -> Following:
     """Compare a log with the setpoints that were executed.
 
     Parameters

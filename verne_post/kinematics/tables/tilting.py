@@ -105,7 +105,7 @@ class TiltingTable:
             program[..., :3] = frame.feature.inside(program[..., :3])
         return program
 
-    def pointed(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with A and C words that hold a tool axis (3,) given in program directions.
 
         The pair goes on where the point's own words stand: the tilt on the same side of the pole, positive from an
@@ -127,13 +127,13 @@ class TiltingTable:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""
         _tip, angles = self.to_table(np.array(program), frame)
         axis = rotate_z(axis_of_angles(angles[0], angles[1]), -self._turn(frame))
-        return axis if frame.feature is None else frame.feature.turned_inside(axis)
+        return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the table frame."""
         inner = np.asarray(vector, dtype=float)
         if frame.feature is not None:
-            inner = frame.feature.turned_outside(inner)
+            inner = frame.feature.turn_outside(inner)
         return rotate_z(inner, self._turn(frame))
 
     def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
