@@ -14,7 +14,7 @@ import pytest
 from verne_post import Machine, Options, convert
 from verne_post.base import columns, long_text
 from verne_post.cli import common
-from verne_post.gcode import scan, state
+from verne_post.gcode import recorder, scan
 from verne_post.model.part_setup import Tool
 from verne_post.toolpath import fairing
 from verne_post.trajectory import tuning
@@ -101,8 +101,8 @@ def test_rows_do_not_depend_on_the_blocks(
     source = PROGRAMS[program].replace(b"G21 ", b"T1 M6 G43 H1\nG21 ", 1) if "tools" in length else PROGRAMS[program]
     options = Options(**length, **OPTIONS[option])
     whole = told(source, machine, options)
-    monkeypatch.setattr(state, "BLOCK_ROWS", 23)
-    monkeypatch.setattr(state, "_KEPT_ROWS", 6)
+    monkeypatch.setattr(recorder, "BLOCK_ROWS", 23)
+    monkeypatch.setattr(recorder, "_KEPT_ROWS", 6)
     monkeypatch.setattr(columns, "BLOCK_ROWS", 23)
     monkeypatch.setattr(columns, "IN_MEMORY", 0)
     assert told(source, machine, options) == whole

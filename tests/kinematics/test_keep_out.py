@@ -173,15 +173,20 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     assert close.sum() > 20
     assert np.abs(by_hand - margins[:, 3])[close].max() < 0.2
     # platform: tilts with alpha about x in the base frame, whose y and z are turned; the table stands at A + alpha and C
-    tilt = alpha[ok]
+    platform_tilt = alpha[ok]
     ends = []
     for end in PLATFORM["clearance.platform_ends_mm"]:
         x, y, z = end
         base = position[ok] + np.stack(
-            [np.full_like(tilt, x), np.cos(tilt) * y - np.sin(tilt) * z, np.sin(tilt) * y + np.cos(tilt) * z], axis=1
+            [
+                np.full_like(platform_tilt, x),
+                np.cos(platform_tilt) * y - np.sin(platform_tilt) * z,
+                np.sin(platform_tilt) * y + np.cos(platform_tilt) * z,
+            ],
+            axis=1,
         )
         upright = (base - machine.coordinates.pivot) * [1.0, -1.0, -1.0]
-        tilt = a + tilt
+        tilt = a + platform_tilt
         y1 = np.cos(tilt) * upright[:, 1] + np.sin(tilt) * upright[:, 2]
         z1 = -np.sin(tilt) * upright[:, 1] + np.cos(tilt) * upright[:, 2]
         ends.append(

@@ -150,7 +150,6 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
 
 def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
     """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
-    check_source_text(source, options.source_name)
     setup = gcode.interpreter_setup(
         tools=options.tools, tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_text_options(options),

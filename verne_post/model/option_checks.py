@@ -4,11 +4,11 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Mapping
+from mmap import mmap
 from typing import Any, Final, Literal, get_args
 
 from pydantic import AfterValidator
 
-from verne_post.base.long_text import LongText
 from verne_post.model.findings import UsageError
 from verne_post.model.part_setup import (
     MAX_PLACE,
@@ -205,7 +205,7 @@ def check_override(value: float) -> float:
 def check_texts(value: object) -> dict[str, bytes]:
     found = dict(_mapping(value, "a mapping from name to bytes"))
     for name, text in found.items():
-        if not isinstance(name, str) or name != name.lower() or not isinstance(text, bytes | LongText):
+        if not isinstance(name, str) or name != name.lower() or not isinstance(text, bytes | mmap):
             raise ValueError(f"{name!r}: expected a lower-case name without ending, and the bytes of the file")
     return found
 
