@@ -150,3 +150,26 @@ def test_text_counts() -> None:
     )
     assert shown.splitlines()[2] == "a.nc: refused: 1 errors, 1 warnings"
     assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"
+
+
+@pytest.mark.parametrize(
+    ("words", "verdict"),
+    [
+        (("--machine", "bad.toml"), "unusable configuration"),
+        (("--settings", "bad.toml"), "unusable configuration"),
+        (("--tolerance", "-1"), "usage error"),
+        (("--wcs", "G60=1,2,3"), "usage error"),
+        ((), "unusable program"),
+    ],
+)
+def test_json_tells_bad_command_lines_from_bad_programs(words, verdict, tmp_path, run, monkeypatch):
+    """All of them have exit status 2."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.nc").write_text("G1 X\n")
+    (tmp_path / "bad.toml").write_text("nothing = 1\n")
+    answer = run("check", "a.nc", "--output-format", "json", *words)
+    assert answer.code == 2
+    data = json.loads(answer.out)
+    place = data["failure"] if words else data["programs"][0]
+    assert place["verdict"] == verdict
+    assert bool(data["programs"]) != bool(words)

@@ -8,7 +8,7 @@ import click
 from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import GroupedCommand, build_options, program_options, settings_of
-from verne_post.model.verdict import ExitStatus, gravest, status_of
+from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -79,6 +79,7 @@ def command(
     from verne_post.output.findings import Report
     from verne_post.output.policy import apply_policy, baseline_text
     from verne_post.output.reports import FORMATS
+    from verne_post.output.reports.json import write_failure
     from verne_post.output.summary import remarks
 
     files = RunFiles()
@@ -93,7 +94,14 @@ def command(
         options = build_options(files, "", **given)
         policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
     except InputError as error:
+        if output_format == "json":
+            verdict = verdict_of(status_of(error.findings), error.findings)
+            _emit(files, output_file, write_failure(verdict, str(error), error.findings))
         return refuse(inputs[0], error)
+    except click.UsageError as error:
+        if output_format == "json":
+            _emit(files, output_file, write_failure(Verdict.USAGE_ERROR, error.message))
+        raise
 
     everything: list[Report] = []
     reports, statuses = [], []
@@ -118,12 +126,16 @@ def command(
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
         files.write(write_baseline, "--write-baseline", [baseline_text(everything)])
-    written = FORMATS[output_format](reports, machine)
-    if output_file is None:
-        click.echo(written, nl=False)
-    else:
-        files.write(output_file, "--output-file", [written])
+    _emit(files, output_file, FORMATS[output_format](reports, machine))
     return gravest(statuses)
+
+
+def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
+    """Write the findings where they were asked for."""
+    if output_file is None:
+        click.echo(text, nl=False)
+    else:
+        files.write(output_file, "--output-file", [text])
 
 
 def _policy_of(

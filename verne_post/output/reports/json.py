@@ -3,8 +3,9 @@
 import json
 from collections.abc import Sequence
 
+from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import counts, status_of, verdict_of
+from verne_post.model.verdict import Verdict, counts, status_of, verdict_of
 from verne_post.output.findings import Report, record_of
 
 
@@ -22,4 +23,14 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
                 "findings": [record_of(item) for item in report.findings],
             }
         )
-    return json.dumps({"schema": 1, "programs": programs}, indent=2, allow_nan=False) + "\n"
+    return _document({"schema": 1, "programs": programs})
+
+
+def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding] = ()) -> str:
+    """The document of a check that could not begin: no program was checked."""
+    failure = {"verdict": verdict, "message": message, "findings": [record_of(item) for item in findings]}
+    return _document({"schema": 1, "failure": failure, "programs": []})
+
+
+def _document(data: dict[str, object]) -> str:
+    return json.dumps(data, indent=2, allow_nan=False) + "\n"
