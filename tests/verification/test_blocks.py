@@ -183,6 +183,17 @@ def test_a_circle_among_others_that_go_on_without_a_stop_left_out() -> None:
             assert {("VP412", None), ("VP404", None)} <= verdict(asked, *spoilt, ends)
 
 
+@pytest.mark.parametrize("number", [4, 5, 6])
+def test_one_of_several_dwells_in_a_row_left_out(number: int) -> None:
+    source = program("G0 X0 Y0 Z24 A0 C0\nG1 X1 F900\nG4 P.02\nG4 P.03\nG4 P.01\nX2")
+    values, line = made(source)
+    asked = assemble(source, MACHINE, OPTIONS)
+    rows = np.flatnonzero(line == number)
+    spoilt = deleted(values, line, rows[0], rows[-1] + 1)
+    for ends in ([], [rows[0]], [rows[0] - 1], [rows[0] + 1]):
+        assert {("VP412", None), ("VP413", None)} & verdict(asked, *spoilt, ends)
+
+
 # --- blocks as they are written and read --------------------------------------------------------------------------
 
 LONG = "\n".join(f"G1 X{10 * (k % 2)} Y{0.5 * k:.1f} F900" for k in range(1, 25)) + "\nG2 I-5 P2\nG4 P.05\nG0 Z30"

@@ -89,6 +89,40 @@ def test_more_than_half_a_turn_in_a_step_is_not_accepted(places: tuple[float, ..
     assert not found if shown else {"VP412", "VP413"} & found
 
 
+def test_half_a_turn_in_one_step() -> None:
+    """The last row stands at the end of half a circle, the one before on the line that leads to it: neither sense is behind."""
+    asked = source("F2000\nG1 X5\nG2 X5.2 I.1", "G21 G90 G94 G17 G64 P.02")
+    values, line = made(asked, OPTIONS)
+    rows = np.append(np.flatnonzero(line <= 4)[::60], len(line) - 1)
+    assert line[rows[-2]] == 4
+    assert judge(asked, values[rows], line[rows], OPTIONS.changed(cycle=0.5)).findings == []
+
+
+TEETH = "F6000\n" + "\n".join(f"G1 X{6 * k} Y{10.4 * (k % 2):.1f}" for k in range(1, 12))
+
+
+@pytest.mark.parametrize("block", [1, 2, 7, 10**6])
+def test_the_step_before_counts_beside_sharp_corners(block: int) -> None:
+    """Corners of 120 degrees, rows 12 mm apart: what two rows beside a corner leave out is farther than they are apart."""
+    for cycle in (0.1, 0.11, 0.12, 0.13):
+        options = OPTIONS.changed(cycle=cycle)
+        values, line = made(source(TEETH), options)
+        assert judge(source(TEETH), values, line, options, block).findings == []
+
+
+@pytest.mark.parametrize(("before", "after"), [("G0 X0", "G0 X.01"), ("G61.1 X5", "G61.1 X5.01")])
+def test_stops_are_exact_beside_rounded_corners(before: str, after: str) -> None:
+    """The first row, and rows at stops, lie within 0.001 mm along the path too, however wide the corners behind them are."""
+    text, options = (
+        "G21 G90 G94 G17 G64 P.05\nG0 X0 Y0 Z5 A0 C0\nF2000 G1 X3\nG61.1 X5\nG64 P.05 X9\nY5\nX12\nM2\n",
+        OPTIONS.changed(cycle=0.01),
+    )
+    text = text if "X5" in before else text.replace("X3\nG61.1 X5\nG64 P.05 ", "")
+    assert before in text
+    values, line = made(text.encode(), options)
+    assert "VP412" in codes(judge(text.replace(before, after).encode(), values, line, options))
+
+
 # --- moves as short as rounding ---------------------------------------------------------------------------------
 
 SHORT = {
@@ -147,6 +181,16 @@ def test_feed_in_corners_is_judged_at_slow_feeds(excess: float, found: set[str])
     options = OPTIONS.changed(cycle=0.002)
     values, line = made(source(f"F20\n{points}"), options)
     assert codes(judge(source(f"F{20 / excess:.9f}\n{points}"), values, line, options)) == found
+
+
+@pytest.mark.parametrize(("excess", "found"), [(1.0, set()), (1.01, {"VP404"})])
+def test_feed_in_corners_is_judged_beside_rounding(excess: float, found: set[str]) -> None:
+    """F5 at 10 ms: 8e-4 mm a row. A tip may be off by 5e-5 mm, whose mean square takes 0.03 % off; 3 % would hide the excess."""
+    angle = np.linspace(0, np.pi, 40)
+    points = "\n".join(f"G1 X{np.sin(a):.4f} Y{1 - np.cos(a):.4f}" for a in angle[1:])
+    options = OPTIONS.changed(cycle=0.01)
+    values, line = made(source(f"F5\n{points}"), options)
+    assert codes(judge(source(f"F{5 / excess:.9f}\n{points}"), values, line, options)) == found
 
 
 # --- rounded corners among small shapes ------------------------------------------------------------------------
