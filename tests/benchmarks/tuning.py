@@ -143,7 +143,7 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
 #: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts,
 #: whole cycles, the slow start, the other solver.
 NOT_VARIED = {
-    "FEED_REACHED", "WHOLE_CYCLE", "WHOLE_CYCLE_SHARE", "SLOW_START_RATE", "SLOW_START_CONSTANTS", "SLOW_START_OVER",
+    "FEED_REACHED", "SLOW_START_RATE", "SLOW_START_CONSTANTS", "SLOW_START_OVER",
     "TOPPRA_SPEED", "TOPPRA_X", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL",
 }  # fmt: skip
 #: Factors of the settings of a pass.

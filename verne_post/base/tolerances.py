@@ -139,8 +139,9 @@ PATH_AXIS_DEG: Final = 1e-3
 ROUNDING_SHARES: Final = (2e-4, 1e-3, 0.01)
 #: Noise that exceeds its share by no more than this, relative, is inside it: decimals are chosen for equality.
 SHARE_ROUNDING: Final = 1e-12
-#: A dwell this close above a whole number of cycles is that number (in cycles).
+#: A duration this close above a whole number of cycles, or of knots, is that number: in cycles, and relative where it is long.
 WHOLE_CYCLE: Final = 1e-9
+WHOLE_CYCLE_SHARE: Final = 1e-12
 #: A joint that moves less than this over a file (mm, rad) stands still: its errors are not divided by its motion.
 STANDING_JOINT: Final = 1e-9
 #: A unit of the last decimal is no larger than this, mm and rad: the tip moves by three times the one and a metre times the

@@ -22,6 +22,9 @@ EVALUATIONS: Final = 300
 #: A random start draws lengths up to this many times the longest one of the machine file.
 START_REACH: Final = 1.5
 
+#: Relative change of lengths and of the sum of squares at which the fit ends: near the rounding of double precision.
+CONVERGED: Final = 1e-13
+
 
 class End(NamedTuple):
     """Where a fit ends: t, its chi-square, and whether it converged."""
@@ -64,7 +67,7 @@ class Fit:
 
         return least_squares(
             lambda at: both(at)[1], t, jac=lambda at: both(at)[2], bounds=(self.lower, np.inf), method="trf",
-            xtol=1e-13, ftol=1e-13, gtol=1e-12, max_nfev=EVALUATIONS,
+            xtol=CONVERGED, ftol=CONVERGED, gtol=10 * CONVERGED, max_nfev=EVALUATIONS,
         )  # fmt: skip
 
 

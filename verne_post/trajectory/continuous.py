@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, release_memory
+from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.initial_profile import Solver, initial_profile
@@ -131,7 +132,7 @@ def rebuild_profile(profile: Profile, times: Times, unit: float) -> Profile:
 def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
     """Make one pass of the interior point method over the whole section, window by window."""
     knot = settings.knot_units * task.unit
-    n = int(np.ceil(profile.duration / knot * (1 - 1e-12)))
+    n = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
     settled = Growing(float)
     recent = np.empty(0)  # coefficients after those: of the window before, and of this one
     begin, careful = 0, -1

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
@@ -51,7 +52,7 @@ class FeedOverride:
     def cycles(self, planned: float, begin: float, cycle: float) -> int:
         """Smallest whole number of cycles, 1 or more, in which so many planned seconds pass from time ``begin`` on."""
         if self.ramp == 0.0 or begin >= self.steady:
-            return max(int(np.ceil(planned / (self.override * cycle) * (1 - tuning.WHOLE_CYCLE_SHARE))), 1)
+            return max(int(np.ceil(planned / (self.override * cycle) * (1 - WHOLE_CYCLE_SHARE))), 1)
         low, high = 0, int(np.ceil(planned / (self.override * tuning.SLOW_START_RATE * cycle))) + 1
         start = float(self.planned(np.array([begin]))[0])
         while high - low > 1:

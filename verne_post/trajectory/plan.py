@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, blocks, running_sums
+from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
@@ -173,7 +174,7 @@ def plan_contour(
     continuous_s = Growing(float)
     second_order_bound_s, toppra_bound_s = 0.0, 0.0
     cycle, playback = planning.cycle, planning.playback
-    cycles = np.maximum(np.ceil(profiles.total / (playback.override * cycle) - tuning.WHOLE_CYCLE), 1).astype(np.int64)
+    cycles = np.maximum(np.ceil(profiles.total / (playback.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
     clock = _Clock(contour, cycles, cycle)
     for section in range(len(continuous)) if playback.ramp else np.flatnonzero(continuous).tolist():
         begin_s = clock.at(section) if playback.ramp else 0.0
@@ -244,7 +245,7 @@ class _Clock:
 
 def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:
     """Cycles (d,) of every dwell: no shorter than programmed."""
-    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - tuning.WHOLE_CYCLE), 1).astype(np.int64)
+    return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
 
 
 def _solver(name: str) -> Callable[..., Array]:

@@ -317,11 +317,8 @@ TOPPRA_SPEED: Final = 7.0
 #: Speeds squared beyond this (scaled) are not asked of toppra: its programs need bounds.
 TOPPRA_X: Final = 1e4
 
-# --- whole cycles, and the slow start ---------------------------------------------------------------
+# --- the slow start -----------------------------------------------------------------------------------
 
-#: A duration this close above a whole number of cycles is that number: in cycles, and relative where it is long.
-WHOLE_CYCLE: Final = 1e-9
-WHOLE_CYCLE_SHARE: Final = 1e-12
 #: Where a slow start begins, as a share of the override.
 SLOW_START_RATE: Final = 0.1
 #: The ramp is so many of its time constants long: at its ends the rate is within 0.25 % of ``SLOW_START_RATE`` and of 1.

@@ -97,6 +97,10 @@ def _gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half:
     return np.asarray((n * middle).sum(1) - long * np.abs(along) - radius * across - (np.abs(n) * half).sum(1))
 
 
+#: Directions whose cross product, or whose difference, is shorter than this are parallel: another one takes their place.
+PARALLEL: Final = 1e-9
+
+
 def _directions(axis: Array) -> list[Array]:
     """Directions that separate faces and edges: the box's faces, the cylinder's ends, and across both."""
     directions = [np.broadcast_to(unit, axis.shape) for unit in np.eye(3)]
@@ -104,10 +108,10 @@ def _directions(axis: Array) -> list[Array]:
     for unit in np.eye(3):
         across = np.cross(axis, unit)
         size = np.linalg.norm(across, axis=1, keepdims=True)
-        directions.append(np.where(size > 1e-9, across / np.where(size > 1e-9, size, 1.0), unit))
+        directions.append(np.where(size > PARALLEL, across / np.where(size > PARALLEL, size, 1.0), unit))
         radial = unit - axis * (axis @ unit)[:, None]
         size = np.linalg.norm(radial, axis=1, keepdims=True)
-        directions.append(np.where(size > 1e-9, radial / np.where(size > 1e-9, size, 1.0), unit))
+        directions.append(np.where(size > PARALLEL, radial / np.where(size > PARALLEL, size, 1.0), unit))
     return directions
 
 
