@@ -75,13 +75,13 @@ def propose(
         )  # fmt: skip
     low, high = _ranges(points, machine, ranges or {}, here, free)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
-    after = search.best(here, least_time=least_time)
-    after = search.at(_round_place(after.place), after.counts)
+    after = search.find_best(here, least_time=least_time)
+    after = search.evaluate(_round_place(after.place), after.counts)
     before_check, after_check = (
         check_source(source, machine, one) for one in (options, at_place(options, system, after.place))
     )
     return Proposal(
-        system, search.at(here, after.counts), after, before_check.findings, after_check.findings,
+        system, search.evaluate(here, after.counts), after, before_check.findings, after_check.findings,
         *(result.summary.cycle_time if result.summary else None for result in (before_check, after_check)),
     )  # fmt: skip
 

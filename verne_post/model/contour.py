@@ -145,7 +145,7 @@ class Contour:
         """First element of each section, and the number of elements after the last (n_sections + 1,)."""
         return np.searchsorted(self.section, np.arange(self.n_sections + 1))
 
-    def only(self, elements: NDArray[np.integer]) -> "Contour":
+    def select(self, elements: NDArray[np.integer]) -> "Contour":
         """Some elements, in order, as a contour of their own without dwells; each section keeps its elements together."""
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(

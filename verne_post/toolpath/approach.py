@@ -102,7 +102,7 @@ def add_approach_and_departure(
         whole = replace(whole, first_pose=entry, first_tool_length=float(path.tool_length[first]))
     shift = len(before) - first
     sections = before.n_sections - int(contour.section[kept[0]])
-    middle = replace(contour.only(kept), section=contour.section[kept])
+    middle = replace(contour.select(kept), section=contour.section[kept])
     parts = make_exact_contour(before), middle, make_exact_contour(after)
     columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
     for name, shifts in (

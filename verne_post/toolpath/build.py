@@ -91,7 +91,7 @@ def build_path(
     first = _ToolPose(np.concatenate([first.pose[:, :3], start[:1, 3:]], axis=1), first.length)
     # a turn of the table may have become superfluous
     needed = _moves_at_all(end - start) | (moves.kind[placed.row] == MoveKind.ARC)
-    return _assemble_path(PlacedMoves(moves, placed.row, start, end).only(needed), first, coordinates, orientation)
+    return _assemble_path(PlacedMoves(moves, placed.row, start, end).select(needed), first, coordinates, orientation)
 
 
 def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) -> PlacedMoves:
@@ -152,7 +152,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
     section = n_arcs = n_circles = 0
     for begin, stop in blocks(len(placed)):
         seen = max(begin - 1, 0)  # whether a segment continues depends on the one before
-        block = make_segments(placed.only(slice(seen, stop)), coordinates, orientation)
+        block = make_segments(placed.select(slice(seen, stop)), coordinates, orientation)
         if seen < begin:
             block = block.without_first()
         at = dwell_before[(dwell_before > 0) & (dwell_before >= begin) & (dwell_before < stop)]

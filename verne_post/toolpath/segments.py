@@ -46,7 +46,7 @@ class PlacedMoves:
     def __len__(self) -> int:
         return len(self.row)
 
-    def only(self, rows: slice | Mask) -> "PlacedMoves":
+    def select(self, rows: slice | Mask) -> "PlacedMoves":
         """Some of them."""
         return PlacedMoves(self.moves, self.row[rows], self.start[rows], self.end[rows])
 

@@ -90,7 +90,7 @@ class PartPoints:
     seconds: Array
     fresh: Mask
 
-    def only(self, rows: NDArray[np.intp]) -> "PartPoints":
+    def select(self, rows: NDArray[np.intp]) -> "PartPoints":
         """Some of them."""
         return PartPoints(*(column[rows] for column in vars(self).values()))
 
@@ -186,14 +186,14 @@ class Search:
         self.margins, names = margin_functions(machine)
         self.names = (*names, "height over the table face")
 
-    def at(self, place: Place, counts: Mask | None = None) -> Fit:
+    def evaluate(self, place: Place, counts: Mask | None = None) -> Fit:
         """The margins of a place over all points."""
         table = self._table(place.array()[None], self.points)
         margins = table[0].min(axis=0)
         lines = self.points.line[table[0].argmin(axis=0)]
         return Fit(place, margins, lines, np.ones(len(margins), bool) if counts is None else counts, self.names)
 
-    def best(self, start: Place, *, least_time: bool = False) -> Fit:
+    def find_best(self, start: Place, *, least_time: bool = False) -> Fit:
         """The place with the largest smallest margin, or of least time with enough of it."""
         random = np.random.default_rng(0)  # the same program has the same fit
         scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
@@ -222,7 +222,7 @@ class Search:
         if least_time:
             best = self._find_fastest(best, rows, counts, random)
         x, y, z, c = best[0].tolist()
-        return self.at(Place(x, y, z, c), counts)
+        return self.evaluate(Place(x, y, z, c), counts)
 
     def _improve(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
         """Improve places by samples around each in ranges that shrink; returns them best first."""
@@ -258,7 +258,7 @@ class Search:
 
     def _find_smallest(self, places: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
         """Smallest value (n, k) of every margin at places (n, 4), over some points, and the share of them out of reach (n,)."""
-        points = self.points.only(rows)
+        points = self.points.select(rows)
         each = max(BATCH // max(len(rows), 1), 1)
         smallest, lost = [], []
         for first in range(0, len(places), each):

@@ -60,7 +60,7 @@ class Shift:
 
 def of_line(joints: JointPath, line: int) -> JointPath:
     """The elements of one source line alone, in their order; none when the line has no motion."""
-    return replace(joints, contour=joints.contour.only(np.flatnonzero(joints.contour.line() == line)))
+    return replace(joints, contour=joints.contour.select(np.flatnonzero(joints.contour.line() == line)))
 
 
 def movable(line: JointPath) -> bool:
