@@ -11,7 +11,7 @@ import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
-from .test_verifier import MACHINE, Table, codes, judge, made, rows_of
+from .test_verifier import MACHINE, Table, codes, judge, made, rows_of, without
 
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
 HEAD = "G21 G90 G94 G17 G64 P0.02"
@@ -79,14 +79,6 @@ def exchanged(values: np.ndarray, line: np.ndarray) -> Table:
     k = rows_of(line, 7)[60]
     values[[k, k + 3]] = values[[k + 3, k]]
     return values, line
-
-
-def without(number: int) -> Callable[..., Table]:
-    def change(values: np.ndarray, line: np.ndarray) -> Table:
-        rows = rows_of(line, number)
-        return np.delete(values, rows, axis=0), np.delete(line, rows)
-
-    return change
 
 
 HOSTILE: dict[str, tuple[Callable[..., Table], set[str]]] = {

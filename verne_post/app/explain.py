@@ -47,9 +47,7 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         The line has no motion; names the nearest lines that have.
     """
     program = assemble(source, machine, options)
-    feed_override(
-        options.override, options.slow_start, machine.limits
-    )  # a slow start that is too short is refused as by check
+    feed_override(options.override, options.slow_start, machine.limits)  # refuses too short a slow start, as check does
     whole = guarded_joints(program)
     joints = of_line(whole, line)
     if not len(joints.contour):
