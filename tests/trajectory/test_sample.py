@@ -36,7 +36,7 @@ def planned(body: str, cycle: float = 0.001, head: str = "G21 G90 G94 G17 G61.1"
 def rows(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
     """Values and lines of every row."""
     fmt = choose_setpoint_format(MACHINE, plan.program.cycle, None, accept_rounding=False)
-    blocks = list(setpoint_blocks(plan, fmt))
+    blocks = [block for block, _move in setpoint_blocks(plan, fmt)]
     assert [block.first for block in blocks] == [0, *np.cumsum([len(block.values) for block in blocks])[:-1]]
     return np.concatenate([block.values for block in blocks]), np.concatenate([block.line for block in blocks])
 

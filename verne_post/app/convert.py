@@ -69,12 +69,6 @@ def convert_source(
     return Result(findings, summary, setpoints)
 
 
-def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[SetpointBlock]:
-    """Rows as they will be written: exact inverse kinematics at s(t_k), rounded."""
-    for block, _move in _blocks_with_moves(plan, fmt):
-        yield block
-
-
 def _write(
     plan: Plan, fmt: SetpointFormat, take: Sink, progress: Progress | None
 ) -> tuple[Verification, tuple[TimedEvent, ...]]:
@@ -82,7 +76,7 @@ def _write(
     verifier = verifier_of(plan.program, fmt)
     events, before = _events(plan.program)
     event_rows = EventRows(before)
-    for block, move in _blocks_with_moves(plan, fmt):
+    for block, move in setpoint_blocks(plan, fmt):
         verifier.feed(block)
         event_rows.feed(block.first, move, block.written)
         take(block)
@@ -95,8 +89,8 @@ def _write(
     )
 
 
-def _blocks_with_moves(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
-    """Rows as they will be written, and the move that each belongs to: -1 on the approach."""
+def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
+    """Rows as they will be written (exact inverse kinematics at s(t_k), rounded), and the move of each: -1 on the approach."""
     program = plan.program
     joints, machine, contour = program.joints(), program.machine, program.contour
     move_of_segment = contour.path.move_reached

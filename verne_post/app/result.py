@@ -3,7 +3,7 @@
 import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,14 +89,6 @@ class Setpoints:
 
     def _repr_html_(self) -> str:
         return f"{_html_table(self._rows())}<p>{len(self)} rows</p>"
-
-
-class Reported(Protocol):
-    """Whatever has findings."""
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What was found."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
