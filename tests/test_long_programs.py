@@ -14,7 +14,7 @@ import pytest
 from verne_post import Machine, Options, convert
 from verne_post.base import columns, long_text
 from verne_post.cli import common
-from verne_post.gcode import recorder, scan
+from verne_post.gcode import recorder, words
 from verne_post.model.part_setup import Tool
 from verne_post.toolpath import fairing
 from verne_post.trajectory import tuning
@@ -112,7 +112,7 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     """But for the text. Everything that is worked on at a time is made small, so that programs of seconds are long."""
     monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
-    monkeypatch.setattr(scan, "CHUNK_BYTES", 1 << 16)
+    monkeypatch.setattr(words, "CHUNK_BYTES", 1 << 16)
     monkeypatch.setattr(tuning, "ELEMENTS_AT_A_TIME", 1024)
     monkeypatch.setattr(tuning, "ROWS_AT_A_TIME", 1024)
     monkeypatch.setattr(fairing, "LONGEST", 1024)

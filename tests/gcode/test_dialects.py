@@ -316,7 +316,7 @@ def test_statements(view):
         ("stop", "optional"),
         ("coolant", "flood"),
     ]
-    assert moves.vector.tolist() == [[0.0, 1.0, 0.0]]
+    assert moves.tool_axis.tolist() == [[0.0, 1.0, 0.0]]
     assert moves.feed.tolist() == [254.0]
 
 

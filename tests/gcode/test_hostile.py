@@ -166,7 +166,7 @@ def test_statements_that_would_be_half_done_are_refused(view, text, code, line):
 def test_a_new_axis_holds_for_increments(view):
     moves, findings = view("FEDRAT/9\nGOTO/0,0,9\nTLAXIS/0,1,0\nGODLTA/1,0,0\nFINI", dialect="aptcl")
     assert findings == ()
-    assert moves.vector[-1].tolist() == [0, 1, 0]
+    assert moves.tool_axis[-1].tolist() == [0, 1, 0]
 
 
 def test_a_drill_rises_before_it_goes_sideways(view):

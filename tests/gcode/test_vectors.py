@@ -207,5 +207,5 @@ def test_plain_stretches_and_vectors_alternate(view):
         f"G21 G90 F100\n{plain}\nG43.5 H1\n{plain}\nG1 X1 I0 J0 K1\n{plain}\nG43.4\nA0 C0\n{plain}\nM2"
     )
     assert not errors
-    held = np.isfinite(moves.vector[:, 0])
+    held = np.isfinite(moves.tool_axis[:, 0])
     assert held.tolist() == [False] * 40 + [True] * 21 + [False] * 21

@@ -34,7 +34,7 @@ TURNING = Curve(40.0, lambda s: [np.sin(s), np.cos(1.3 * s), np.sin(0.7 * s + 1)
         "joints that turn back",
     ],
 )
-def test_scan_and_toppra_agree(section) -> None:  # type: ignore[no-untyped-def]
+def test_reachability_and_toppra_agree(section) -> None:  # type: ignore[no-untyped-def]
     grid, top = grid_along(section), limits(3)
     ours = reachability.duration(grid.s, reachability.solve(grid, top))
     theirs = reachability.duration(grid.s, toppra_backend.solve(grid, top))

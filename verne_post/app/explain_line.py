@@ -160,7 +160,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
         else [f" of G{number:g}" for letter, number, _column in block.codes if letter == "G" and number in (28, 30, 53)]
     )
     end = line.moves.end[line.move]
-    by_vector = bool(np.isfinite(line.moves.vector[line.move]).all())
+    by_vector = bool(np.isfinite(line.moves.tool_axis[line.move]).all())
     parts = []
     for letter in machine.coordinates.axes:
         unit = "deg" if letter in "ABC" else "mm"

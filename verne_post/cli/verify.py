@@ -67,9 +67,9 @@ def command(
     from verne_post.app.source_text import UTF16, is_utf16
     from verne_post.app.verify import verify_setpoints
     from verne_post.model.findings import InputError
-    from verne_post.output.origin import changed_since, read_side_car
     from verne_post.output.parts import parts_of, read_parts
     from verne_post.output.setpoints import read_csv
+    from verne_post.output.side_car import changed_since, read_side_car
     from verne_post.output.summary import following_text, verdict_line
 
     if setpoints == "-" and against == "-":

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.scan import whole_lines
+from verne_post.gcode.words import whole_lines
 from verne_post.model.findings import UsageError
 
 #: Endings under which a file is looked for.

@@ -9,9 +9,9 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
+from verne_post.gcode.words import whole_lines
 
 
 @dataclass(frozen=True)

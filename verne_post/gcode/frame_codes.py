@@ -154,11 +154,11 @@ class FrameCodes:
         if frame == old:
             return
         self._refuse_compensation("a change of offsets")
-        if state.vector is not None and _directions(frame) != _directions(old):
+        if state.tool_axis is not None and _directions(frame) != _directions(old):
             # the tool stands still, so its axis has other words
             rotation = coordinates.displacement(np.eye(3), frame)
-            held = rotation @ coordinates.displacement(np.array(state.vector), old)
-            state.vector = (float(held[0]), float(held[1]), float(held[2]))
+            held = rotation @ coordinates.displacement(np.array(state.tool_axis), old)
+            state.tool_axis = (float(held[0]), float(held[1]), float(held[2]))
         machine = coordinates.to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.to_program(machine, frame)]
         if self.setup.machine:

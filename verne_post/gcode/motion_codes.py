@@ -44,7 +44,7 @@ class MotionCodes(MachineCodes):
         moving = [axis for axis in axes if state.absolute or block.words[AXES[axis]] != 0.0]
         if not state.absolute:
             self._require_known(block, moving, f"{g_name(code)} with an incremental via point")
-        if state.vector is not None or state.vectors:
+        if state.tool_axis is not None or state.vectors:
             self._check_vector_axes(block, moving, machine=False)
         via = list(self._motion_start(MoveKind.RAPID, absolute=state.absolute, machine=not moving))
         if _C in moving:
@@ -95,7 +95,7 @@ class MotionCodes(MachineCodes):
         state = self.state
         if kind == MoveKind.FEED:
             self._check_feed(block, motion)
-        if state.vector is not None or state.vectors:
+        if state.tool_axis is not None or state.vectors:
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
             self._refuse_compensation("G53")
@@ -138,17 +138,17 @@ class MotionCodes(MachineCodes):
             raise block.error("VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
                 "name A and C together", letter)  # fmt: skip
         if not machine:
-            state.vector = None
+            state.tool_axis = None
 
     def _end_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
         """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else is refused."""
-        if self.state.vector is None or not set(axes) - {_Z}:
+        if self.state.tool_axis is None or not set(axes) - {_Z}:
             return
         if not {_X, _Y, _A, _C} <= set(axes):
             letter = AXES[next(axis for axis in axes if axis != _Z)]
             raise block.error("VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
                 "or X, Y, A and C together after G43.4 or G49", letter)  # fmt: skip
-        self.state.vector = None
+        self.state.tool_axis = None
 
     def _point_tool(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""
@@ -160,7 +160,7 @@ class MotionCodes(MachineCodes):
         size = float(np.linalg.norm(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
             raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
-        self.state.vector = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
+        self.state.tool_axis = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
         return self.setup.coordinates.point_axis(end, vector / size, self.state.frame)
 
     @staticmethod
@@ -298,7 +298,7 @@ class MotionCodes(MachineCodes):
             raise BlockError(
                 "VP017", f"{name} needs feed per minute (G94): beside the contour moves have other lengths"
             )
-        if state.vectors or state.vector is not None:
+        if state.vectors or state.tool_axis is not None:
             raise BlockError("VP017", f"{name} while a tool axis (I J K) holds")
         radius = 0.5 * self._cutter_diameter(block, code)
         state.compensation = Compensation(code, state.plane, radius if code < 420 else -radius)

@@ -13,9 +13,9 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.motion_codes import MotionCodes, effective_feed, line_lengths
-from verne_post.gcode.scan import WordTable
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
+from verne_post.gcode.words import WordTable
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ _LINEAR: Final = [0, 1, 2, 6, 7, 8]
 
 
 class PlainLines:
-    """The plain lines of one scanned chunk as dense tables, computed once for all stretches of it.
+    """The plain lines of one chunk as dense tables, computed once for all stretches of it.
 
     The columns are the nine axes, F, G and N. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
@@ -79,7 +79,7 @@ def is_ready(state: State, lines: PlainLines, row: int) -> bool:
         and (state.motion in (0, 10) or bool(lines.row[row, _G] == row))
         and state.held is None
         and not state.vectors
-        and state.vector is None
+        and state.tool_axis is None
         and state.compensation is None
         and state.centre is None
         and not state.diameter_mode

@@ -16,7 +16,7 @@ from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, M
 Array = NDArray[np.float64]
 
 #: In place of a tool axis where A and C words hold.
-_NO_VECTOR: Final = (np.nan, np.nan, np.nan)
+_NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)
 #: Types of the columns after line, kind, end and feed, which a block of moves may share.
 _SHARED_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
@@ -36,7 +36,7 @@ class Modes(Protocol):
     control: PathControl
     spindle_speed: float
     spindle_on: bool
-    vector: tuple[float, float, float] | None
+    tool_axis: tuple[float, float, float] | None
 
 
 class Row(NamedTuple):
@@ -51,7 +51,7 @@ class Row(NamedTuple):
     frame: int
     control: int
     arc: int
-    vector: tuple[float, ...]
+    tool_axis: tuple[float, ...]
 
 
 @dataclass
@@ -92,7 +92,7 @@ class Recorder:
         spindle = modes.spindle_speed if modes.spindle_on else 0.0
         control = self.controls.setdefault(modes.control, len(self.controls))
         row = Row(line, kind, end, feed, modes.feed_mode, spindle, self.frame_index(modes.frame), control, arc_row,
-                  modes.vector or _NO_VECTOR)  # fmt: skip
+                  modes.tool_axis or _NO_TOOL_AXIS)  # fmt: skip
         self._keep(row)
 
     def _keep(self, row: Row) -> None:
@@ -130,7 +130,7 @@ class Recorder:
             self._flush(len(self.rows))
         shared = (
             modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, self.frame_index(modes.frame),
-            self.controls.setdefault(modes.control, len(self.controls)), -1, modes.vector or _NO_VECTOR,
+            self.controls.setdefault(modes.control, len(self.controls)), -1, modes.tool_axis or _NO_TOOL_AXIS,
         )  # fmt: skip
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))

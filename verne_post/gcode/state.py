@@ -129,7 +129,7 @@ class State:
     #: G43.5 is active: I, J, K of straight moves are the tool axis.
     vectors: bool = False
     #: The tool axis that holds (unit, program directions); None where A and C words hold.
-    vector: tuple[float, float, float] | None = None
+    tool_axis: tuple[float, float, float] | None = None
     #: The tool whose length is --tool-length, once one is loaded or named by H.
     only_tool: int | None = None
     #: Axes that the program never names, while its start position is computed.

@@ -1,4 +1,4 @@
-"""A program text: chunks of scanned lines on demand, its limits, and where its O words lead."""
+"""A program text: chunks of lines split into words on demand, its limits, and where its O words lead."""
 
 import re
 from collections import OrderedDict
@@ -11,10 +11,10 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.scan import chunk_end, scan, whole_lines
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.words import chunk_end, split_words, whole_lines
 
-#: So many scanned chunks are kept: loops that stay within them are scanned once.
+#: So many chunks are kept: loops that stay within them are split into words once.
 _KEPT_CHUNKS: Final = 8
 _SILENT: Final = rb"(?:[ \t\r/]|\([^()\n]*\))*+"  # possessive: a line of blanks is passed once
 _O_LINE: Final = rb"^" + _SILENT + rb"(?:N[ \t0-9.+]*+" + _SILENT + rb")?[%b][^\n]*"
@@ -92,7 +92,7 @@ class ProgramText:
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
 
     def chunk(self, line: int) -> Chunk | None:
-        """The scanned chunk that holds a line; None after the end of the text."""
+        """The chunk that holds a line; None after the end of the text."""
         for kept in reversed(self._kept.values()):
             if kept.first_line <= line < kept.first_line + len(kept.ends):
                 return kept
@@ -109,7 +109,7 @@ class ProgramText:
             return None
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
-        words = scan(first, text)
+        words = split_words(first, text)
         lines = PlainLines(words, self.setup)
         chunk = Chunk(first, text, lines, lines.ends().tolist())
         self._kept[first] = chunk

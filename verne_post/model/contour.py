@@ -55,13 +55,13 @@ class Feeds:
         mm/s of the tip, or rad/s of the table angles where ``by_tip`` is False; infinite for rapids.
     by_tip : ndarray of bool
         False where the tip stands still.
-    even : ndarray
+    cap : ndarray
         ds/dt at the feed rate where tip and angles move evenly along the segment, mm/s; infinite for rapids.
     """
 
     rate: Array
     by_tip: NDArray[np.bool_]
-    even: Array
+    cap: Array
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Contour:
         Where on its segment (u from 0 to 1), or on its curve, an element begins and ends.
     length : ndarray, shape (n,)
         Length by s, mm (metric length; see docs/architecture.md).
-    turn : ndarray, shape (n,)
+    rotation : ndarray, shape (n,)
         Rotation of table and arc together over the element, rad.
     section : ndarray of int32, shape (n,)
         The section that an element belongs to, 0, 1, ...
@@ -108,7 +108,7 @@ class Contour:
     low: Array
     high: Array
     length: Array
-    turn: Array
+    rotation: Array
     section: Ints
     corners: Corners | None
     blended: NDArray[np.bool_]
@@ -150,7 +150,7 @@ class Contour:
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(
             self, segment=self.segment[elements], curve=self.curve[elements], low=self.low[elements], high=self.high[elements],
-            length=self.length[elements], turn=self.turn[elements], section=section.astype(np.int32), blended=self.blended[elements],
+            length=self.length[elements], rotation=self.rotation[elements], section=section.astype(np.int32), blended=self.blended[elements],
             dwell_section=self.dwell_section[:0],
         )  # fmt: skip
 

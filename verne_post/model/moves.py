@@ -193,7 +193,7 @@ class Moves:
         Index into ``controls``.
     arc : ndarray of int32, shape (n,)
         Index into ``arcs``, -1 for other moves.
-    vector : ndarray, shape (n, 3)
+    tool_axis : ndarray, shape (n, 3)
         Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
         A and C of ``end`` are then one of the pairs that give this axis.
     fixes_c : int or None
@@ -217,7 +217,7 @@ class Moves:
     frame: NDArray[np.int32]
     control: NDArray[np.int32]
     arc: NDArray[np.int32]
-    vector: Array
+    tool_axis: Array
     arcs: Arcs
     frames: tuple[Frame, ...]
     controls: tuple[PathControl, ...]
@@ -244,5 +244,5 @@ class Moves:
 #: What Moves keep for every move: type, and width where it is not one number.
 MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,), "spindle": (float,),
-    "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "vector": (float, 3),
+    "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "tool_axis": (float, 3),
 }  # fmt: skip

@@ -44,8 +44,8 @@ def _move(table: Moves, row: int) -> dict[str, object]:
         return {"line": int(table.line[row]), "kind": "dwell", "seconds": float(table.feed[row])}
     record["feed"] = None if kind == MoveKind.RAPID else float(table.feed[row])
     record["feed_mode"] = _MODES[FeedMode(table.feed_mode[row])]
-    if np.isfinite(table.vector[row, 0]):
-        record["axis"] = table.vector[row].tolist()
+    if np.isfinite(table.tool_axis[row, 0]):
+        record["axis"] = table.tool_axis[row].tolist()
     if kind == MoveKind.ARC:
         arc = int(table.arc[row])
         record["plane"] = PLANE_NAMES[table.arcs.plane[arc]]
@@ -103,7 +103,7 @@ def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np
         begins_section = element == 0 or contour.section[element] != contour.section[element - 1]
         if begins_section:
             s = 0.0
-        length, turn = float(contour.length[element]), float(contour.turn[element])
+        length, turn = float(contour.length[element]), float(contour.rotation[element])
         steps = 1 if turn == 0.0 else max(1, math.ceil(length / _STEP_MM), math.ceil(turn / _STEP_ANGLE))
         w = np.linspace(0.0, 1.0, steps + 1)[0 if begins_section else 1 :]
         yield np.full(len(w), element), w, s + w * length

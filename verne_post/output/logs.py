@@ -14,7 +14,11 @@ _NUMBER = re.compile(r"[-+]?(\d|\.\d)")
 
 
 def read_log(
-    text: str, name: str, columns: tuple[Column, ...], column_names: tuple[str, ...], named: Mapping[str, str]
+    text: str,
+    name: str,
+    columns: tuple[Column, ...],
+    column_names: tuple[str, ...],
+    columns_by_joint: Mapping[str, str],
 ) -> NDArray[np.float64]:
     """Measured numbers (n, n_joints), in the order of the machine's joints.
 
@@ -28,7 +32,7 @@ def read_log(
     columns : tuple of Column
     column_names : tuple of str
         Names of the joints' columns in setpoint files, which are looked for.
-    named : mapping
+    columns_by_joint : mapping
         Joint -> name of its column, or without a header its number from 1.
 
     Raises
@@ -48,14 +52,14 @@ def read_log(
     if not rows:
         raise _error(f"{name}: no rows")
     width = len(rows[0][1].split(separator))
-    joint_columns = _find_columns(name, columns, column_names, named, header, width)
+    joint_columns = _find_columns(name, columns, column_names, columns_by_joint, header, width)
     try:
         table = np.array([[float(cell) for cell in row.split(separator)] for _number, row in rows])
     except ValueError:
         table = np.empty((0, 0))
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
         raise first_wrong(name, rows, separator, width) or _error(f"{name}: cannot be read")
-    if not header and table.shape[1] == len(columns) + 1 and not named:
+    if not header and table.shape[1] == len(columns) + 1 and not columns_by_joint:
         lost = np.flatnonzero(np.diff(table[:, 0]) != 1)
         if len(lost):
             raise _error(f"{name}: samples are missing after number {table[lost[0], 0]:g}; a larger FIFO or fewer pins")
@@ -66,19 +70,19 @@ def _find_columns(
     name: str,
     columns: tuple[Column, ...],
     column_names: tuple[str, ...],
-    named: Mapping[str, str],
+    columns_by_joint: Mapping[str, str],
     header: list[str],
     width: int,
 ) -> list[int]:
     """Find the column of each joint."""
     joints = [column.joint for column in columns]
-    for joint in named:
+    for joint in columns_by_joint:
         if joint not in joints:
             raise _error(f"--columns: {joint!r} is no joint of this machine; they are {', '.join(joints)}")
     if header:
         indices = []
         for joint, heading in zip(joints, column_names, strict=True):
-            names = [named[joint]] if joint in named else [heading, joint]
+            names = [columns_by_joint[joint]] if joint in columns_by_joint else [heading, joint]
             at = next((header.index(one) for one in names if one in header), None)
             if at is None:
                 raise _error(
@@ -86,8 +90,8 @@ def _find_columns(
                 )
             indices.append(at)
         return indices
-    if named:
-        numbers = [named.get(joint, "") for joint in joints]
+    if columns_by_joint:
+        numbers = [columns_by_joint.get(joint, "") for joint in joints]
         if not all(number.isdecimal() and 1 <= int(number) <= width for number in numbers):
             raise _error(f"{name}: without a header --columns takes the number of every joint's column, 1 to {width}")
         return [int(number) - 1 for number in numbers]

@@ -114,7 +114,7 @@ def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) 
             at = np.flatnonzero(kept)[-1:]
             last_kept = _ToolPose(end[at], length[at])
         row, start, end = rows[kept], start[kept], end[kept]
-        free = np.isfinite(moves.vector[row, 0])
+        free = np.isfinite(moves.tool_axis[row, 0])
         if free.any():
             end = end.copy()
             _cross_pole(start, end, free)

@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 
 #: Columns of a contour for every element and every segment, as they are made block by block.
 _ELEMENTS: Final = {
-    "segment": (np.int32,), "curve": (np.int32,), "low": (float,), "high": (float,), "length": (float,), "turn": (float,),
+    "segment": (np.int32,), "curve": (np.int32,), "low": (float,), "high": (float,), "length": (float,), "rotation": (float,),
     "section": (np.int32,), "blended": (bool,),
 }  # fmt: skip
 _SEGMENTS: Final = {
-    "tip_tolerance": (float,), "axis_tolerance": (float,), "rate": (float,), "by_tip": (bool,), "even": (float,)
+    "tip_tolerance": (float,), "axis_tolerance": (float,), "rate": (float,), "by_tip": (bool,), "cap": (float,)
 }  # fmt: skip
 
 
@@ -63,7 +63,7 @@ class _ContourTable:
     def contour(self, path: ToolPath, shape: ToolPath, s: Array) -> Contour:
         """The contour of a path, that follows ``shape``, with corners at ``s``; nothing can be added any more."""
         of_segment = self._segments.columns()
-        feeds = Feeds(*(of_segment.pop(name) for name in ("rate", "by_tip", "even")))
+        feeds = Feeds(*(of_segment.pop(name) for name in ("rate", "by_tip", "cap")))
         corners = Corners(s, **self._corners.columns()) if self._blended else None
         return Contour(
             path=path, shape=shape, corners=corners, controls=self._controls.column(), feeds=feeds,
@@ -78,7 +78,7 @@ def make_exact_contour(path: ToolPath) -> Contour:
         part, zero = path.part(begin, end), np.zeros(end - begin)
         elements = {
             "segment": np.arange(begin, end), "curve": zero - 1, "low": zero, "high": zero + 1, "length": part.length,
-            "turn": measure_rotation(part), "section": part.section, "blended": zero,
+            "rotation": measure_rotation(part), "section": part.section, "blended": zero,
         }  # fmt: skip
         table.extend(elements, find_feeds(part), zero, zero)
     return table.contour(path, path, np.empty(0))

@@ -53,7 +53,7 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     """
     feeds, shape = contour.feeds, contour.shape
     segment = contour.segment.take(element)
-    cap = feeds.even.take(segment)
+    cap = feeds.cap.take(segment)
     rate = feeds.rate.take(segment)
     uneven = (contour.blended.take(element) | (contour.curve.take(element) >= 0)) & np.isfinite(rate)
     if not uneven.any():

@@ -110,7 +110,7 @@ def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules,
     elements = split_into_elements(path, s, reach, corner, d)
     segment, on_segment = elements["segment"], elements["curve"] < 0
     share = np.where(on_segment, elements["high"] - elements["low"], 0.5)
-    elements["turn"] = measure_rotation(path)[segment] * share
+    elements["rotation"] = measure_rotation(path)[segment] * share
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
     elements["blended"] = on_segment & blends.find_blended(Corners(s, reach, bend), segment, begin, end)
     return RoundedSegments(elements, reach, bend, stops, corner + 1, controls, *tolerances)

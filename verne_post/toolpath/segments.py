@@ -103,7 +103,7 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     arc[curved] = np.arange(len(curved))
     kind = np.full(len(row), SegmentKind.LINE, dtype=np.int8)
     kind[curved] = SegmentKind.ARC
-    free = np.isfinite(moves.vector[row, 0])
+    free = np.isfinite(moves.tool_axis[row, 0])
     circle, circles = _find_great_circles(placed, free, orientation)
     delta = placed.end - placed.start
     tip_length = np.linalg.norm(delta[:, :3], axis=1)

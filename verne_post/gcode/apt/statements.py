@@ -8,8 +8,8 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
-from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.text import decode_line
+from verne_post.gcode.words import whole_lines
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
 _MAJOR: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(?:/|$)")

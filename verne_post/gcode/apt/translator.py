@@ -241,7 +241,7 @@ class Translator:
     def _retract(self, s: Statement, cycle: _Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
         """Up along the tool axis to the height of the next hole, before anything goes sideways."""
         here = np.array(self.state.position[:3]) / self._unit
-        held = np.array(self.state.vector if self.state.vector is not None else axis)
+        held = np.array(self.state.tool_axis if self.state.tool_axis is not None else axis)
         missing = max(cycle.retract, cycle.clear) - float((here - base) @ axis)
         if (
             missing > 0

@@ -34,7 +34,7 @@ def _initial_state(setup: Setup) -> State:
     """Tool vectors, absolute, mm."""
     state = initial_state(setup)
     state.vectors = True
-    state.vector = (0.0, 0.0, 1.0)
+    state.tool_axis = (0.0, 0.0, 1.0)
     return state
 
 

@@ -75,7 +75,7 @@ def chunk_elements(n: int) -> Iterator[Ints]:
 
 def cover_elements(contour: Contour, elements: Ints) -> Iterator[Spans]:
     """First spans that cover elements."""
-    wanted = np.maximum(contour.length[elements] / SPAN_MM, contour.turn[elements] / SPAN_ANGLE)
+    wanted = np.maximum(contour.length[elements] / SPAN_MM, contour.rotation[elements] / SPAN_ANGLE)
     parts = np.maximum(np.ceil(wanted), 1).astype(int)
     owner, index = ragged(parts)
     share = parts[owner]

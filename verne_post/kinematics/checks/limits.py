@@ -125,7 +125,7 @@ class _Derivatives:
         short = np.flatnonzero(contour.length[element] * width < MIN_SPAN_MM)
         if len(short):
             present = 0.5 * width[short]
-            turn = SPAN_ANGLE / np.maximum(contour.turn[element[short]], NO_TURN)
+            turn = SPAN_ANGLE / np.maximum(contour.rotation[element[short]], NO_TURN)
             half = np.maximum(0.5 * np.minimum(MIN_SPAN_MM / contour.length[element[short]], turn), present)
             around = 0.5 * (part.low + part.high)[short] - half + spans.SAMPLES[:, None] * (2 * half)
             q = self.joints.q(np.tile(element[short], spans.NODES), around.ravel()).reshape(*around.shape, -1)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from verne_post.base.columns import release_memory
 from verne_post.base.long_text import Text
 
-#: Bytes scanned at a time: the intermediate arrays then stay in the processor's cache.
+#: Bytes read at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK_BYTES: Final = 1 << 18
 #: A mantissa of at most 15 digits and a power of ten up to 1e15 are exact doubles, and IEEE division
 #: of exact operands is correctly rounded, as ``float()`` is. Longer numbers go to the exact reader.
@@ -89,7 +89,7 @@ def chunk_end(source: Text, start: int) -> int:
     return end or source.find(b"\n", start) + 1 or len(source)
 
 
-def scan(first_line: int, text: bytes) -> WordTable:
+def split_words(first_line: int, text: bytes) -> WordTable:
     """Split plain lines into words.
 
     Parameters

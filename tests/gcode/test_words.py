@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from verne_post.gcode import interpreter_setup, scan
+from verne_post.gcode import interpreter_setup, words
 from verne_post.gcode.block import read_block
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.text import ProgramText
@@ -46,12 +46,12 @@ def spaced(draw, texts):
 def test_numbers_are_bit_identical_to_float(texts):
     letters = "ABCDEFGH"
     lines = [f"{letter}{text}" for letter, text in zip(letters, texts, strict=False)]
-    table = scan.scan(1, "\n".join(lines).encode())
+    table = words.split_words(1, "\n".join(lines).encode())
     values = dict(zip(table.row.tolist(), table.value, strict=True))
     for row, text in enumerate(texts):
         exact = float(re.sub(r"\s", "", text))
         n_digits = sum(character.isdigit() for character in text)
-        assert table.plain[row] == (n_digits <= scan.MAX_DIGITS)
+        assert table.plain[row] == (n_digits <= words.MAX_DIGITS)
         assert (row in values) == table.plain[row]
         if row in values:
             assert bits(values[row]) == bits(exact)
@@ -65,7 +65,7 @@ def test_numbers_are_bit_identical_to_float(texts):
     "000000000000001",
 ])  # fmt: skip
 def test_numbers_of_up_to_fifteen_digits_are_read_fast_and_exactly(text):
-    table = scan.scan(1, f"X{text}\n".encode())
+    table = words.split_words(1, f"X{text}\n".encode())
     assert table.plain.tolist() == [True]
     assert bits(table.value[0]) == bits(float(text))
 
@@ -123,11 +123,11 @@ def test_words_are_those_of_a_regular_expression(lines, newline, final):
     if not text:
         return
     wanted = by_regex(text)
-    table = scan.scan(7, text.encode())
+    table = words.split_words(7, text.encode())
     assert (table.first_line, table.n_lines) == (7, len(wanted))
     assert table.plain.tolist() == [words is not None for words in wanted]
-    words = list(zip(table.row.tolist(), map(chr, table.letter), map(bits, table.value), strict=True))
-    assert words == [(row, *w[:1], bits(w[1])) for row, line in enumerate(wanted) for w in line or ()]
+    read = list(zip(table.row.tolist(), map(chr, table.letter), map(bits, table.value), strict=True))
+    assert read == [(row, *w[:1], bits(w[1])) for row, line in enumerate(wanted) for w in line or ()]
 
 
 @pytest.mark.parametrize("line", [
@@ -137,19 +137,19 @@ def test_words_are_those_of_a_regular_expression(lines, newline, final):
 ])  # fmt: skip
 def test_what_is_not_plain_is_flagged_and_has_no_words(line):
     """Neighbours of a damaged line are read as if it were not there."""
-    table = scan.scan(1, f"G1 X2\n{line}\nY3\n".encode())
+    table = words.split_words(1, f"G1 X2\n{line}\nY3\n".encode())
     assert table.plain.tolist() == [True, False, True]
     assert table.row.tolist() == [0, 0, 2]
     assert table.value.tolist() == [1.0, 2.0, 3.0]
     assert bytes(table.letter) == b"GXY"
-    assert scan.scan(1, line.encode()).plain.tolist() == [False]
+    assert words.split_words(1, line.encode()).plain.tolist() == [False]
 
 
 @pytest.mark.parametrize(
     "line", ["", " ", "\t\r", "X1", "x1", "x 1 . 5", "N1G0X1", "X1Y2 X3", "X1 (c) Y2", "X1;c", "(a)(b;)X1;(", "(c)"]
 )
 def test_what_is_plain(line):
-    assert scan.scan(1, f"5\n{line}\n5\n".encode()).plain.tolist() == [False, True, False]
+    assert words.split_words(1, f"5\n{line}\n5\n".encode()).plain.tolist() == [False, True, False]
 
 
 # --- chunks -----------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ TEXT = "G1 F100\nX1\n\nY2.5 (a comment longer than most chunks)\r\nX3Y4\n%\nZ5\n
 @pytest.mark.parametrize("size", [1, 2, 3, 5, 8, 13, 30, 64, 1000])
 @pytest.mark.parametrize("source", [TEXT, TEXT + "\n", "", "\n", "\n\n", "X1", "X1\n", "\r\n"])
 def test_chunks_are_whole_lines_and_lose_nothing(monkeypatch, size, source):
-    monkeypatch.setattr(scan, "CHUNK_BYTES", size)
+    monkeypatch.setattr(words, "CHUNK_BYTES", size)
     raw = source.encode()
     text = ProgramText(raw, interpreter_setup(), Interpreter)
     segments, line = [], 1
@@ -200,7 +200,7 @@ def test_chunk_boundaries_mean_nothing(monkeypatch, view, size):
     whole = view(PROGRAM)
     assert whole[1] == ()
     assert len(whole[0]) == 2 + 40 + 1 + 25 + 1  # a G1 alone moves, too, by nothing
-    monkeypatch.setattr(scan, "CHUNK_BYTES", size)
+    monkeypatch.setattr(words, "CHUNK_BYTES", size)
     assert same(view(PROGRAM), whole)
     assert same(view(PROGRAM.replace("G2 X48 I4", "G2 X48")), view(PROGRAM.replace("G2 X48 I4", "G2 X48 (no centre)")))
 
