@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text, short_text
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
+from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
@@ -25,8 +25,6 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import worst
-
-Array = NDArray[np.float64]
 
 _FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
 _PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}

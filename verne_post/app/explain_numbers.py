@@ -1,12 +1,8 @@
 """Numbers of explanations as text."""
 
-import numpy as np
-from numpy.typing import NDArray
-
+from verne_post.base.arrays import Array
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-
-Array = NDArray[np.float64]
 
 
 def joint_text(machine: Machine, k: int, value: float, decimals: int = 6) -> str:

@@ -4,17 +4,15 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text
+from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.checks import remedies
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Margin, Pose, WholeSolution
-
-Array = NDArray[np.float64]
 
 #: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
 SAME: Final = 1e-6

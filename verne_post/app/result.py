@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
 
-Array = NDArray[np.float64]
 Sink = Callable[[SetpointBlock], None]
 #: Called with (stage, done, total).
 Progress = Callable[[str, int, int], None]

@@ -1,9 +1,8 @@
 """Ragged tables laid out flat: each owner has several parts, one after the other."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Ints = NDArray[np.integer]
+from verne_post.base.arrays import Ints
 
 
 def ragged(count: Ints) -> tuple[Ints, Ints]:

@@ -6,11 +6,9 @@ rule about x and z of the ``upright`` frame (see docs/conventions.md).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
-
-Array = NDArray[np.float64]
 
 
 def _vectors(x: Array, y: Array, z: Array) -> Array:

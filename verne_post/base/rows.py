@@ -6,9 +6,8 @@ numpy reduces a row at a time, which takes five to twenty times as long as going
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array
 
 
 def row_max(table: Array) -> Array:

@@ -10,9 +10,8 @@ from typing import Final
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array
 
 #: Samples per span: degree 7. Over 20 degrees of rotation or 50 mm the machine's joints are
 #: represented to 1e-11 mm, and three derivatives of a polynomial of degree 7 are still of degree 4.

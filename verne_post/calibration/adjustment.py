@@ -11,15 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import ADJUST_STEP
 from verne_post.calibration.data import Readings, Uncertainty
 from verne_post.model.protocols import Identifiable
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 #: Linearisations of the corrections; with errors far below the rods three suffice, far-off lengths are cut short.
 ADJUST_STEPS: Final = 20

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.rotations import rotate_x, rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
@@ -22,8 +22,6 @@ from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.rounding import column_heading, positions_of, round_setpoints, rounding_noise
 from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles
-
-Array = NDArray[np.float64]
 
 #: Distances that are tried, mm or degrees: the larger one only when all of the smaller one were right.
 DISTANCES: Final = (1.0, 10.0)

@@ -3,11 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
+from verne_post.base.arrays import Array, Ints
 
 
 @dataclass(frozen=True, eq=False)

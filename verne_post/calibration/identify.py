@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from verne_post.calibration.adjustment import adjust_readings, group_settings
@@ -22,7 +21,6 @@ from verne_post.model.protocols import Identifiable
 
 __all__ = ["Uncertainty", "identify"]
 
-Array = NDArray[np.float64]
 
 #: Separability is decided at the solution, which moves a little when a direction is held; two passes settle it.
 PASSES: Final = 3

@@ -4,16 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import NOISE_LEVERAGE, RANK_SHARE, SAME_LENGTHS_MM, SMALL_COEFFICIENT, WEAK_SHARE
 from verne_post.calibration.adjustment import adjust_readings
 from verne_post.calibration.data import EXACT, Direction, Landing, Readings, Uncertainty
 from verne_post.model.protocols import Identifiable
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Trial data sets that show how much leverage the measurement errors alone have.
 NOISE_DRAWS: Final = 4

@@ -4,8 +4,8 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, UPRIGHT_DEG, VECTOR_LENGTH
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
@@ -15,8 +15,6 @@ from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.frame_codes import MAX_LENGTH_MM, whole
 from verne_post.gcode.machine_codes import MachineCodes
 from verne_post.model.moves import AXES, FeedMode, MoveKind
-
-Array = NDArray[np.float64]
 
 _X, _Y, _Z = 0, 1, 2
 _A, _C = 3, 5
@@ -343,7 +341,7 @@ class MotionCodes(MachineCodes):
                 )  # fmt: skip
 
 
-def line_lengths(delta: Array) -> tuple[Array, NDArray[np.bool_]]:
+def line_lengths(delta: Array) -> tuple[Array, Mask]:
     """Length of a straight move by LinuxCNC's rule, and whether the tip moves.
 
     XYZ if they move, else UVW, else the norm of ABC; ``delta`` has shape (..., 9).

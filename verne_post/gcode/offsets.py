@@ -4,13 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Frame
 from verne_post.model.part_setup import Vector9
-
-Array = NDArray[np.float64]
 
 
 def vector9(values: object) -> Vector9:

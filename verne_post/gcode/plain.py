@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
@@ -17,8 +18,6 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.gcode.words import WordTable
 from verne_post.model.moves import AXES, FeedMode, MoveKind
-
-Array = NDArray[np.float64]
 
 #: Shorter stretches are cheaper in the general interpreter.
 MIN_LINES: Final = 8
@@ -154,8 +153,8 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
 
 
 def _find_refused(
-    lines: PlainLines, first: int, last: int, setup: Setup, state: State, feeds: NDArray[np.bool_], feed: Array
-) -> NDArray[np.bool_] | None:
+    lines: PlainLines, first: int, last: int, setup: Setup, state: State, feeds: Mask, feed: Array
+) -> Mask | None:
     """Lines that only the general interpreter may check; None where there are none."""
     bad = None
     if state.feed == 0 or not feed.all():

@@ -8,12 +8,11 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
-
-Array = NDArray[np.float64]
 
 #: In place of a tool axis where A and C words hold.
 _NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)

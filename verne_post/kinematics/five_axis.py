@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import (
     angles_of_axis,
     axis_of_angles,
@@ -23,9 +23,6 @@ from verne_post.base.rotations import (
 )
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.protocols import ParallelModule, WholeSolution
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: F: the base frame against the upright frame.
 _MIRROR: Final = np.array([1.0, -1.0, -1.0])

@@ -5,16 +5,13 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import ClearanceModel, Pose, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.
 EVALUATED_ROWS: Final = 4096
@@ -51,7 +48,7 @@ class Solved:
     angles: Array
     position: Array
     alpha: Array
-    ok: NDArray[np.bool_]
+    ok: Mask
 
 
 @dataclass(frozen=True, eq=False)

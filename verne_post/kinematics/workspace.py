@@ -4,15 +4,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.violations import Check, machine_checks
 from verne_post.model.machine import Machine
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Margins of different units are compared as lengths: one degree of the table counts 10 mm, about what it moves a part
 #: half a metre away.
@@ -39,7 +36,7 @@ class Reach:
     """
 
     limits: tuple[str, ...]
-    broken: NDArray[np.integer]
+    broken: Ints
     margin: Array
 
     @property

@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import blocks
 from verne_post.model.toolpath import ToolPath
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 #: Numbers of elements, or a slice of them.
 Rows = NDArray[np.integer] | slice
@@ -60,7 +60,7 @@ class Feeds:
     """
 
     rate: Array
-    by_tip: NDArray[np.bool_]
+    by_tip: Mask
     cap: Array
 
 
@@ -111,7 +111,7 @@ class Contour:
     rotation: Array
     section: Ints
     corners: Corners | None
-    blended: NDArray[np.bool_]
+    blended: Mask
     feeds: Feeds
     controls: Array
     tip_tolerance: Array
@@ -155,7 +155,7 @@ class Contour:
         )  # fmt: skip
 
     @property
-    def continuous(self) -> NDArray[np.bool_]:
+    def continuous(self) -> Mask:
         """Sections with a corner blend in them (n_sections,)."""
         continuous = np.zeros(self.n_sections, dtype=bool)
         for first, last in blocks(len(self)):

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import DRIVE_STEP
-
-Array = NDArray[np.float64]
 
 #: A lead error changes by at most this share of the distance: a steeper table is a mistake of units.
 STEEPEST_ERROR: Final = 0.1

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.model.drives import Drive
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -131,7 +129,7 @@ class Machine:
         """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
         return self.module.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
 
-    def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, NDArray[np.bool_]]:
+    def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of five-axis poses.
 
         Parameters
@@ -152,6 +150,6 @@ class Machine:
         """
         return self.five_axis.inverse(tip, axis, tool_length)
 
-    def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Pose of joint values: ``(tip, axis, ok)``, shapes and frames as in :meth:`inverse`."""
         return self.five_axis.forward(q, tool_length)

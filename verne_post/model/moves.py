@@ -13,10 +13,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
 from verne_post.model.part_setup import Vector9
-
-Array = NDArray[np.float64]
 
 AXES: Final = "XYZABCUVW"
 ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -9,13 +9,10 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -46,7 +43,7 @@ class Margin:
 class PoseFunction(Protocol):
     """Evaluates the geometry of a contour."""
 
-    def __call__(self, contour: Contour, element: NDArray[np.integer], w: Array) -> tuple[Array, Array]:
+    def __call__(self, contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
         """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of elements (n,)."""
 
 
@@ -61,17 +58,17 @@ class JointFunctions(Protocol):
     def pose(self) -> PoseFunction:
         """Tip and angles along a contour."""
 
-    def q(self, element: NDArray[np.integer], w: Array) -> Array:
+    def q(self, element: Ints, w: Array) -> Array:
         """Joints (n, n_joints) at parameter w (n,) of elements (n,)."""
 
-    def speed_cap(self, element: NDArray[np.integer], w: Array) -> Array:
+    def speed_cap(self, element: Ints, w: Array) -> Array:
         """Feed cap: largest ds/dt (n,) that the feed rate allows, mm/s; infinite for rapids."""
 
 
 class SpeedFunction(Protocol):
     """The feed cap along a contour."""
 
-    def __call__(self, contour: Contour, element: NDArray[np.integer], w: Array) -> Array:
+    def __call__(self, contour: Contour, element: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) at parameter w (n,) of elements (n,)."""
 
 
@@ -211,7 +208,7 @@ class Pose:
     tip: Array
     angles: Array
     tool_length: Array
-    segment: NDArray[np.integer] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    segment: Ints = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
 
 class ClearanceModel(Protocol):

@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, blocks
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 
@@ -124,7 +124,7 @@ class ToolPath:
     arcs: ArcSegments
     circle: Ints
     circles: GreatCircles
-    free: NDArray[np.bool_]
+    free: Mask
     joints: Array
     joint: Ints
     move: Ints

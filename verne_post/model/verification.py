@@ -3,11 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
-
-Array = NDArray[np.float64]
 
 
 @dataclass

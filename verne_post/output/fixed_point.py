@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array, Mask
 
 #: A number rounded to its decimals, times their power of ten, is off the whole number by less than this share: two roundings
 #: to a double, and one that the number may have from being a multiple itself.
@@ -33,7 +33,7 @@ def format_rows(table: Iterable[NDArray[Any]], decimals: Sequence[int], separato
     return text[shown].tobytes().decode("ascii")
 
 
-def _cells(numbers: Array, decimals: int, end: str) -> tuple[NDArray[np.uint8], NDArray[np.bool_]] | None:
+def _cells(numbers: Array, decimals: int, end: str) -> tuple[NDArray[np.uint8], Mask] | None:
     """Characters of a column, right-aligned, and which of them are shown, each (n, width); None where numbers are not whole."""
     with np.errstate(over="ignore", invalid="ignore"):
         scaled = numbers * 10.0**decimals

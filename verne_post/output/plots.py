@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.workspace import Reach, classify
 from verne_post.model.machine import Machine
@@ -15,7 +15,6 @@ from verne_post.model.protocols import IsoAlpha
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 #: Formats of pictures, by the suffix of the file.
 SUFFIXES: Final = (".png", ".svg")

@@ -5,15 +5,13 @@ from decimal import Decimal
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROUNDING_MM, ROUNDING_RAD, ROUNDING_SHARES
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column, Machine
 from verne_post.model.setpoints import SetpointFormat
-
-Array = NDArray[np.float64]
 
 #: A double near 1000 has 13 decimals; beyond 12 the digits would be noise.
 MAX_DECIMALS: Final = 12

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import GrowingTable, blocks
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-
-Array = NDArray[np.float64]
 
 #: Rows handed to a writer at a time.
 CHUNK_ROWS = 8192

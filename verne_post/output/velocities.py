@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.output.spool import WrittenRows
-
-Array = NDArray[np.float64]
 
 
 def velocities_at(rows: WrittenRows, at: NDArray[np.intp]) -> Array:

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.kinematics.workspace import classify
 from verne_post.model.findings import Finding
@@ -21,8 +21,6 @@ from verne_post.model.summary import Summary
 from verne_post.output.findings import text_line
 from verne_post.output.summary import paragraph
 from verne_post.report.table import Study
-
-Array = NDArray[np.float64]
 
 #: Digits after the point that a screen can show, by what is drawn.
 _DIGITS: Final = 4

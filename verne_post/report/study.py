@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import convert_source
 from verne_post.app.result import Progress, Result, refused
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, running_sums
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
@@ -24,10 +25,6 @@ from verne_post.model.protocols import Drawable
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.report.table import Curve, Study, Trail
 from verne_post.toolpath.margins import margin_functions
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
 #: shows, and no stretch is longer than a thousandth of the program (or a cycle).

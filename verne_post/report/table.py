@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import Finding
 from verne_post.model.summary import Summary
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +40,8 @@ class Trail:
         As in :class:`Study`.
     """
 
-    frame: NDArray[np.integer]
-    line: NDArray[np.integer]
+    frame: Ints
+    line: Ints
     tip: Array
     speed: Array
     margin: Array

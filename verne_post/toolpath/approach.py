@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
@@ -23,7 +23,6 @@ from verne_post.toolpath.contour_pose import contour_pose
 from verne_post.toolpath.elements import find_feeds
 from verne_post.toolpath.splice import Step, join_paths, rapid_segments, retract_pose, slice_path
 
-Array = NDArray[np.float64]
 Place = str | tuple[float, ...]
 
 #: An approach to the middle of a program feeds over this last part of its plunge, mm: material may stand there.

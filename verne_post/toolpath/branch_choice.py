@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
@@ -13,8 +14,6 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
 from verne_post.toolpath.evaluate import pose
-
-Array = NDArray[np.float64]
 
 
 def choose_branches(
@@ -33,7 +32,7 @@ def choose_branches(
     planned: list[NDArray[np.int32]] = []  # the move of each planned segment: some may have no length in the end
 
     def plan_path(path: ToolPath) -> tuple[Array, Array] | None:
-        def legal(segment: NDArray[np.integer], u: Array, angles: Array) -> NDArray[np.bool_]:
+        def legal(segment: Ints, u: Array, angles: Array) -> Mask:
             tip, _angles = pose(path, segment, u)
             q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
             with np.errstate(invalid="ignore"):

@@ -16,15 +16,12 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import blocks
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, TRAVEL_STEP, ZERO_ANGLE
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.evaluate import pose
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Turns of C that a free span may be away from where it would continue, where C is unlimited; and as many more as C
 #: winds up along the path, up to a bound: the work grows with their square.
@@ -38,7 +35,7 @@ CHUNK_SEGMENTS: Final = 2048
 MAX_SPANS: Final = 20_000
 
 #: Are poses possible? (segment (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
-Legal = Callable[[NDArray[np.integer], Array, Array], Mask]
+Legal = Callable[[Ints, Array, Array], Mask]
 
 
 @dataclass(frozen=True)
@@ -181,7 +178,7 @@ def _check_branch(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
     return np.concatenate([np.empty(0, dtype=bool), *(_check_segments(path, legal, branch, rows) for rows in chunks)])
 
 
-def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: NDArray[np.integer]) -> Mask:
+def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: Ints) -> Mask:
     segment, u = np.repeat(rows, len(TRIED)), np.tile(TRIED, len(rows))
     _tip, angles = pose(path, segment, u)
     return np.asarray(legal(segment, u, branch.of(angles)).reshape(len(rows), -1).all(axis=1))

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import GrowingTable, blocks
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import (
@@ -21,9 +22,6 @@ from verne_post.model.moves import Frame, MoveKind, Moves
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, ToolPath, sections_at
 from verne_post.toolpath.segments import PlacedMoves, make_segments
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Columns of the arcs and great circles of a tool path.
 _ARCS: Final = {

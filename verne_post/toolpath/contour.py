@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves
@@ -18,7 +18,6 @@ from verne_post.toolpath.rounding import RoundedSegments, round_corners
 
 __all__ = ["Smoothing", "make_exact_contour", "smooth_contour"]
 
-Array = NDArray[np.float64]
 
 #: Columns of a contour for every element and every segment, as they are made block by block.
 _ELEMENTS: Final = {

@@ -4,16 +4,12 @@ Every row and every point that is planned or checked is evaluated here, a few th
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_sum
 from verne_post.model.contour import Contour
 from verne_post.toolpath.corners import displacement, displacement_slope
 from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinates
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 
 def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:

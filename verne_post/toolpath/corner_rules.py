@@ -3,16 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.model.moves import Moves, PathMode
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.blend import find_tangents
 from verne_post.toolpath.corners import REVERSAL
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -15,16 +15,12 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.model.contour import Corners
 from verne_post.toolpath.metric import ROTARY_METRIC_MM
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 #: G(0): distance from the corner over |bend| reach.
 APEX: Final = 5.0 / 32.0

@@ -7,15 +7,12 @@ part. With a vertical tool C turns where it stands: the tip keeps its place on t
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branches import Change
 from verne_post.toolpath.splice import Step, join_paths, rapid_segments, retract_pose, slice_path
-
-Array = NDArray[np.float64]
 
 
 def add_detours(path: ToolPath, changes: Sequence[Change], machine: Machine) -> ToolPath:

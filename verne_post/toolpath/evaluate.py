@@ -3,13 +3,10 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import wrap_angle
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 
 def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:

@@ -11,17 +11,14 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.base.rows import row_norm
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules, limit_fairing
 from verne_post.toolpath.corners import NEIGHBOURS, find_reversals, find_slopes
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for blending corners.
 FAIRING_SHARE: Final = 0.35

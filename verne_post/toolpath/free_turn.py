@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.ragged import ragged
 from verne_post.base.tolerances import MARGIN_GAIN, POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import InputError, finding
@@ -19,8 +20,6 @@ from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
 from verne_post.toolpath.margins import Margins, margin_functions
-
-Array = NDArray[np.float64]
 
 #: Candidates of the first round, rad apart.
 COARSE: Final = np.radians(5.0)

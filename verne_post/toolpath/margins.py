@@ -8,11 +8,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.model.machine import Machine
-
-Array = NDArray[np.float64]
 
 #: Margins (m, k) of poses: tips (m, 3), nominal angles (m, 2), tool lengths (m,); below any number where unreachable.
 Margins = Callable[[Array, Array, Array], Array]

@@ -3,9 +3,8 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array
 
 #: Millimetres of path that one radian of rotation counts for: a typical distance of the tip from the axes of the table,
 #: so that pure rotations have a length too.

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm
 from verne_post.model.contour import Corners
 from verne_post.model.toolpath import ToolPath
@@ -13,10 +13,6 @@ from verne_post.toolpath import corners as blends
 from verne_post.toolpath.blend import find_curves
 from verne_post.toolpath.corner_rules import CornerRules
 from verne_post.toolpath.elements import measure_rotation, split_into_elements
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
@@ -16,8 +17,6 @@ from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind
 from verne_post.toolpath.evaluate import arc_derivatives
 from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
 #: Normal of the planes XY, ZX, YZ in program coordinates.

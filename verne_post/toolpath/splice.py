@@ -7,13 +7,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
 from verne_post.model.toolpath import SegmentKind, ToolPath, sections_at
 from verne_post.toolpath.metric import metric_length
-
-Array = NDArray[np.float64]
 
 #: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
 _COLUMNS: Final = (

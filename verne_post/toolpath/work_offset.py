@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import ragged
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
@@ -19,9 +20,6 @@ from verne_post.model.machine import Limits, Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import coordinates
 from verne_post.toolpath.margins import margin_functions
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: What may change, in the order of a place; and decimals of what is proposed, mm and degrees.
 COORDINATES: Final = "xyzc"

@@ -3,8 +3,8 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
@@ -13,10 +13,6 @@ from verne_post.verification.collector import FindingCollector
 from verne_post.verification.projection import RADIAN_MM, lengths_to, programmed_pose, tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 #: Where a segment between two rows is looked at, as shares of what the step passes; no multiples of a turn, for arcs of
 #: several.

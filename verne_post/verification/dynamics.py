@@ -3,15 +3,12 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, LIMIT_SLACK, LIMIT_SLACK_MM, VELOCITY_RATIO
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.reference import DERIVATIVES, Reference
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Rows at rest that stand before the first row and after the last one: as many as a third difference needs.
 _REST_ROWS: Final = 3

@@ -3,17 +3,14 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import FEED_RATIO
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.projection import RADIAN_MM
 from verne_post.verification.reference import DERIVATIVES, Reference
 from verne_post.verification.rows import MeasuredRows
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: The feed is checked over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)

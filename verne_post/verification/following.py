@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import STANDING_JOINT
 
-Array = NDArray[np.float64]
-Forward = Callable[[Array, Array], tuple[Array, Array, NDArray[np.bool_]]]
+Forward = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 #: Delays that are tried, in rows, where the log may begin late or lag.
 MOST_DELAY: Final = 2000

@@ -6,16 +6,12 @@ An *item* is a segment or a dwell; a *group* are neighbouring items of one sourc
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

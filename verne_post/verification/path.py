@@ -1,16 +1,14 @@
 """The path: how far tip, tool axis and rotary angle of each row are from the programmed segment."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.projection import deviation, deviation_nearby
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
-
-Array = NDArray[np.float64]
 
 
 class PathCheck:

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Weight of a radian against a millimetre in the projection.
 RADIAN_MM: Final = 50.0
@@ -51,7 +48,7 @@ class Measured:
         return Measured(self.q[rows], self.tip[rows], self.angles[rows])
 
 
-def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
     """Parameter u of the nearest point of the segment, not limited to [0, 1].
 
     Parameters
@@ -85,7 +82,7 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArra
     return u
 
 
-def _first_rows(rows: Ints, fresh: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _first_rows(rows: Ints, fresh: Mask) -> Mask:
     """First rows of segments among a selection: marked, or after a gap in the selection."""
     return fresh[rows] | (np.diff(rows, prepend=rows[0]) > 1)
 
@@ -94,7 +91,7 @@ def _joint_weight(n_joints: int) -> Array:
     return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
 
 
-def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: NDArray[np.bool_], u_before: float) -> Array:
+def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
     """As :func:`unwrapped_u`, on arcs."""
     arcs, row = path.arcs, path.arc[segment]
     away = measured.tip - arcs.center[row]

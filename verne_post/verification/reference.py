@@ -4,16 +4,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import PATH_TIP_MM, ROUNDING_SHARES, SHARE_ROUNDING
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.toolpath import ToolPath
 from verne_post.verification.items import Items, SegmentMeasures, items_of, segment_measures
-
-Array = NDArray[np.float64]
 
 #: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per radian of
 #: a table angle's. Half a unit in each actuator moves the tip by at most 1.5 units on the VERNE, 1.6 on the linear delta and

@@ -9,17 +9,14 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.verification.projection import RADIAN_MM, Measured, tool_axis, unwrapped_u
 from verne_post.verification.reference import Reference
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 Forward = Callable[[Array, Array], tuple[Array, Array, Mask]]
 
 #: Rows looked at together when several segments share a source line.

@@ -8,15 +8,13 @@ points that carry it move: that is what makes verdicts between samples certain (
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles, rotate_x
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Bodies
 from verne_post.model.protocols import Margin, Pose, RodModule
-
-Array = NDArray[np.float64]
 
 #: Ternary steps on a convex distance along a line segment: the bracket ends at (2/3)^60 of it.
 CONVEX_STEPS: Final = 60

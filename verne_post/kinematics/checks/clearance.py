@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.arrays import Array, Mask
 from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, chunk_elements, cover_elements
 from verne_post.kinematics.checks.limits import JointBounds, check_limits
 from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
@@ -19,9 +19,6 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel
 from verne_post.model.toolpath import SegmentKind
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: A span is halved at most this often: then its points move by a nanometre or less, and what is seen is what is.
 MAX_DEPTH: Final = 24

@@ -5,15 +5,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import blocks
 from verne_post.base.ragged import ragged
 from verne_post.model.contour import Contour
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Elements, and first spans, checked at a time.
 CHUNK: Final = 2048
@@ -50,11 +47,11 @@ class Spans:
         w = self.low + spans.WITH_ENDS[:, None] * (self.high - self.low)
         return np.broadcast_to(self.element, w.shape), w
 
-    def take(self, which: slice | Ints | NDArray[np.bool_]) -> "Spans":
+    def take(self, which: slice | Ints | Mask) -> "Spans":
         """Some of the spans."""
         return Spans(self.element[which], self.low[which], self.high[which], self.depth[which])
 
-    def halve(self, which: NDArray[np.bool_]) -> "Spans":
+    def halve(self, which: Mask) -> "Spans":
         """Both halves of some of the spans: all lower ones, then all upper ones."""
         part = self.take(np.flatnonzero(which))
         middle = 0.5 * (part.low + part.high)

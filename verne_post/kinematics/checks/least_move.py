@@ -9,15 +9,12 @@ from itertools import product
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.line_measures import grid, is_solvable, measure, shift_line
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Decimals of a proposed move, mm: a micrometre.
 SHIFT_DECIMALS: Final = 3

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.rows import row_max
@@ -34,10 +34,6 @@ from verne_post.kinematics.checks.violations import (
 )
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.findings import Finding
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 #: Derivatives are not taken over less than this: the third one of a joint that is exact to 1e-13 mm is then exact
 #: to 1e-7 per mm2, far below what any motion profile notices.

@@ -4,17 +4,14 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import clearance_checks, clearances
 from verne_post.kinematics.checks.violations import Check, machine_checks
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.contour import Contour
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Samples of an element among which the worst place is sought first; 64 parts of a line bring the grid's own error
 #: below the reserves.

@@ -9,8 +9,8 @@ from itertools import product
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_start
@@ -19,8 +19,6 @@ from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.toolpath import SegmentKind
-
-Array = NDArray[np.float64]
 
 #: Each of these refinements around the worst sample narrows the place by 32.
 ZOOMS: Final = 5

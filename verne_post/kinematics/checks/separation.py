@@ -13,9 +13,8 @@ they overlap, the best of the directions of faces, axis and edges counts.
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array
 
 #: Points are sought until the distance they have is no more than this above the gap, mm, and no longer than so many steps.
 SURE_MM: Final = 1e-7

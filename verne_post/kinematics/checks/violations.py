@@ -5,17 +5,14 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.codes import CODES
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Severity
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Why a pose has no solution, by finding code; other codes say what they mean in general.
 _UNREACHABLE: Final = {

@@ -16,8 +16,8 @@ from itertools import product
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.modules.solutions import (
     ForwardSolution,
@@ -28,9 +28,6 @@ from verne_post.kinematics.modules.solutions import (
     upright_position,
 )
 from verne_post.model.protocols import Margin
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _BEYOND = "beyond a parallel singularity: the platform is not below the plane of the slider joints"
 

@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution, triple, upright_position
 from verne_post.model.protocols import Margin
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _UPRIGHT = np.array([1.0, -1.0, -1.0])
 

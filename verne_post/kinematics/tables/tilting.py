@@ -9,14 +9,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z, wrap_angle
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.output.file_format import FileFormat
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 from verne_post.output.velocities import velocities_at
-
-Array = NDArray[np.float64]
 
 #: Cycles from knot to knot that are tried, the longest first.
 KNOT_CYCLES: Final = (50, 20, 10, 5, 2, 1)

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import ragged
 from verne_post.kinematics.modules.solutions import ForwardSolution, triple
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -22,9 +23,7 @@ from verne_post.kinematics.modules.verne.rods import (
     rod_residuals,
 )
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 #: Two poses closer than this (over a rod; alpha in rad) are one: far above rounding, far below any two modes.
 SAME_POSE: Final = 1e-7

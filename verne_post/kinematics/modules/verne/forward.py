@@ -3,14 +3,11 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import NEWTON_STEP, ROD_RESIDUAL_MM2
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.rods import leg_drops, rod_residuals
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK: Final = 4096

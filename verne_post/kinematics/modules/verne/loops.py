@@ -6,11 +6,9 @@ What an identification needs; the product's path never asks for derivatives by a
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.verne.rods import SIDE, SLIDER, vectors
-
-Array = NDArray[np.float64]
 
 #: The lengths in the order of [module]; offsets may have either sign, the others are positive.
 LENGTHS: Final = ("leg1_x_offset", "R1", "r1", "L1", "leg23_x_offset", "R2", "r4", "L2", "L3")

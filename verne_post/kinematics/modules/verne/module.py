@@ -8,16 +8,14 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins
 from verne_post.kinematics.modules.verne import assembly_modes, loops, rods, working_modes
 from verne_post.kinematics.modules.verne.forward import solve_forward
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.inverse import explain_unreachable, solve_inverse, solve_inverse_coupled
 from verne_post.model.protocols import Margin
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

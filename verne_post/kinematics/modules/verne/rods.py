@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
-
-Array = NDArray[np.float64]
 
 #: Slider of each rod equation, and the side of the platform (sign of y of its attachment at alpha = 0).
 SLIDER: Final = np.array([0, 0, 1, 2])
