@@ -100,6 +100,27 @@ def test_the_tool_table_has_the_diameter(view):
     assert moves.end[1, :2].tolist() == [0.0, 3.0]
 
 
+def test_a_negative_diameter_changes_the_side_and_none_stays_on_the_contour(view):
+    def ends(code):
+        moves, findings = view(f"F9 G0 X-10\n{code}\nG1 X0\nX10\nG3 X10 Y20 J10\nG1 Y9\nG40 G0 Z5\nM2", dialect="rs274")
+        assert findings == ()
+        return moves.end[:, :3].tolist()
+
+    assert ends("G42.1 D-4") == ends("G41.1 D4")
+    assert ends("G41.1 D0") == [[-10, 0, 0], [0, 0, 0], [10, 0, 0], [10, 20, 0], [10, 9, 0], [10, 9, 5]]
+
+
+def test_an_arc_that_touches_the_offset_line_is_reached_however_its_numbers_round(view):
+    # the offset circle (radius 15 about 0, 0) touches the offset line X15; a 9th decimal makes them miss each other
+    for y in (-17.320508075, -17.320508076):
+        moves, findings = view(
+            f"F9 G0 X10 Y40\nG41.1 D10\nG1 Y0\nY{y}\nG3 X-10 Y17.320508076 I-10 J{-y}\nG40\nG1 X-50\nM2",
+            dialect="rs274",
+        )
+        assert findings == ()
+        assert moves.end[2, :2] == pytest.approx([15.0, 0.0], abs=1e-3)
+
+
 def test_moves_off_the_plane_follow_their_amended_corner(view):
     moves, _ = view("F9 G0 X-10\nG41.1 D4\nG1 X0\nX10\nZ-3\nY10\nG40 G0 Z5\nM2", dialect="rs274")
     assert moves.end[2:5, :3].round(9).tolist() == [[8, 2, 0], [8, 2, -3], [8, 10, -3]]

@@ -139,7 +139,8 @@ def test_a_series_does_not_go_on_in_another_unit(view, units, words):
 
 
 @pytest.mark.parametrize(
-    ("words", "legal"), [("G91 X1 Z-2 R1", False), ("G98 X1 Z-2 R1", False), ("X1", True), ("X1 R2", True)]
+    ("words", "legal"),
+    [("G91 X1 Z-2 R1", False), ("G98 X1 Z-2 R1", False), ("X1", True), ("X1 R2", True), ("X1 R.5 Z-1", False)],
 )
 def test_the_level_of_another_unit_stays_unknown_when_lengths_are_given_again(view, words, legal):
     found = view(f"F9 G0 Z6\nG81 Z-3 R1\nG20\nG99 Z-2 R1 X0\n{words}\nM2", dialect="rs274")[1]

@@ -95,6 +95,7 @@ def test_a_new_file_is_a_new_dialect(tmp_path):
     ("/2 G0 X1\n:77\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
     ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"), ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
     ("#100=4.\n#101=#100*2+1\nG0X#101Y-#100", "G0 X9 Y-4"), ("G15 G50 G67 G40 G49 G80 G69\nG0 X1", "G40 G49 G80\nG0 X1"),
+    ("T1 M6\nG0 X-9 F9\nG41 G1 X0 D0\nX9\nY9", "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9"),
 ])  # fmt: skip
 def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
     first, errors = view(f"%\nO1\n{fanuc}\nM30\n%", dialect="fanuc")
@@ -116,6 +117,7 @@ def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
     ("G10 L11 P1 R3", "VP002", "L11"), ("G68.2 X0 P1", "VP006", "does not use P"), ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
     ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
     ("G4 P1.5", "VP007", "whole"), ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"), ("G1 X1 ,C5", "VP001", ","),
+    ("G41 X1", "VP005", "needs D"),
 ])  # fmt: skip
 def test_what_fanuc_has_and_we_do_not_is_an_error(view, line, code, part):
     found = view(f"%\nO1\nG0 X0 Y0 Z5 F100\n{line}\nM30\n%", dialect="fanuc")[1]

@@ -38,9 +38,11 @@ o1 endwhile"""
     assert xs(view, inner) == [1, 2, 4, 5]
 
 
-def test_branches_not_taken_are_not_read(view):
-    program = "#1=2\no1 if [#1 EQ 1]\nG0 X[1/0]\no1 elseif [#1 EQ 2]\nG0 X2\no1 elseif [1/0]\n!?\no1 else\n(\no1 endif"
-    assert xs(view, program) == [2]
+def test_branches_not_taken_are_not_executed(view):
+    program = "#1=2\no1 if [#1 EQ 1]\nG0 X[1/0]\no1 elseif [#1 EQ 2]\nG0 X2\no1 elseif [{}]\n!?\no1 else\n(\no1 endif"
+    assert xs(view, program.format(1)) == [2]
+    found = view(program.format("1/0") + "\nM2", dialect="rs274")[1]  # conditions are evaluated, as LinuxCNC does
+    assert [(item.code, item.line, item.column) for item in found] == [("VP007", 6, 13)]
     assert xs(view, "o1 if [0]\nG0 X1\no1 else\nG0 X3\no1 endif") == [3]
     assert xs(view, "o1 if [0]\nG0 X1\no1 endif\nG0 X4") == [4]
 

@@ -105,10 +105,6 @@ def test_m72_brings_the_spindle_back_where_everybody_sees_it(view):
     assert moves.spindle.tolist() == [1000.0]
 
 
-def test_a_tool_without_width_is_not_compensated(view):
-    assert codes(view, "F9 G0 X0\nG41.1 D0\nG1 X20\nX10\nM2") == [("VP007", 2)]
-
-
 def test_many_holes_are_bounded(view):
     assert view("F9 G0 Z9\nG81 X0 Y0 Z-1 R1 L10000\nM2", dialect="rs274")[1] == ()
     program = "F9 G0 Z9\n" + "G81 X0 Y0 Z-1 R1 L10000\n" * 300 + "M2"

@@ -23,8 +23,6 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from comparison import (
-    CLOSE,
-    CLOSE_CORNERS,
     find_differences,
     find_silent_differences,
     interpret_here,
@@ -127,7 +125,7 @@ def _rounded_alike(fine: tuple, coarse: tuple) -> bool:
     """Equal within half of the fourth decimal, of an inch where it is greatest; sweeps follow from the rest."""
     if fine[0] not in ("rapid", "feed", "arc", "dwell"):
         return fine == coarse
-    numbers = [[*step[1], *(value for value in step[2:6])] for step in (fine, coarse)]
+    numbers = [[*step[1], *(value for value in step[2:6] if value is not None)] for step in (fine, coarse)]
     return fine[0] == coarse[0] and near(*numbers, close=25.4 * 0.6e-4)
 
 
@@ -160,9 +158,7 @@ def _survey(folders: list[str]) -> int:
             program = text.decode("utf-8", errors="replace")
             here = interpret_here(program, tools=tools, subroutines=subroutines, max_repeats=10**7)
             theirs = server.answer_of_file(plain)
-            found = find_silent_differences(
-                program, here, theirs, CLOSE_CORNERS if re.search("(?i)g4[12]", program) else CLOSE
-            )
+            found = find_silent_differences(program, here, theirs)
             verdict = _verdict(here, theirs, found)
             if found and path.name in DELIBERATE:
                 verdict, found = "differ on purpose", [DELIBERATE[path.name]]

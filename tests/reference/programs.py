@@ -6,13 +6,13 @@ Each kind asks one thing of the language and leaves out what docs/gcode.md lists
 import random
 
 from programs_of_flow import block_delete, calls, expressions, flow, machine_events, modal, nesting, saved_modes
-from programs_of_motion import compensation, cycles, cycles_across, polar, radius_arcs, rotated
+from programs_of_motion import circles, compensation, cycles, cycles_across, polar, radius_arcs, rotated
 
 KINDS = {
     kind.__name__: kind
     for kind in (
         expressions, cycles, flow, compensation, modal, polar, cycles_across, rotated, calls, radius_arcs, nesting, machine_events, saved_modes,
-        block_delete,
+        block_delete, circles,
     )
 }  # fmt: skip
 

@@ -20,6 +20,10 @@ def _expression(rng: random.Random, depth: int = 0) -> str:
             ["+", "-", "*", "/", "**", " MOD ", " GT ", " LT ", " AND ", " OR ", " XOR ", " GE ", " LE "]
         )
         return f"[{_expression(rng, depth + 1)}{operator}{_expression(rng, depth + 1)}]"
+    if kind < 0.73:
+        return (
+            f"EXISTS[#{rng.choice([rng.randint(-2, 9), rng.randint(5595, 5605), '<a>', '<b>', '<_x>', '#1', '[1+2]'])}]"
+        )
     name = rng.choice(["ABS", "SIN", "COS", "TAN", "FIX", "FUP", "ROUND", "SQRT", "EXP", "LN", "ASIN", "ACOS", "ATAN"])
     inner = f"{name}[{_expression(rng, depth + 1)}]"
     return f"{inner}/[{_expression(rng, depth + 1)}]" if name == "ATAN" else inner
@@ -38,7 +42,7 @@ def flow(rng: random.Random) -> list[str]:
     body = [f"#1=[#1+{rng.randint(1, 3)}]", "G0 X#1", "(DEBUG,#1)"]
     return rng.choice([
         ["#1=0", f"o1 while [#1 LT {rng.randint(0, 9)}]", *body, "o2 if [#1 GT 4]", rng.choice(["o1 break", "o1 continue", "G0 Y#1"]),
-         "o2 elseif [#1 EQ 3]", "G0 Z#1", "o2 else", "G0 A#1", "o2 endif", "o1 endwhile"],
+         f"o2 elseif [{rng.choice(['#1 EQ 3', '#1 EQ 3', '6/[#1-2] GT 1', '#<none>'])}]", "G0 Z#1", "o2 else", "G0 A#1", "o2 endif", "o1 endwhile"],
         ["#1=0", "o1 do", *body, f"o1 while [#1 LT {rng.randint(0, 6)}]"],
         ["#1=0", f"o7 repeat [{rng.uniform(-1, 4):.2f}]", *body, "o7 endrepeat"],
         ["o<S> sub", "G0 X#1 Y#2 Z#30", "#1=99 #31=[#31+1] #<l>=5", f"o<s> {rng.choice(['endsub', 'endsub [#1+1]'])}", "#1=3",
@@ -172,7 +176,7 @@ def machine_events(rng: random.Random) -> list[str]:
         "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M50 P0", "M50", "M53 P0", "G4 P.5",
         "G0 X1", "G1 Y2", "G1 Z1 M8 S250", "M3 M8 G0 X5 S120", "M5 M9 G1 X2", "M6 T1 M3 S90 G0 X3", "M3 M0 G4 P1 S50", "F200 G1 X1", "X7",
         "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1",  "G94 F100",
-        "G93 G1 X[ABS[#5420]+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
+        "M70 M3", "M5 M72", "M70 S60 M8 G0 X2", "G93 G1 X[ABS[#5420]+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
     ]  # fmt: skip
     return ["M70", *rng.choices(pool, k=rng.randint(4, 14))]
 

@@ -53,7 +53,12 @@ def compensation(rng: random.Random) -> list[str]:
     """A contour of straight moves and arcs beside which the tool goes, with corners of 30 degrees and more."""
     heading, x, y = math.radians(rng.randint(0, 359)), 0.0, 0.0
     lines = [rng.choice(["G17", "G17", "G20"]), f"G0 X{-50 * math.cos(heading):.9f} Y{-50 * math.sin(heading):.9f}"]
-    lines += [f"{rng.choice(['G41.1', 'G42.1'])} D{rng.randint(1, 8)}", "G1 X0 Y0"]
+    side = rng.choice(["G41", "G42"])
+    lines += rng.choice([
+        [f"{side}.1 D{rng.randint(1, 8)}"], [f"{side}.1 D{rng.randint(-8, 0)}"], [f"{side} D{rng.randint(1, 2)}"],
+        [f"T{rng.randint(1, 2)} M6", f"{side}{rng.choice(['', ' D0', ' D1', ' D2'])}"],
+    ])  # fmt: skip
+    lines.append("G1 X0 Y0")
     for _ in range(rng.randint(1, 7)):
         heading += math.radians(rng.choice([-120, -90, -60, -30, 30, 60, 90, 120]))
         c, s = math.cos(heading), math.sin(heading)
@@ -146,6 +151,36 @@ def rotated(rng: random.Random) -> list[str]:
         if "G53" in lines[-1]:
             lines.insert(-1, "G90")
     return [*lines, "G90", "G0 X1 Y2 Z3"]
+
+
+def circles(rng: random.Random) -> list[str]:
+    """Arcs by their centre: full circles with and without end points, with modal codes, in every plane and both centre modes."""
+    plane, first, second, normal = rng.choice([("G17", "X", "Y", "Z"), ("G18", "Z", "X", "Y"), ("G19", "Y", "Z", "X")])
+    centre = {"X": "I", "Y": "J", "Z": "K"}
+    lines = [
+        plane,
+        rng.choice(["G20", "G21"]),
+        f"G0 {first}{number(rng)} {second}{number(rng)}",
+        rng.choice(["G2", "G3"]) + f" {centre[first]}5 P1",
+    ]
+    for _ in range(rng.randint(2, 8)):
+        one, other = f"{centre[first]}{number(rng)}", f"{centre[second]}{number(rng)}"
+        words = rng.choice(
+            [
+                one,
+                other,
+                f"{one} {other}",
+                f"{one} {normal}{number(rng)}",
+                f"{other} A{rng.randint(0, 90)}",
+                f"{one} P{rng.randint(1, 3)}",
+            ]
+        )
+        lines.append(rng.choice([
+            words, words, words, f"{rng.choice(['G2', 'G3', 'G2'])} {words}", f"{words} {rng.choice(['G91', 'G90', 'M8', 'G4 P1', 'F200', 'G54', 'G91.1'])}",
+            f"{rng.choice(['G90', 'G91'])} {one} {other}", f"G90.1 {one} {other}\nG91.1 {words}", f"G1 {normal}1\nG2 {words}",
+            f"G90 {first}[#542{'XYZ'.index(first)}+2] {centre[first]}1", f"G0 X1 Y1\nG3 {words}", "G91.1" if rng.random() < 0.8 else f"{centre[normal]}3",
+        ]))  # fmt: skip
+    return lines
 
 
 def radius_arcs(rng: random.Random) -> list[str]:

@@ -238,7 +238,7 @@ def _tool_table(folder: str | Path, tools: Mapping[int, Tool]) -> Path:
     path = Path(folder, "t.tbl")
     path.write_text(
         "".join(
-            f"T{t.number} P{t.pocket} Z{t.offset[2] / 25.4:.12f} D{t.diameter / 25.4:.12f} ;\n" for t in tools.values()
+            f"T{t.number} P{t.pocket} Z{t.offset[2] / 25.4:.17g} D{t.diameter / 25.4:.17g} ;\n" for t in tools.values()
         )
     )
     return path

@@ -70,10 +70,9 @@ RS274: Final = CodeTable(
         "signals": (62, 63, 64, 65, 66, 67, 68),
         "stopping": (0, 1, 2, 30, 60),
         "tool change": (6, 61),
-        "spindle": (3, 4, 5, 19),
+        "spindle": (3, 4, 5, 19, 70, 71, 72, 73),
         "coolant": (7, 8, 9),
         "override": (48, 49, 50, 51, 52, 53),
-        "saved state": (70, 71, 72, 73),
         "subprograms": (98, 99),
     },
     refused_g={

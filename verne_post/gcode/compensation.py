@@ -44,7 +44,7 @@ class Compensation:
         410, 411, 420 or 421.
     plane : int
     radius : float
-        mm, positive to the left of the contour.
+        mm, positive to the left of the contour; 0: on it.
     segment : Offset or None
         The path segment whose end may still be amended; None before the entry move.
     rows : list of int
@@ -131,7 +131,7 @@ class Compensation:
         cross, dot = t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1]
         turn = math.atan2(cross, dot)
         target = self._beside(corner, t2)
-        if abs(turn) <= CORNER_ANGLE:
+        if abs(turn) <= CORNER_ANGLE or self.radius == 0.0:
             return target
         if turn * self.radius < 0 or abs(turn) >= math.pi - CORNER_ANGLE:
             self._round_corner(recorder, feed, corner, target, turn)
@@ -236,14 +236,15 @@ def _line_and_circle(line: tuple[Point, Point], center: Point, radius: float) ->
     wu, wv = u - center[0], v - center[1]
     half = wu * du + wv * dv
     root = half * half - (wu * wu + wv * wv - radius * radius)
-    if root < 0:
+    if root < -2.0 * radius * CORNER_REACH_MM:  # farther apart than rounding moves a line that touches the circle
         return []
-    return [(u + s * du, v + s * dv) for s in (-half - math.sqrt(root), -half + math.sqrt(root))]
+    root = math.sqrt(max(root, 0.0))
+    return [(u + s * du, v + s * dv) for s in (-half - root, -half + root)]
 
 
 def _two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
     distance = math.dist(c1, c2)
-    if not abs(r1 - r2) <= distance <= r1 + r2 or distance == 0.0:
+    if not abs(r1 - r2) - CORNER_REACH_MM <= distance <= r1 + r2 + CORNER_REACH_MM or distance == 0.0:
         return []
     along = (distance**2 + r1**2 - r2**2) / (2 * distance)
     height = math.sqrt(max(r1**2 - along**2, 0.0))

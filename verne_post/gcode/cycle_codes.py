@@ -93,7 +93,11 @@ class CycleCodes(MotionCodes):
         series = state.cycle if state.cycle is not None and state.cycle.normal == normal else None
         if series is not None:
             lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
-            level = series.start_inch != state.inch and (state.initial_level or not state.absolute)
+            level = series.start_inch != state.inch and (
+                state.initial_level
+                or not state.absolute
+                or series.start < self._length(block.words.get("R", here)) < here
+            )
             if level or (before is not None and before.inch != state.inch and not lengths <= set(block.words)):
                 raise BlockError(
                     "VP017", f"{name} after a change of units among the cycles: kept lengths, and the level where they began, would be "

@@ -50,8 +50,8 @@ class Values(Protocol):
     def value(self, key: Key) -> float:
         """Value of a parameter; raises BlockError (VP025) for one that has none."""
 
-    def exists(self, name: str) -> bool:
-        """True for a named parameter that has a value."""
+    def exists(self, key: Key) -> bool:
+        """True for a named parameter that has a value, and for a number that parameters have."""
 
 
 def shown_key(key: Key) -> str:
@@ -227,11 +227,15 @@ class ValueReader:
             return math.inf
 
     def _exists(self) -> float:
-        match = re.match(r"\[#<([^<>]+)>\]", self.characters[self.at :])
-        if match is None or self.values is None:
-            raise self.error("VP001", "EXISTS takes a named parameter: EXISTS[#<name>]", self.at)
-        self.at += match.end()
-        return float(self.values.exists(match.group(1).lower()))
+        begin = self.at
+        if self.values is None or not self.characters.startswith("[#", begin):
+            raise self.error("VP001", "EXISTS takes a parameter: EXISTS[#<name>] or EXISTS[#1]", begin)
+        self.at += 2
+        key = self.read_key()
+        if self.characters[self.at : self.at + 1] != "]":
+            raise self.error("VP001", "EXISTS takes one parameter; expected ']'", self.at)
+        self.at += 1
+        return float(self.values.exists(key))
 
 
 def _round(value: float) -> float:

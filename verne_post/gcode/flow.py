@@ -118,23 +118,35 @@ class Flow:
         elif o.keyword == "if":
             self._execute_if(o, line)
         elif o.keyword in ("elseif", "else"):  # the branch before it has been executed
-            self.line = self.text.structure.end[line] + 1
+            self._pass_branches(o, line)
         elif o.keyword in ("break", "continue"):
             self._execute_leave(o, line)
         else:
             self._execute_loop(o, line)
 
     def _execute_if(self, o: OWord, line: int) -> None:
-        structure = self.text.structure
         while not _holds(o, line):
+            line = self.text.structure.branch[line]
+            following = self._branch(line)
+            if following is None or following.keyword == "else":
+                break
+            o = following
+        self.line = line + 1
+
+    def _branch(self, line: int) -> OWord | None:
+        """The elseif or else in a line; None for endif."""
+        if line not in self.text.structure.end:
+            return None
+        return self.interpreter.read(decode_line(self.text.line(line)), line).o
+
+    def _pass_branches(self, o: OWord | None, line: int) -> None:
+        """Go behind the endif. The conditions on the way are evaluated, as LinuxCNC does: a mistake in one shows."""
+        structure = self.text.structure
+        while o is not None:
+            if o.keyword == "elseif":
+                _holds(o, line)
             line = structure.branch[line]
-            if line == structure.end.get(line, line):  # endif
-                break
-            o_word = self.interpreter.read(decode_line(self.text.line(line)), line).o
-            assert o_word is not None
-            o = o_word
-            if o.keyword == "else":
-                break
+            o = self._branch(line)
         self.line = line + 1
 
     def _execute_loop(self, o: OWord, line: int) -> None:

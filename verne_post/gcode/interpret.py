@@ -149,7 +149,9 @@ class Interpreter(ModalCodes):
             raise block.error("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", axes[0])
         if explicit is not None or takes:
             return explicit
-        words = axes or [letter for letter in "IJK" if self.state.vectors and letter in block.words]
+        # I J K alone: a full circle, or under G43.5 a turn of the tool
+        arc = self.state.motion in (20, 30)
+        words = axes or [letter for letter in "IJK" if letter in block.words and (arc or self.state.vectors)]
         if words and self.state.motion is None:
             raise block.error("VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", words[0])
         if axes and self._has_user_code(block):

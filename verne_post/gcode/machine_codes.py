@@ -8,6 +8,8 @@ from verne_post.gcode.frame_codes import FrameCodes, whole
 from verne_post.gcode.state import Saved
 from verne_post.model.moves import FeedMode
 
+#: Codes of the group "spindle" that are the spindle's; the others save and restore modes.
+_SPINDLE: Final = (3, 4, 5, 19)
 _COOLANT: Final = {7: "mist", 8: "flood", 9: "off"}
 #: M50 to M53 -> switch; M48 and M49 turn the first two.
 _SWITCHES: Final = {50: "feed", 51: "speed", 52: "adaptive", 53: "hold"}
@@ -48,7 +50,7 @@ class MachineCodes(FrameCodes):
                 raise block.error("VP007", f"S{block.words['S']:g}: a spindle speed is not negative", "S")
             changed = state.spindle_speed != block.words["S"]
             state.spindle_speed = block.words["S"]
-            if changed and state.spindle_on and not m.get("spindle"):
+            if changed and state.spindle_on and not any(code in _SPINDLE for code in m.get("spindle", [])):
                 self._switch_spindle(block.line, on=True, backwards=state.spindle_reversed)
         if "T" in block.words:
             tool = whole(block, "T")
@@ -60,13 +62,13 @@ class MachineCodes(FrameCodes):
         for code in m.get("tool change", []):
             self._change_tool(block, code)
         for code in m.get("spindle", []):
-            if code == 19:
+            if code not in _SPINDLE:
+                self._save_or_restore(code, block.line)
+            elif code == 19:
                 self.recorder.event(block.line, "orient", angle=block.words.get("R", 0.0))
                 state.spindle_on = False
             else:
                 self._switch_spindle(block.line, on=code != 5, backwards=code == 4)
-        for code in m.get("saved state", []):
-            self._save_or_restore(code, block.line)
         for code in m.get("coolant", []):
             state.mist = code == 7 or (state.mist and code != 9)
             state.flood = code == 8 or (state.flood and code != 9)

@@ -279,7 +279,7 @@ class MotionCodes(MachineCodes):
     # --- cutter compensation ------------------------------------------------------------------------
 
     def _compensate(self, block: Block, code: int) -> None:
-        """G40, G41, G42, G41.1, G42.1."""
+        """G40, G41, G42, G41.1, G42.1; a negative diameter (G41.1, G42.1) changes the side."""
         state = self.state
         if code == 400:
             state.arc_may_follow = state.arc_may_follow and (
@@ -306,12 +306,13 @@ class MotionCodes(MachineCodes):
         if code % 10:  # in the block
             if "D" not in block.words:
                 raise BlockError("VP005", f"{g_name(code)} needs D, the diameter")
-            if block.words["D"] <= 0:
-                raise block.error("VP007", f"D{block.words['D']:g}: the diameter is greater than 0", "D")
             return self._length(block.words["D"])
-        number = whole(block, "D") if "D" in block.words else state.loaded_tool or 0
+        number = (whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:
-            raise BlockError("VP012", f"{g_name(code)} without D, and no tool is in the spindle")
+            raise BlockError(
+                "VP012", f"{g_name(code)} without D, and no tool is in the spindle; load one, or write {g_name(code + 1)} "
+                "with the diameter (D0 for a path on the contour)",
+            )  # fmt: skip
         if state.tools is None or number not in state.tools:
             raise block.error(
                 "VP012",

@@ -74,9 +74,11 @@ class Parameters:
                 f"#{key} is a variable of the control itself; programs have #1 to #33, #100 to #199, #500 to #999",
             )
 
-    def exists(self, name: str) -> bool:
-        """True for a named parameter that has a value."""
-        store = self.state.store
+    def exists(self, key: Key) -> bool:
+        """True for a named parameter that has a value, and for a number that parameters have."""
+        if not isinstance(key, str):
+            return 1 <= key <= MAX_INDEX
+        store, name = self.state.store, key
         return name in (store.named if name.startswith("_") else store.local[-1]) or name in PREDEFINED
 
     def _named(self, name: str) -> float:

@@ -264,6 +264,12 @@ class FanucInterpreter(Interpreter):
             raise BlockError("VP017", f"G{code / 10:g} under G68.2; write G69 first")
         super()._execute_g92(block, code)
 
+    def _cutter_diameter(self, block: Block, code: int) -> float:
+        """D0 is no offset; without D the control takes the last one, whatever tool it was for."""
+        if "D" not in block.words:
+            raise BlockError("VP005", f"{g_name(code)} needs D, the number of the offset")
+        return super()._cutter_diameter(block, code) if block.words["D"] else 0.0
+
     # --- tilted work plane -------------------------------------------------------------------------------
 
     def _set_tilted_plane(self, block: Block, code: int) -> None:
