@@ -451,9 +451,9 @@ def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, .
     [
         (
             "[keep_out.a]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance = 2.0\n",
-            "keep_out.a.distance is not a key; did you mean distance_mm?",
+            "keep_out.a.distance is not a key of a settings file; did you mean distance_mm?",
         ),
-        ("[keepout.a]\n", "keepout is not a key; did you mean keep_out?"),
+        ("[keepout.a]\n", "keepout is not a key of a settings file; did you mean keep_out?"),
         ("[keep_out.a]\nmin = [0, 0]\nmax = [1.0, 1.0, 1.0]\n", "keep_out.a.min"),
         ("[keep_out.a]\nmin = [0.0, 2.0, 0.0]\nmax = [1.0, 1.0, 1.0]\n", "y of min, 2, must be below that of max, 1"),
         ("[stock]\nmin = [0.0, 0.0, 0.0]\nmax = [1.0, 1.0, 1.0]\nsystem = 'G5'\n", "a work system such as G54"),

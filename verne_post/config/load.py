@@ -1,6 +1,5 @@
 """Find, read and check machine files."""
 
-import difflib
 import hashlib
 import math
 import tomllib
@@ -8,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
@@ -22,6 +21,7 @@ from verne_post.config.schema import (
     RodsFile,
     limits_file,
 )
+from verne_post.config.sentences import describe_mistakes
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.tables.tilting import TiltingTable
@@ -218,7 +218,9 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
         try:
             return schema.model_validate(part)
         except ValidationError as error:
-            mistakes.extend(_sentences(error, file_name, schema, part, prefix, kind))
+            of_kind = f"a machine file{f' of kind {kind!r}' if kind else ''}"
+            texts = describe_mistakes(error, schema, part, of_kind, prefix)
+            mistakes.extend(finding("VP501", f"{file_name}: {text}") for text in texts)
             return None
 
     content = checked(MachineFile, data)
@@ -284,62 +286,6 @@ def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: R
 
 def _ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(points[0]), np.array(points[1])
-
-
-# --- errors as sentences ---------------------------------------------------------------------
-
-
-def _sentences(
-    error: ValidationError, file_name: str, schema: type[BaseModel], data: dict[str, Any], prefix: str, kind: str
-) -> list[Finding]:
-    """One finding a mistake: file, key, value, and what would be right.
-
-    ``kind`` is the machine's kind where the keys depend on it, else empty.
-    """
-    sentences: dict[str, str] = {}
-    for item in error.errors():
-        place = _place(item["loc"], data)
-        key = ".".join(str(part) for part in ([prefix] if prefix else []) + place) or "the file"
-        if item["type"] == "missing":
-            text = "is missing"
-        elif item["type"] == "extra_forbidden":
-            of_kind = f" of kind {kind!r}" if kind else ""
-            text = f"is not a key of a machine file{of_kind}" + _nearest(str(place[-1]), schema, place, data)
-        else:
-            what = item["msg"].removeprefix("Value error, ")
-            text = f"= {item['input']!r}: {what[0].lower()}{what[1:]}"
-            if item["type"] == "value_error" and isinstance(item["input"], dict):
-                text = f": {what}"
-        sentence = f"{file_name}{text}" if key == "the file" and text.startswith(":") else f"{file_name}: {key} {text}"
-        sentences[key] = f"{sentences[key]}; or {text}" if key in sentences else sentence
-    return [finding("VP501", sentence) for sentence in sentences.values()]
-
-
-def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
-    """The keys of a mistake, without the tags that the validator puts between them."""
-    place: list[int | str] = []
-    for index, part in enumerate(loc):
-        here = isinstance(data, dict) and part in data
-        inside = isinstance(data, list) and isinstance(part, int) and part < len(data)
-        if here or inside:
-            place.append(part)
-            data = data[part]
-        elif isinstance(data, dict) and index == len(loc) - 1:
-            place.append(part)  # a missing key
-    return place
-
-
-def _nearest(word: str, schema: type[BaseModel], place: list[int | str], data: Any) -> str:
-    """What a wrong key may have been meant for: a key that the file lacks before one that it has."""
-    fields = dict(schema.model_fields)
-    for part in place[:-1]:
-        model = fields[str(part)].annotation if str(part) in fields else None
-        if isinstance(model, type) and issubclass(model, BaseModel):
-            fields = dict(model.model_fields)
-        data = data[part]
-    lacking = [name for name in fields if name not in data]
-    close = difflib.get_close_matches(word, lacking, n=1) or difflib.get_close_matches(word, fields, n=1)
-    return f"; did you mean {close[0]}?" if close else ""
 
 
 # --- does the machine make sense -----------------------------------------------------------------

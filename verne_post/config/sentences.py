@@ -1,37 +1,68 @@
-"""What a validator found, as sentences: key, value, and what would be right."""
+"""What a validator found in a file, as sentences: key, value, and what would be right."""
 
 import difflib
-from collections.abc import Iterator
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 
-def sentences(error: ValidationError, schema: type[BaseModel]) -> Iterator[str]:
-    """One sentence a mistake."""
+def describe_mistakes(
+    error: ValidationError, schema: type[BaseModel], data: dict[str, Any], kind_of_file: str, prefix: str = ""
+) -> list[str]:
+    """Describe what is wrong with the table ``data`` of a file in one sentence a key.
+
+    Parameters
+    ----------
+    error : ValidationError
+    schema : type of BaseModel
+        That the table does not fit.
+    data : dict
+    kind_of_file : str
+        What the keys are keys of, in words.
+    prefix : str
+        Name of the table in its file.
+    """
+    sentences: dict[str, str] = {}
     for item in error.errors():
-        place = [str(part) for part in item["loc"]]
-        key = ".".join(place)
+        place = _place(item["loc"], data)
+        key = ".".join(str(part) for part in [*([prefix] if prefix else []), *place])
+        what = item["msg"].removeprefix("Value error, ")
         if item["type"] == "missing":
-            yield f"{key} is missing"
+            text = " is missing"
         elif item["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(place[-1], _keys(schema, place[:-1]), n=1)
-            yield f"{key} is not a key" + (f"; did you mean {near[0]}?" if near else "")
+            text = f" is not a key of {kind_of_file}{_nearest(schema, place, data)}"
+        elif item["type"] == "value_error" and isinstance(item["input"], dict):
+            text = f": {what}" if key else what
         else:
-            what = item["msg"].removeprefix("Value error, ")
-            if item["type"] == "model_type":
-                what = "expected a table of keys"
-            yield f"{key} = {item['input']!r}: {what[:1].lower()}{what[1:]}"
+            what = "expected a table of keys" if item["type"] == "model_type" else f"{what[:1].lower()}{what[1:]}"
+            text = f" = {item['input']!r}: {what}"
+        sentences[key] = f"{sentences[key]}; or{text}" if key in sentences else f"{key}{text}"
+    return list(sentences.values())
 
 
-def _keys(schema: type[BaseModel], place: list[str]) -> list[str]:
-    """Keys that a table may have: those of the schema, or of what its dictionaries hold."""
-    for part in place:
-        field: Any = schema.model_fields.get(part)
-        if field is None:
-            continue  # the name of an entry of a dictionary
-        kinds = [field.annotation, *getattr(field.annotation, "__args__", ())]
-        models = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
-        if models:
-            schema = models[0]
-    return list(schema.model_fields)
+def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
+    """The keys of a mistake, without the tags that the validator puts between them."""
+    place: list[int | str] = []
+    for index, part in enumerate(loc):
+        here = isinstance(data, dict) and part in data
+        inside = isinstance(data, list) and isinstance(part, int) and part < len(data)
+        if here or inside:
+            place.append(part)
+            data = data[part]
+        elif isinstance(data, dict) and index == len(loc) - 1:
+            place.append(part)  # a missing key
+    return place
+
+
+def _nearest(schema: type[BaseModel], place: list[int | str], data: Any) -> str:
+    """What a wrong key may have been meant for: a key that its table lacks before one that it has."""
+    for part in place[:-1]:
+        data = data[part]
+        field: Any = schema.model_fields.get(str(part))
+        kinds = [field.annotation, *getattr(field.annotation, "__args__", ())] if field else []
+        # an entry of a dictionary has a name of its own, and the schema that was found above it
+        schema = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), schema)
+    word, keys = str(place[-1]), list(schema.model_fields)
+    lacking = [key for key in keys if key not in data]
+    close = difflib.get_close_matches(word, lacking, n=1) or difflib.get_close_matches(word, keys, n=1)
+    return f"; did you mean {close[0]}?" if close else ""

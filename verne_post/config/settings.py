@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from verne_post.config.sentences import sentences
+from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import Meaning
@@ -106,8 +106,8 @@ def load_settings(path: Path) -> SettingsFile:
     except OSError as error:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
     except ValidationError as error:
-        mistakes = [finding("VP503", f"{path.name}: {text}") for text in sentences(error, SettingsFile)]
-        raise InputError(*mistakes) from None
+        texts = describe_mistakes(error, SettingsFile, data, "a settings file")
+        raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in texts)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
     if settings.check.baseline is not None:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from verne_post.config.sentences import sentences
+from verne_post.config.sentences import describe_mistakes
 from verne_post.model.findings import InputError, finding
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 
@@ -51,8 +51,8 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
         file = ShapesFile.model_validate(data)
     except ValidationError as error:
-        mistakes = (finding("VP504", f"{name}: {text}") for text in sentences(error, ShapesFile))
-        raise InputError(*mistakes) from None
+        texts = describe_mistakes(error, ShapesFile, data, "a file of tool shapes")
+        raise InputError(*(finding("VP504", f"{name}: {text}") for text in texts)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
     shapes = {}
