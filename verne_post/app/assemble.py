@@ -52,9 +52,6 @@ class Program:
 
     Attributes
     ----------
-    machine : Machine
-    options : Options
-    moves : Moves
     contour : Contour
         The motion that will be made.
     findings : tuple of Finding

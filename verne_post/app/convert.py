@@ -38,8 +38,6 @@ def convert_source(
     ----------
     source : Text
         G-code.
-    machine : Machine
-    options : Options, optional
     sink : callable, optional
         Takes blocks of rows as they are made; discard them unless the Result is ok. Without a sink
         the rows are collected in ``Result.setpoints``.

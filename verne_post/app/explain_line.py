@@ -46,7 +46,6 @@ class Line:
         Of the whole program.
     state : State or None
         Modal state after the line; None for the approach.
-    options : Options
     findings : tuple of Finding
         Those of the line, by the check that ``check`` and ``convert`` make.
     exact : JointPath

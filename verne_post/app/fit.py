@@ -40,8 +40,6 @@ def propose(
 
     Parameters
     ----------
-    source : Text
-    machine : Machine
     options : Options
         Those of a conversion; ``wcs`` says where the part is now.
     free : str

@@ -20,7 +20,6 @@ class ModuleTable(Mapping[str, Entry]):
 
     Parameters
     ----------
-    package : str
     path : list of str
         ``__path__`` of the package.
     name : str

@@ -51,10 +51,8 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
 
     Parameters
     ----------
-    machine : Machine
     numbers : tuple of float
         Where the machine stands: what the drives read, in the units of the file.
-    fmt : SetpointFormat
 
     Raises
     ------

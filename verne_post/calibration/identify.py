@@ -40,8 +40,6 @@ def identify(
     ----------
     module : Identifiable
         Gives the loop equations, and the lengths to start from.
-    data : Readings
-    sigma : Uncertainty
     held : sequence of str
         Lengths that keep the module's values.
     tied : sequence of sequences of str

@@ -145,10 +145,8 @@ def fit_random_starts(fit: Fit, turn: Array, basis: Array, starts: int) -> Start
 
     Parameters
     ----------
-    fit : Fit
     turn : ndarray, shape (q, a)
         From the unknowns of ``fit`` to the changes of lengths, of which ``basis`` (p, q) makes all lengths.
-    starts : int
     """
     names = fit.module.length_names
     rng = np.random.default_rng(0)

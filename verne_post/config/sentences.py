@@ -13,7 +13,6 @@ def describe_mistakes(
 
     Parameters
     ----------
-    error : ValidationError
     schema : type of BaseModel
         That the table does not fit.
     data : dict

@@ -42,7 +42,6 @@ class Compensation:
     ----------
     code : int
         410, 411, 420 or 421.
-    plane : int
     radius : float
         mm, positive to the left of the contour; 0: on it.
     segment : Offset or None

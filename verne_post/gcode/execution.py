@@ -75,7 +75,6 @@ class StopConditions:
     ----------
     all_known : bool
         As soon as the position of every axis is known.
-    first_error : bool
     after_line : int or None
         After the first execution of a line.
     before_line : int or None

@@ -11,7 +11,6 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
 
     Parameters
     ----------
-    text : str
     name : str
         File name for messages.
 

@@ -74,7 +74,6 @@ def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
 
     Parameters
     ----------
-    source : Text
     setup : Setup
         As it was read with.
     moves : Moves

@@ -203,7 +203,6 @@ class Recorder:
         ----------
         start : list of float
             Where the program starts, in ``first_frame``; mm and degrees.
-        first_frame : Frame
         parameters : mapping
             Numbered parameters after the program.
         """

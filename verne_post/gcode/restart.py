@@ -27,7 +27,6 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
 
     Parameters
     ----------
-    source : Text
     setup : Setup
         As it was read with.
     moves : Moves

@@ -79,7 +79,6 @@ class ProgramText:
 
     Attributes
     ----------
-    language : Language
     name : str or None
         None for the program itself, else the file of a subroutine.
     """

@@ -13,7 +13,6 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
 
     Parameters
     ----------
-    text : str
     name : str
         File name for messages.
 

@@ -53,7 +53,6 @@ class WordTable:
         1-based number of the first line.
     text : bytes
         The lines themselves.
-    n_lines : int
     letter : ndarray of uint8, shape (w,)
         Upper-case letter codes, in source order.
     value : ndarray, shape (w,)

@@ -50,7 +50,6 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
 
     Parameters
     ----------
-    machine : Machine
     tip : ndarray, shape (n, 3)
         Table frame, mm.
     angles : ndarray, shape (2,)

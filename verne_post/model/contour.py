@@ -90,7 +90,6 @@ class Contour:
         Corner blends between straight segments; None where there are none.
     blended : ndarray of bool, shape (n,)
         A corner blend between straight segments reaches into the element.
-    feeds : Feeds
     controls : ndarray, shape (m, 8, 5)
         Control points of curved corner blends, of degree 7: tip in the table frame (mm) and nominal angles (rad).
     tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)

@@ -79,7 +79,6 @@ class Bodies:
         Of the largest tool.
     platform : tuple of 2 ndarrays, shape (3,), or None
         Ends of the platform as a capsule, platform frame.
-    platform_radius : float
     slider_cone, platform_cone : float or None
         Half angle that the ball joints allow about the rod's direction at ``cone_centre``.
     cone_centre : ndarray, shape (3,) or None

@@ -200,7 +200,6 @@ class Moves:
         that is; None where the program leaves C open.
     start : ndarray, shape (9,)
         Where the program starts, program coordinates of ``start_frame``.
-    start_frame : Frame
     parameters : mapping
         What a parameter file would keep after the program.
     findings : tuple of Finding

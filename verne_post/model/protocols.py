@@ -27,7 +27,6 @@ class Margin:
         Finding code when it is too small.
     axis : str or None
         The joint concerned.
-    unit : str
     error_below, warn_below : float
         Thresholds.
     """

@@ -18,7 +18,6 @@ class SetpointFormat:
         s.
     decimals : tuple of int
         Per joint column.
-    time_decimals : int
     drives : tuple of Drive
         How the numbers of each column count; empty where they are mm and degrees.
     """
@@ -47,7 +46,6 @@ class SetpointBlock:
         Joint values in mm and degrees, in the sense of the machine file, as the written numbers stand for them.
     line : ndarray of int32, shape (n,)
         Source line of each row.
-    format : SetpointFormat
     numbers : ndarray, shape (n, n_joints), or None
         The numbers as written; None where they are ``values`` themselves.
     tool_length : ndarray, shape (n,), or None

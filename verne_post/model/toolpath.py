@@ -110,7 +110,6 @@ class ToolPath:
     dwell_line : ndarray of int32, shape (d,)
     first_pose : ndarray, shape (5,)
         Where the program starts, as ``start``.
-    first_tool_length : float
     """
 
     line: Ints

@@ -122,7 +122,6 @@ def status_of(findings: Iterable[CodedFinding], fail_level: Severity = "error") 
 
     Parameters
     ----------
-    findings : iterable of Finding
     fail_level : {"error", "warning"}
         Violations of this severity and graver ones count.
     """

@@ -14,7 +14,6 @@ class Verification:
 
     Attributes
     ----------
-    n_rows : int
     velocity_ratio, acceleration_ratio, jerk_ratio : ndarray, shape (n_joints,)
         Worst value of each column over its limit.
     feed_ratio, feed_line : float and int
@@ -25,7 +24,6 @@ class Verification:
         Seconds below the programmed feed rate, by the limit that was nearest: ("jerk", "rho2"), ...
     first_row : ndarray, shape (n_joints,)
         File units.
-    findings : list of Finding
     """
 
     n_rows: int = 0

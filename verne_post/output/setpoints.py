@@ -41,7 +41,6 @@ def read_csv(
 
     Parameters
     ----------
-    stream : text stream
     name : str
         For messages.
     columns : tuple of Column

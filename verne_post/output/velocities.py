@@ -12,7 +12,6 @@ def velocities_at(rows: WrittenRows, at: NDArray[np.intp]) -> Array:
 
     Parameters
     ----------
-    rows : WrittenRows
     at : ndarray of int, shape (n,)
         Indices of rows.
 

@@ -45,8 +45,6 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         Its name.
     source : Text
         Its text, shown at the cursor.
-    machine : Machine
-    study : Study
     """
     from plotly.offline import get_plotlyjs
 

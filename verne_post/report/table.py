@@ -62,7 +62,6 @@ class Study:
     curves : dict
         "position" and, of rows, "velocity", "acceleration" and "jerk" of each joint in mm or degrees and s; "alpha" in degrees.
         Velocities and so on are differences of a row to those before it.
-    trail : Trail
     tip, axis : ndarray, shape (n, 3)
         Table frame.
     speed : ndarray, shape (n,)

@@ -65,8 +65,6 @@ def add_approach_and_departure(
 
     Parameters
     ----------
-    contour : Contour
-    machine : Machine
     start, goal : ndarray, shape (n_joints,), or None
         mm and rad, workpiece sense; None for no approach or no departure.
     start_at : (int, int), optional

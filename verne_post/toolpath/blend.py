@@ -36,7 +36,6 @@ def find_curves(
 
     Parameters
     ----------
-    path : ToolPath
     corner : ndarray of int, shape (m,)
         The corner lies between this segment and the next.
     most : ndarray, shape (m,)

@@ -131,7 +131,6 @@ class _Choice:
         n segments on the provisional branch.
     onward : ndarray of bool, shape (n,)
         Rapids that begin wherever the table stands.
-    states : list of Branch
     possible : tuple of ndarray of bool, shape (n,)
         Whether each segment can be driven without and with the flip, C's travel aside.
     c_range : tuple of float

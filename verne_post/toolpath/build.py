@@ -52,7 +52,6 @@ def build_path(
 
     Parameters
     ----------
-    moves : Moves
     coordinates : TableCoordinates
         What program coordinates mean on this machine.
     orientation : str

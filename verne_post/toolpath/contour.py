@@ -88,10 +88,8 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
 
     Parameters
     ----------
-    path : ToolPath
     moves : Moves
         For the G61 and G64 in force.
-    smoothing : Smoothing
     """
     n = len(path)
     if n < 2:

@@ -25,7 +25,6 @@ def split_into_elements(path: ToolPath, s: Array, reach: Array, corner: Ints, d:
 
     Parameters
     ----------
-    path : ToolPath
     s, reach : ndarray, shape (n + 1,)
         Where the corners are by metric length, and how far their blends reach, mm.
     corner, d : ndarray, shape (m,)

@@ -20,7 +20,6 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
 
     Parameters
     ----------
-    path : ToolPath
     segment : ndarray of int, shape (n,)
     u : ndarray, shape (n,)
         0 to 1.

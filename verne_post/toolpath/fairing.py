@@ -44,12 +44,10 @@ def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> T
 
     Parameters
     ----------
-    path : ToolPath
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
     moves : Moves
         For the G61 and G64 in force.
-    smoothing : Smoothing
     """
     n = len(path)
     vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), tip=(float,), axis=(float,))

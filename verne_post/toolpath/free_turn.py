@@ -51,7 +51,6 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
         Before any approach or detour.
     fixes : int or None
         First source line that names C, or a place in machine coordinates that depends on it.
-    machine : Machine
 
     Raises
     ------

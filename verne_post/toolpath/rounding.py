@@ -68,7 +68,6 @@ def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules,
         n segments as programmed, and as they are followed.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
-    rules : CornerRules
     overlap : bool
         Corner blends may overlap.
     """

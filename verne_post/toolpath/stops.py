@@ -21,7 +21,6 @@ def insert_stops(
 
     Parameters
     ----------
-    moves : Moves
     path : ToolPath
         Of these moves.
     stops : sequence of (int, int)

@@ -171,8 +171,6 @@ class Search:
 
     Parameters
     ----------
-    machine : Machine
-    points : PartPoints
     free : ndarray of bool, shape (4,)
         Which of x, y, z, c may change.
     low, high : ndarray, shape (4,)

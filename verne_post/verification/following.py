@@ -40,7 +40,6 @@ class Following:
         Setpoint rows where they are.
     path_worst : float
         Tip against the nearest place of the commanded path, mm: what the part sees.
-    path_row : int
     """
 
     delay: int

@@ -62,17 +62,13 @@ class Reference:
         How far the motion may be from each segment, mm and rad.
     entry : int
         A restart begins with this segment; -1 for a whole program.
-    measures : SegmentMeasures
-    items : Items
     columns : tuple of Column
     factor : ndarray, shape (n_joints,)
         File value over inside value.
-    limits : Limits
     derivative_limits : tuple of 3 ndarrays, shape (n_joints,)
         Velocity, acceleration and jerk in file units.
     cycle : float
         s.
-    noise : RoundingNoise
     """
 
     path: ToolPath

@@ -56,7 +56,6 @@ class MeasuredRows:
         Where on its segment a row is, from 0 to 1; not limited.
     item_before, u_before : ndarray, shape (n,)
         Of the row before; -1 before the first row of a file.
-    pose : Measured
     origin, step : ndarray, shape (n, 5)
         Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row.
     axis_step : ndarray, shape (n,)
@@ -116,10 +115,8 @@ class RowMatcher:
 
     Attributes
     ----------
-    reference : Reference
     forward : callable
         (q, tool_length) -> tip, nominal angles, ok.
-    last : LastRow
     """
 
     def __init__(self, reference: Reference, forward: Forward) -> None:

@@ -27,7 +27,6 @@ class Clearance:
 
     Parameters
     ----------
-    bodies : Bodies
     module : RodModule or None
         None for a module without rods.
     nose_offset : float
@@ -84,10 +83,6 @@ class Clearance:
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins, and the points whose motion bounds their change.
-
-        Parameters
-        ----------
-        pose : Pose
 
         Returns
         -------

@@ -38,7 +38,6 @@ class Placed:
 
     Attributes
     ----------
-    name : str
     middle, half : ndarray, shape (3,)
         mm, table frame; half sizes along the box's own edges.
     turn : float
@@ -75,7 +74,6 @@ class KeepOut:
 
     Parameters
     ----------
-    boxes : sequence of Placed
     shapes : sequence of ToolShape
         Of the program's tools; an empty one is a thin line from tip to gauge line.
     lengths : ndarray, shape (len(shapes),)
@@ -85,7 +83,6 @@ class KeepOut:
         Index into ``shapes``; whether a cutter in the stock is a mistake on the segment.
     bodies : Bodies or None
         Spindle and platform of the machine.
-    five_axis : FiveAxis
     """
 
     def __init__(
@@ -203,8 +200,6 @@ def build_keep_out(
 
     Parameters
     ----------
-    machine : Machine
-    path : ToolPath
     moves : Moves
         Says which tool is in the spindle.
     options : Options

@@ -38,7 +38,6 @@ class MoveProblem:
 
     Attributes
     ----------
-    line : JointPath
     checks : list of Check
         The limits to keep.
     basis : ndarray, shape (k, 3)

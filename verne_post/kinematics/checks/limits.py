@@ -65,7 +65,6 @@ def check_limits(joints: JointPath, progress: Callable[[int], None] | None = Non
 
     Parameters
     ----------
-    joints : JointPath
     progress : callable, optional
         Called with the number of elements that have been checked.
 
@@ -95,7 +94,6 @@ class _Derivatives:
 
     Parameters
     ----------
-    joints : JointPath
     chunk : ndarray of int, shape (n,)
         Consecutive elements.
     """

@@ -184,7 +184,6 @@ def smallest_shift(
 
     Parameters
     ----------
-    line : JointPath
     basis : ndarray, shape (k, 3)
         Orthonormal directions in the table frame that the move may combine.
     end_only : bool

@@ -30,17 +30,14 @@ class Check:
     ----------
     code : str
         Of the finding.
-    name : str
     axis : str or None
         The joint concerned.
     quantity : int
         Column of the quantities.
-    sign : float
     limit, warn : float
         The bound, and a weaker one below which a warning is due.
     slack : float
         A value may be beyond the bound by this.
-    unit : str
     factor : float
         From the inside unit to the one that is shown.
     """

@@ -73,7 +73,6 @@ def forward_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
 
     Parameters
     ----------
-    geometry : VerneGeometry
     rho : ndarray, shape (n, 3)
         mm.
     """

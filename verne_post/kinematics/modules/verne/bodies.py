@@ -19,7 +19,6 @@ class VerneRods:
 
     Attributes
     ----------
-    module : VerneGeometry
     leg1_slider_x, leg23_slider_x : float
         d1 and d2: x of the slider's attachments, base frame, mm.
     leg23_spacing : float

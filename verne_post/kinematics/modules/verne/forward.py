@@ -25,7 +25,6 @@ def solve_forward(geometry: VerneGeometry, rho: Array) -> tuple[Array, Array, Ma
 
     Parameters
     ----------
-    geometry : VerneGeometry
     rho : ndarray, shape (..., 3)
         mm.
 

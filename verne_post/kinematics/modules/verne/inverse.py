@@ -67,7 +67,6 @@ def solve_inverse(geometry: VerneGeometry, position: Array) -> tuple[Array, Arra
 
     Parameters
     ----------
-    geometry : VerneGeometry
     position : ndarray, shape (..., 3)
         P in the base frame, mm.
 
@@ -89,7 +88,6 @@ def solve_inverse_coupled(geometry: VerneGeometry, pivot: Array, gauge: Array) -
 
     Parameters
     ----------
-    geometry : VerneGeometry
     pivot : ndarray, shape (3,)
         Base frame, mm.
     gauge : ndarray, shape (..., 3)
@@ -290,7 +288,6 @@ def explain_unreachable(geometry: VerneGeometry, pivot: Array, gauge: Array) -> 
 
     Parameters
     ----------
-    geometry : VerneGeometry
     pivot : ndarray, shape (3,)
     gauge : ndarray, shape (m, 3)
         As in :func:`solve_inverse_coupled`.

@@ -32,7 +32,6 @@ def rod_vectors(geometry: VerneGeometry, position: Array, alpha: Array, rho: Arr
 
     Parameters
     ----------
-    geometry : VerneGeometry
     position : ndarray, shape (..., 3)
     alpha : ndarray, shape (...)
     rho : ndarray, shape (..., 3)
@@ -133,7 +132,6 @@ def parallel_determinant(geometry: VerneGeometry, position: Array, tilt: tuple[A
 
     Parameters
     ----------
-    geometry : VerneGeometry
     position : ndarray, shape (..., 3)
     tilt : tuple of 2 ndarrays, shape (...)
         Cosine and sine of alpha.
@@ -166,7 +164,6 @@ def leg_drops(geometry: VerneGeometry, z: Array, alpha: Array, rho: Array) -> Ar
 
     Parameters
     ----------
-    geometry : VerneGeometry
     z : ndarray, shape (...)
         Of P, base frame, mm.
     alpha : ndarray, shape (...)

@@ -29,7 +29,6 @@ def inverse_all(geometry: VerneGeometry, position: Array) -> list[InverseSolutio
 
     Parameters
     ----------
-    geometry : VerneGeometry
     position : ndarray, shape (3,)
         P in the base frame, mm.
     """
@@ -41,7 +40,6 @@ def inverse_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> 
 
     Parameters
     ----------
-    geometry : VerneGeometry
     pivot : ndarray, shape (3,)
         Base frame, mm.
     gauge : ndarray, shape (3,)
