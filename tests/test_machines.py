@@ -19,9 +19,8 @@ import pytest
 import verne_post
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.schema import Group, Positive
-from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution
 from verne_post.model.options import Options
-from verne_post.model.protocols import Margin
+from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Short samples of every kind of motion; the blade adds minutes of the same.

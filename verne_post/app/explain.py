@@ -37,15 +37,7 @@ class Explanation:
 
 
 def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
-    """Explain one line of a program.
-
-    Raises
-    ------
-    InputError
-        The program cannot be read.
-    UsageError
-        The line has no motion; names the nearest lines that have.
-    """
+    """Explain one line of a program; errors as of :func:`verne_post.explain`."""
     program = assemble(source, machine, options)
     feed_override(options.override, options.slow_start, machine.limits)  # refuses too short a slow start, as check does
     whole = guarded_joints(program)

@@ -71,15 +71,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
 
 def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     """The modal state after one line of a program that :func:`interpret_program` has read, for ``explain``.
-
-    Parameters
-    ----------
-    setup : Setup
-        As it was read with.
-    moves : Moves
-        What was read, with the position at which the program starts.
-    line : int
-        1-based; where it is executed several times, the first time counts.
+    The line is 1-based; where it is executed several times, the first time counts.
     """
     return replay(source, setup, moves, StopConditions(after_line=line))[0]
 

@@ -10,6 +10,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
+from verne_post.model.poses import JointPoses
 from verne_post.model.protocols import ClearanceModel, Pose, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 
@@ -25,27 +26,9 @@ class KeepOutModel(ClearanceModel, Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
-    """Solved poses, n rows; NaN where not ok.
+class Solved(JointPoses):
+    """Solved poses; position of P (n, 3) in the base frame, mm, and tilt (n,) of the platform, rad; NaN where not ok."""
 
-    Attributes
-    ----------
-    q : ndarray, shape (n, n_joints)
-        mm and rad.
-    tip : ndarray, shape (n, 3)
-        Table frame, mm.
-    angles : ndarray, shape (n, 2)
-        Nominal A and C, rad.
-    position : ndarray, shape (n, 3)
-        P in the base frame, mm.
-    alpha : ndarray, shape (n,)
-        Platform tilt, rad.
-    ok : ndarray of bool, shape (n,)
-    """
-
-    q: Array
-    tip: Array
-    angles: Array
     position: Array
     alpha: Array
     ok: Mask

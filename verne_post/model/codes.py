@@ -157,13 +157,7 @@ CODES: Final[dict[str, Code]] = _table(
         "The setpoint file does not have the columns or the numbers that the machine needs.",
         "Write it with verne-post convert, or correct the row that the message names.",
     ),
-    (
-        "VP021",
-        "nothing to do",
-        "error",
-        "The program contains no motion.",
-        "Check that this is the right file.",
-    ),
+    ("VP021", "nothing to do", "error", "The program contains no motion.", "Check that this is the right file."),
     ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
     (
         "VP023",

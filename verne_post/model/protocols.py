@@ -71,40 +71,26 @@ class SpeedFunction(Protocol):
         """Largest ds/dt (n,) at parameter w (n,) of elements (n,)."""
 
 
-class ModuleSolution(Protocol):
-    """One of several inverse solutions of a module."""
+@dataclass(frozen=True)
+class InverseSolution:
+    """One inverse solution of a module: tilt (rad), configuration indices s1, s2, ..., actuators (mm).
 
-    @property
-    def alpha(self) -> float:
-        """Platform tilt, rad."""
+    ``refused`` is None for the one that the machine uses, else the reason by geometry.
+    """
 
-    @property
-    def signs(self) -> tuple[int, ...]:
-        """Configuration indices."""
-
-    @property
-    def rho(self) -> tuple[float, ...]:
-        """Actuators, mm."""
-
-    @property
-    def refused(self) -> str | None:
-        """Reason why it is not in use; None for the one in use."""
+    alpha: float
+    signs: tuple[int, ...]
+    rho: tuple[float, float, float]
+    refused: str | None
 
 
-class AssemblyMode(Protocol):
-    """One of several positions of a module for the same actuators."""
+@dataclass(frozen=True)
+class ForwardSolution:
+    """One assembly mode: position of P (mm), tilt (rad), and why it is refused (None for the one in use)."""
 
-    @property
-    def position(self) -> tuple[float, float, float]:
-        """P in the base frame, mm."""
-
-    @property
-    def alpha(self) -> float:
-        """Platform tilt, rad."""
-
-    @property
-    def refused(self) -> str | None:
-        """Reason why it is not in use; None for the one in use."""
+    position: tuple[float, float, float]
+    alpha: float
+    refused: str | None
 
 
 class ParallelModule(Protocol):
@@ -119,26 +105,15 @@ class ParallelModule(Protocol):
         """Names of the actuated joints."""
 
     def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
-        """(..., 3) -> actuators (..., 3), alpha (...), ok (...), in the working mode."""
+        """(..., 3) -> actuators (..., 3), mm, alpha (...), rad, and ok (...), in the working mode."""
 
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
-        """(..., 3) -> position (..., 3), alpha (...), ok (...), in the working mode."""
+        """(..., 3) -> position (..., 3), mm, alpha (...), rad, and ok (...), in the working mode."""
 
     def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Solve for a platform point that turns with the platform's tilt.
+        """Solve for a platform point that turns with the platform's tilt: ``pivot + F Rx(alpha) gauge``, F = diag(1, -1, -1).
 
-        The platform point is ``pivot + F Rx(alpha) gauge`` with ``F = diag(1, -1, -1)``.
-
-        Parameters
-        ----------
-        pivot : ndarray, shape (3,)
-            Base frame, mm.
-        gauge : ndarray, shape (..., 3)
-            Upright frame at alpha = 0, mm.
-
-        Returns
-        -------
-        rho, alpha, ok
+        Pivot (3,) in the base frame, gauge (..., 3) in the upright frame at alpha = 0, mm; returns what :meth:`inverse` does.
         """
 
     def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
@@ -147,10 +122,10 @@ class ParallelModule(Protocol):
         "VP110" out of reach, "VP201" rods that cross, "VP203" beyond a parallel singularity.
         """
 
-    def inverse_all(self, position: Array) -> Sequence[ModuleSolution]:
+    def inverse_all(self, position: Array) -> Sequence[InverseSolution]:
         """All real inverse solutions of one position (3,), each with the geometric reason why it is refused."""
 
-    def forward_all(self, rho: Array) -> Sequence[AssemblyMode]:
+    def forward_all(self, rho: Array) -> Sequence[ForwardSolution]:
         """All real assembly modes of one set of actuators (3,), each with the reason why it is refused."""
 
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
@@ -159,7 +134,7 @@ class ParallelModule(Protocol):
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` returns, with thresholds."""
 
-    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> Sequence[ModuleSolution]:
+    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> Sequence[InverseSolution]:
         """All real solutions of :meth:`inverse_coupled` for one gauge point (3,)."""
 
     def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:

@@ -66,14 +66,7 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
         tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
         line = contour.line(element)
         for k in range(len(w)):
-            yield _line(
-                {
-                    "line": int(line[k]),
-                    "s": float(s[k]),
-                    "tip": tip[k].tolist(),
-                    "axis": axis[k].tolist(),
-                }
-            )
+            yield _line({"line": int(line[k]), "s": float(s[k]), "tip": tip[k].tolist(), "axis": axis[k].tolist()})
 
 
 def joints(joint_path: JointPath) -> Iterator[str]:

@@ -142,10 +142,7 @@ def _fair_stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) 
     for _ in range(ROUNDS):
         change = _smooth(vertex, s, held, lam)
         soft = np.flatnonzero(~held)
-        ratio = np.maximum(
-            row_norm(change[soft, :3]) / tip_bound[soft],
-            row_norm(change[soft, 3:]) / axis_bound[soft],
-        )
+        ratio = np.maximum(row_norm(change[soft, :3]) / tip_bound[soft], row_norm(change[soft, 3:]) / axis_bound[soft])
         far = soft[ratio > 1.0]
         if not len(far):
             return np.asarray(vertex + change)

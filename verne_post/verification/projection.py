@@ -3,7 +3,6 @@
 The evaluation of the segments is independent of the tool path's, so that an error there shows as a deviation.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.model.poses import JointPoses
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
 
 #: Weight of a radian against a millimetre in the projection.
@@ -25,23 +25,8 @@ OTHER_BRANCH: Final = 1.0
 ARC_STEPS: Final = 2
 
 
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """Poses that the joint values as written really have.
-
-    Attributes
-    ----------
-    q : ndarray, shape (n, n_joints)
-        mm and rad.
-    tip : ndarray, shape (n, 3)
-        Table frame, mm.
-    angles : ndarray, shape (n, 2)
-        Nominal A and C, rad, workpiece sense.
-    """
-
-    q: Array
-    tip: Array
-    angles: Array
+class Measured(JointPoses):
+    """Poses that the joint values as written really have."""
 
     def select(self, rows: Ints) -> "Measured":
         """The poses of some rows."""

@@ -17,14 +17,7 @@ from verne_post.base.columns import GrowingTable
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.rows import row_max
 from verne_post.base.tolerances import LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
-from verne_post.kinematics.checks.cover import (
-    SPAN_ANGLE,
-    SPAN_MM,
-    WORST_DEPTH,
-    Spans,
-    chunk_elements,
-    cover_elements,
-)
+from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, chunk_elements, cover_elements
 from verne_post.kinematics.checks.violations import (
     Worst,
     limit_findings,

@@ -19,15 +19,8 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.kinematics.modules.solutions import (
-    ForwardSolution,
-    InverseSolution,
-    determinant_margin,
-    drop_margins,
-    triple,
-    upright_position,
-)
-from verne_post.model.protocols import Margin
+from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins, triple, upright_position
+from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 _BEYOND = "beyond a parallel singularity: the platform is not below the plane of the slider joints"
 
@@ -84,21 +77,9 @@ class LinearDeltaModule:
         return np.sign(ax * by - ay * bx) * np.sum(u * np.cross(v, w), axis=-1)
 
     def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
-        """Sliders for a platform position, in the working mode: ``rho_i = z - sqrt(radicand_i)``.
+        """Sliders for a platform position, in the working mode: ``rho_i = z - sqrt(radicand_i)``, alpha = 0.
 
-        Parameters
-        ----------
-        position : ndarray, shape (..., 3)
-            P in the base frame, mm.
-
-        Returns
-        -------
-        rho : ndarray, shape (..., 3)
-            mm, NaN where not ok.
-        alpha : ndarray, shape (...)
-            0, NaN where not ok.
-        ok : ndarray of bool, shape (...)
-            False where a rod is too short, or P is beyond a parallel singularity.
+        Not ok where a rod is too short, or P is beyond a parallel singularity.
         """
         point = np.asarray(position, dtype=float)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -122,19 +103,7 @@ class LinearDeltaModule:
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """Platform position for slider coordinates, in the working mode: the lower meeting point of three spheres.
 
-        Parameters
-        ----------
-        rho : ndarray, shape (..., 3)
-            mm.
-
-        Returns
-        -------
-        position : ndarray, shape (..., 3)
-            mm, NaN where not ok.
-        alpha : ndarray, shape (...)
-            0, NaN where not ok.
-        ok : ndarray of bool, shape (...)
-            True where the spheres meet and every slider is above the platform.
+        Ok where they meet and every slider is above the platform.
         """
         sliders = np.asarray(rho, dtype=float)
         with np.errstate(invalid="ignore", over="ignore"):

@@ -12,8 +12,8 @@ from typing import ClassVar
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.kinematics.modules.solutions import ForwardSolution, InverseSolution, triple, upright_position
-from verne_post.model.protocols import Margin
+from verne_post.kinematics.modules.solutions import triple, upright_position
+from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 _UPRIGHT = np.array([1.0, -1.0, -1.0])
 
@@ -29,22 +29,7 @@ class SerialModule:
     # --- one solution each way ---------------------------------------------------------------
 
     def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
-        """Axis positions for a platform position: ``F (P - zero)``.
-
-        Parameters
-        ----------
-        position : ndarray, shape (..., 3)
-            P in the base frame, mm.
-
-        Returns
-        -------
-        rho : ndarray, shape (..., 3)
-            x, y, z in mm.
-        alpha : ndarray, shape (...)
-            0.
-        ok : ndarray of bool, shape (...)
-            False only where the position is not finite; alpha is NaN there.
-        """
+        """Axis positions x, y, z for a platform position: ``F (P - zero)``; not ok only where P is not finite."""
         rho = (np.asarray(position, dtype=float) - self.zero) * _UPRIGHT
         return _mark_finite(rho)
 

@@ -1,33 +1,9 @@
-"""What modules have in common: all solutions of a question, margins of rods, positions of a platform that never tilts."""
-
-from dataclasses import dataclass
+"""What modules have in common: margins of rods, positions of a platform that never tilts."""
 
 import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.model.protocols import Margin
-
-
-@dataclass(frozen=True)
-class InverseSolution:
-    """One inverse solution: tilt (rad), configuration indices s1, s2, ..., actuators (mm).
-
-    ``refused`` is None for the one that the machine uses, else the reason by geometry.
-    """
-
-    alpha: float
-    signs: tuple[int, ...]
-    rho: tuple[float, float, float]
-    refused: str | None
-
-
-@dataclass(frozen=True)
-class ForwardSolution:
-    """One assembly mode: position of P (mm), tilt (rad), and why it is refused (None for the one in use)."""
-
-    position: tuple[float, float, float]
-    alpha: float
-    refused: str | None
 
 
 def upright_position(pivot: Array, gauge: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import ragged
-from verne_post.kinematics.modules.solutions import ForwardSolution, triple
+from verne_post.kinematics.modules.solutions import triple
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.rods import (
     CLOSED,
@@ -22,6 +22,7 @@ from verne_post.kinematics.modules.verne.rods import (
     rod_jacobians,
     rod_residuals,
 )
+from verne_post.model.protocols import ForwardSolution
 
 Ints = NDArray[np.intp]
 

@@ -22,20 +22,7 @@ def solve_forward(geometry: VerneGeometry, rho: Array) -> tuple[Array, Array, Ma
 
     Equation (14) is used to write y and z by the drop w = z - rho1 of leg I,
     ``y = -w R1 sin(alpha) / (R1 cos(alpha) - r1)``, which is smooth in the working mode.
-
-    Parameters
-    ----------
-    rho : ndarray, shape (..., 3)
-        mm.
-
-    Returns
-    -------
-    position : ndarray, shape (..., 3)
-        mm, base frame, NaN where not ok.
-    alpha : ndarray, shape (...)
-        Platform tilt, rad, NaN where not ok.
-    ok : ndarray of bool, shape (...)
-        True where the iteration reached a solution in the working mode.
+    Shapes as in ``ParallelModule.forward``; ok where the iteration reached a solution in the working mode.
     """
     flat = np.asarray(rho, dtype=float).reshape(-1, 3)
     position = np.empty((len(flat), 3))

@@ -63,41 +63,14 @@ def coupled_point(pivot: Array, gauge: Array) -> PointOfTilt:
 
 
 def solve_inverse(geometry: VerneGeometry, position: Array) -> tuple[Array, Array, Mask]:
-    """Sliders for a platform position, in the working mode: equations (11) to (14).
-
-    Parameters
-    ----------
-    position : ndarray, shape (..., 3)
-        P in the base frame, mm.
-
-    Returns
-    -------
-    rho : ndarray, shape (..., 3)
-        mm, NaN where not ok.
-    alpha : ndarray, shape (...)
-        Platform tilt, rad, NaN where not ok.
-    ok : ndarray of bool, shape (...)
-    """
+    """Sliders for a platform position, in the working mode: equations (11) to (14); see ``ParallelModule.inverse``."""
     rho, alpha, ok = _solve(geometry, fixed_point(np.asarray(position, dtype=float).reshape(-1, 3)))
     shape = np.shape(position)[:-1]
     return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
 
 
 def solve_inverse_coupled(geometry: VerneGeometry, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-    """Sliders for a platform point that turns with the platform's tilt: ``pivot + F Rx(alpha) gauge``.
-
-    Parameters
-    ----------
-    pivot : ndarray, shape (3,)
-        Base frame, mm.
-    gauge : ndarray, shape (..., 3)
-        Upright frame at alpha = 0, mm.
-
-    Returns
-    -------
-    rho, alpha, ok
-        As :func:`solve_inverse`.
-    """
+    """Sliders for a platform point that turns with the platform's tilt; see ``ParallelModule.inverse_coupled``."""
     rho, alpha, ok = _solve(geometry, coupled_point(pivot, np.asarray(gauge, dtype=float).reshape(-1, 3)))
     shape = np.shape(gauge)[:-1]
     return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)

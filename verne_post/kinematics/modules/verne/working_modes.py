@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.kinematics.modules.solutions import InverseSolution
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.inverse import PointOfTilt, coupled_point, find_tilts, fixed_point
 from verne_post.kinematics.modules.verne.rods import CLOSED, POLISH_STEPS, POLISHED, refuse_mode
+from verne_post.model.protocols import InverseSolution
 
 #: Two tilts closer than this (rad) are one: far above rounding, far below any two modes.
 SAME_TILT: Final = 1e-7
