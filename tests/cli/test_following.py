@@ -46,7 +46,7 @@ def test_a_perfect_run(rows: np.ndarray, run: Callable[..., Any]) -> None:
     np.savetxt("log", rows[:, 1:6], fmt="%.9f")  # as halsampler writes
     code, said = verified(run)
     assert code == 0
-    assert "0 rows (0 s) behind" in said
+    assert "0 rows (0 s) later than" in said
     assert max(numbers(said).values()) < 1e-6
 
 
@@ -76,7 +76,7 @@ def test_a_lag_of_all_axes_leaves_the_tool_on_the_path(rows: np.ndarray, run: Ca
     late = np.concatenate([rows[:1, 1:6].repeat(17, axis=0), rows[:, 1:6]])
     np.savetxt("log", late, fmt="%.9f", delimiter=",", header="rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg", comments="")
     code, said = verified(run)
-    assert "17 rows (0.017 s) behind" in said
+    assert "17 rows (0.017 s) later than" in said
     assert numbers(said)["tip"] < 1e-6
     code, said = verified(run, "--delay", 0)
     assert code == 0
@@ -93,7 +93,7 @@ def test_a_log_that_ends_early_or_lags_to_its_end(rows: np.ndarray, run: Callabl
     np.savetxt("log", slow[:-100], fmt="%.9f")
     code, said = verified(run)
     assert code == 0
-    delay = re.search(r"(\d+) rows \(0\.\d+ s\) behind", said)
+    delay = re.search(r"(\d+) rows \(0\.\d+ s\) later than", said)
     assert delay
     assert 8 <= int(delay[1]) <= 12
     assert numbers(said)["path"] < numbers(said)["tip"]

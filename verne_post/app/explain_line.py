@@ -148,7 +148,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     machine, frame = line.exact.machine, line.frame
     try:
         block = read_block(line.text, line.number)
-    except BlockError:  # values to compute, an O word, another tongue
+    except BlockError:  # values to compute, an O word, another dialect
         block = None
     named = {} if block is None else block.words
     machine_words = (

@@ -32,8 +32,8 @@ def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Arra
     yield f"  platform             P {mm_text(position)}, platform tilt alpha {degrees_text(alpha)} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
-        room = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
-        yield f"  {column.header:<20} {clean(value * column.factor):.6f}   {room}"
+        margin_text = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
+        yield f"  {column.header:<20} {clean(value * column.factor):.6f}   {margin_text}"
     for measure, value in measures:
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
         unit = f" {measure.unit}" if measure.unit else ""

@@ -37,7 +37,7 @@ def is_utf16(begin: bytes) -> bool:
     return len(begin) >= 4 and min(zeros) == 0 and max(zeros) >= len(begin) // 2
 
 
-#: What is said of such a file.
+#: The message about such a file.
 UTF16: Final = (
     "text in UTF-16; save it as UTF-8. The > of PowerShell writes UTF-16: "
     "let verne-post, or the program that made the file, write it with -o"

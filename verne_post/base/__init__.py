@@ -1,1 +1,1 @@
-"""Units, tolerances and rotations: what every room may use."""
+"""Units, tolerances and rotations: what every package may use."""

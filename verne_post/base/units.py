@@ -1,4 +1,4 @@
-"""Factors between the units of the shop floor and the units inside (mm, rad, s)."""
+"""Factors between the units of programs and files and the units inside (mm, rad, s)."""
 
 import math
 from typing import Final

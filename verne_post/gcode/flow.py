@@ -140,7 +140,7 @@ class Flow:
         return self.interpreter.read(decode_line(self.text.line(line)), line).o
 
     def _pass_branches(self, o: OWord | None, line: int) -> None:
-        """Go behind the endif. The conditions on the way are evaluated, as LinuxCNC does: a mistake in one shows."""
+        """Go to the line after the endif. The conditions on the way are evaluated, as LinuxCNC does: a mistake in one shows."""
         structure = self.text.structure
         while o is not None:
             if o.keyword == "elseif":

@@ -60,7 +60,7 @@ def following_text(name: str, following: Following, lines: NDArray[np.int32], cy
 
     delay = following.delay
     return _wrap(
-        f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) behind the setpoints. "
+        f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) later than the setpoints. "
         f"Following error of the joints at most: {joints}. "
         f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time ({at(following.tip_row)}), "
         f"and {following.path_worst:.6f} mm from the commanded path ({at(following.path_row)}); "

@@ -29,7 +29,7 @@ class Following:
     Attributes
     ----------
     delay : int
-        Rows by which the log lags behind the setpoints, as it was compared.
+        Rows by which the log is later than the setpoints, as it was compared.
     rows : int
         Rows that were compared.
     joint_worst, joint_rms : ndarray, shape (n_joints,)
@@ -55,7 +55,7 @@ class Following:
 
 
 def estimate_delay(commanded: Array, measured: Array) -> int:
-    """Estimate by how many whole rows a log (m, n_joints) lags behind setpoints (n, n_joints).
+    """Estimate by how many whole rows a log (m, n_joints) is later than setpoints (n, n_joints).
 
     It is the delay with the least mean square error of all joints, each over its range of motion.
     """
