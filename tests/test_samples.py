@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from .builders import HEADER
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "gcode_samples"
-HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
 # The acceptance bounds of a written file.
 VELOCITY, ACCELERATION, JERK, FEED, TIP_MM, AXIS_DEG = 1.001, 1.005, 1.02, 1.001, 1e-3, 1e-3
 # How much a degree counts for against a millimetre where the nearest pose of a segment is sought: 50 mm a radian.
@@ -46,8 +47,8 @@ def options(sample: Path) -> list[str]:
 
 
 #: CodedFinding against twins in tests/gcode/test_dialects.py: this judge knows no tilted plane.
-OTHER_TONGUES = {"fanuc_tilted"}
-SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_TONGUES)
+OTHER_DIALECTS = {"fanuc_tilted"}
+SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_DIALECTS)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]
 GOOD = [sample for sample in SAMPLES if sample not in REFUSED]
 

@@ -29,9 +29,10 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.verdict import gravest
 from verne_post.output.formats import FORMATS
 
+from ..builders import HEADER
+
 ROOT = Path(__file__).resolve().parents[2]
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
-HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
 HEAD = "G21 G90 G94 G17\n"
 GOOD = HEAD + "G0 X0 Y0 Z20 A0 C0\nG1 X3 F3000\nY2 A3 C5\nG2 I1\nM2\n"
 BEYOND = HEAD + "G0 X0 Y0 Z120 A0 C0\nG1 A110 F2000\nM2\n"

@@ -16,8 +16,9 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.toolpath.margins import margin_functions
 
-FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
-TRAVEL = (FOLDER / "violates_slider_travel.nc", "--tool-length", 50)
+from ..builders import SAMPLES
+
+TRAVEL = (SAMPLES / "violates_slider_travel.nc", "--tool-length", 50)
 TILTED = "G21 G90 G64\nG0 X-60 Y-30 Z60 A20 C0\nG1 X60 F3000\nG1 Y40 A35 C50\nG3 X20 Y80 R40\nG1 X-60 Y-30 A10 C90\nG0 Z90\nM2\n"
 
 

@@ -17,16 +17,13 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 from verne_post.toolpath.contour_pose import contour_pose
 
-FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
-#: Samples that convert; their headers say with which options.
-SAMPLES = [
-    "blade_5axis.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc", "wing.cls",
-]  # fmt: skip
+from ..builders import LEGAL_SAMPLES, SAMPLES
+
 #: Samples with fewer than ten lines of motion outside cycles and subprograms.
 FEWER = {"fanuc_tilted.nc": 5, "slider_bound.nc": 9}
 
 
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", LEGAL_SAMPLES)
 @pytest.mark.parametrize("smoothing", ["spline", "off"])
 def test_the_rest_of_the_path_is_that_of_the_whole_program(
     laid_out: Callable[..., Program], name: str, smoothing: str
@@ -64,7 +61,7 @@ def test_rows_of_a_restart_lie_on_rows_of_the_whole_program(
     tmp_path: Path, run: Callable[..., Any], sample_words: Callable[[str], list[str]], line: int
 ) -> None:
     """Read back from the files: every row of the restart is on the polyline of the whole program's rows."""
-    sample, place = FOLDER / "pocket_3axis.nc", sample_words("pocket_3axis.nc")
+    sample, place = SAMPLES / "pocket_3axis.nc", sample_words("pocket_3axis.nc")
     whole, rest = tmp_path / "whole.csv", tmp_path / "rest.csv"
     assert run("convert", sample, *place, "-o", whole).code == 0
     again = (*place, "--from", "home", "--from-line", line, "--to", "home")
@@ -250,7 +247,7 @@ def test_a_stop_before_the_line_is_passed_and_one_behind_it_splits(
 def test_a_restart_needs_to_know_where_the_machine_stands(
     run: Callable[..., Any], sample_words: Callable[[str], list[str]]
 ) -> None:
-    answer = run("convert", FOLDER / "pocket_3axis.nc", *sample_words("pocket_3axis.nc"), "--from-line", 20)
+    answer = run("convert", SAMPLES / "pocket_3axis.nc", *sample_words("pocket_3axis.nc"), "--from-line", 20)
     assert answer.code == 2
     assert "--from" in answer.err
     assert answer.out == ""

@@ -14,22 +14,12 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.output import dump
 
+from ..builders import axis_of, axis_words
+
 HEAD = "G21 G90 G94 G17 F1000\n"
 START = "G43.5 G0 X0 Y0 Z60 I0 J0 K1\n"
 #: A transformation costs 1e-13; degrees and back a little more.
 EXACT = 1e-11
-
-
-def axis_of(a, c):
-    """The tool axis of nominal angles, written out."""
-    a, c = np.asarray(a), np.asarray(c)
-    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
-
-
-def vector(tilt, turn):
-    """Words of a tool axis, degrees."""
-    i, j, k = axis_of(math.radians(tilt), math.radians(turn))
-    return f"I{i:.12f} J{j:.12f} K{k:.12f}"
 
 
 @pytest.fixture
@@ -102,7 +92,7 @@ def test_vectors_hold_until_the_next_and_scale_to_one(path_of):
 
 
 def test_arcs_keep_the_axis_and_read_ijk_as_their_centre(path_of):
-    path = path_of(f"G43.5 G0 X0 Y0 Z60 {vector(25, 70)}\nG3 X20 Y0 I10 J0\nG1 X30 {vector(10, 70)}")
+    path = path_of(f"G43.5 G0 X0 Y0 Z60 {axis_words(25, 70)}\nG3 X20 Y0 I10 J0\nG1 X30 {axis_words(10, 70)}")
     assert path.arcs.r0[0] == pytest.approx(10.0)
     assert axis_of(*path.end[0, 3:]) == pytest.approx(axis_of(*np.radians([25, 70])), abs=EXACT)
     assert axis_of(*path.end[1, 3:]) == pytest.approx(axis_of(*np.radians([10, 70])), abs=EXACT)
@@ -113,7 +103,7 @@ def test_arcs_keep_the_axis_and_read_ijk_as_their_centre(path_of):
 def test_a_vector_goes_on_from_the_side_that_the_words_named(path_of, tilt, turn):
     """The same axis again is no motion of the table, whatever branch the words stand on."""
     path = path_of(
-        f"G43.4 G0 X0 Y0 Z60 A{tilt} C{turn}\nG43.5 G1 X20 {vector(tilt, turn)}\nX30 {vector(tilt, turn + 20)}"
+        f"G43.4 G0 X0 Y0 Z60 A{tilt} C{turn}\nG43.5 G1 X20 {axis_words(tilt, turn)}\nX30 {axis_words(tilt, turn + 20)}"
     )
     assert np.degrees(path.end[:, 3:]) == pytest.approx(np.array([[tilt, turn], [tilt, turn + 20]]), abs=1e-8)
 
@@ -123,7 +113,7 @@ def test_a_part_that_is_turned_turns_its_vectors(path_of):
     k = axis_of(*np.radians([30.0, 40.0]))
     c, s = math.cos(math.radians(25.0)), math.sin(math.radians(25.0))
     on_table = np.array([c * k[0] - s * k[1], s * k[0] + c * k[1], k[2]])
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 40)}\nG1 X20"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 40)}\nG1 X20"
     path = path_of(body, wcs={1: WorkOffset((5.0, 6.0, 7.0), 25.0)})
     assert axis_of(*path.end[0, 3:]) == pytest.approx(on_table, abs=EXACT)
     path = path_of("G10 L2 P1 R25\n" + body)
@@ -132,8 +122,8 @@ def test_a_part_that_is_turned_turns_its_vectors(path_of):
 
 def test_shifted_rotary_words_do_not_move_vectors(path_of):
     """G10 L2 A C and G92 A C shift numbers of words; a tool axis has none."""
-    plain = path_of(f"G43.5 G0 X0 Y0 Z60 {vector(30, 40)}\nG1 X20 {vector(35, 40)}")
-    shifted = path_of(f"G10 L2 P1 A12 C-34\nG43.5 G0 X0 Y0 Z60 {vector(30, 40)}\nG1 X20 {vector(35, 40)}")
+    plain = path_of(f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 40)}\nG1 X20 {axis_words(35, 40)}")
+    shifted = path_of(f"G10 L2 P1 A12 C-34\nG43.5 G0 X0 Y0 Z60 {axis_words(30, 40)}\nG1 X20 {axis_words(35, 40)}")
     assert shifted.end == pytest.approx(plain.end, abs=1e-9)
 
 
@@ -147,7 +137,7 @@ def test_a_vector_is_the_same_axis_on_machines_of_either_sense(tmp_path, a_sense
             text = text.replace(f'{name}_positive = "workpiece"', f'{name}_positive = "tool"')
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
     machine = verne_post.load_machine(str(tmp_path / "m.toml"))
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 40)}\nG1 X20 {vector(45, 80)}\nG49\nG0 X30 A{a_sense * 20} C{c_sense * 50}"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 40)}\nG1 X20 {axis_words(45, 80)}\nG49\nG0 X30 A{a_sense * 20} C{c_sense * 50}"
     path = assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0)).path
     expected = axis_of(*np.radians([[45.0, 20.0], [80.0, 50.0]]))
     assert axis_of(path.end[:, 3], path.end[:, 4]) == pytest.approx(expected, abs=1e-9)
@@ -155,7 +145,7 @@ def test_a_vector_is_the_same_axis_on_machines_of_either_sense(tmp_path, a_sense
 
 def test_retracts_run_along_the_axis_that_holds(path_of):
     for retract in ("G53 G0 Z0", "G91 G28 Z0\nG90"):
-        path = path_of(f"G43.5 G0 X10 Y5 Z60 {vector(30, 40)}\nG1 X20\n{retract}")
+        path = path_of(f"G43.5 G0 X10 Y5 Z60 {axis_words(30, 40)}\nG1 X20\n{retract}")
         way = path.end[1, :3] - path.start[1, :3]
         assert way / np.linalg.norm(way) == pytest.approx(axis_of(*np.radians([30.0, 40.0])), abs=1e-9)
         assert path.free[1]
@@ -164,15 +154,15 @@ def test_retracts_run_along_the_axis_that_holds(path_of):
 @pytest.mark.parametrize("home", ["G28", "G91 G28 Z0\nG90 G49 G53 G0 X0 Y0 A0 C0", "G43.4\nG53 G0 X0 Y0 Z0 A0 C0"])
 def test_a_whole_place_in_machine_coordinates_ends_the_vector(path_of, home):
     """There A and C are what the words or [home] say, not a branch that is open."""
-    path = path_of(f"G43.5 G0 X10 Y5 Z60 {vector(30, 40)}\nG1 X20\n{home}")
+    path = path_of(f"G43.5 G0 X10 Y5 Z60 {axis_words(30, 40)}\nG1 X20\n{home}")
     assert path.end[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert not path.free[-1]
 
 
 def test_a_turn_far_from_the_first_is_kept(path_of):
     """C goes the short way from vector to vector and adds up."""
-    turns = "\n".join(f"X{k} {vector(20, 40 * k)}" for k in range(1, 20))
-    path = path_of(f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 {turns}")
+    turns = "\n".join(f"X{k} {axis_words(20, 40 * k)}" for k in range(1, 20))
+    path = path_of(f"G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 {turns}")
     assert np.degrees(path.end[-1, 4]) == pytest.approx(760.0, abs=1e-7)
 
 

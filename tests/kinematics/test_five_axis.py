@@ -7,6 +7,8 @@ import pytest
 
 from verne_post.model.moves import Frame
 
+from ..builders import axis_of, rods
+
 #: F of the frames page: base (z down) to upright and back.
 F = np.diag([1.0, -1.0, -1.0])
 #: Round trips in mm and of unit vectors. Measured 7e-13 and 7e-16; the rest is room for another platform.
@@ -48,27 +50,6 @@ def rz(angle):
 
 def turn(matrix, vector):
     return np.einsum("...ij,...j->...i", matrix, vector)
-
-
-def axis_of(a, c):
-    """The meaning of a programmed pair."""
-    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
-
-
-def rods(position, alpha, rho):
-    """Equations (3)-(6) with the identified lengths, (..., 4) mm2."""
-    x, y, z = np.moveaxis(position, -1, 0)
-    rho1, rho2, rho3 = np.moveaxis(rho, -1, 0)
-    ca, sa = np.cos(alpha), np.sin(alpha)
-    return np.stack(
-        [
-            (x - 320) ** 2 + (y + 130 * ca - 80) ** 2 + (z + 130 * sa - rho1) ** 2 - 850**2,
-            (x - 320) ** 2 + (y - 130 * ca + 80) ** 2 + (z - 130 * sa - rho1) ** 2 - 850**2,
-            (x + 240) ** 2 + (y - 190 * ca + 565) ** 2 + (z - 190 * sa - rho2) ** 2 - 950**2,
-            (x + 240) ** 2 + (y + 190 * ca - 565) ** 2 + (z + 190 * sa - rho3) ** 2 - 950**2,
-        ],
-        axis=-1,
-    )
 
 
 def on_table(point_base, a, c, pivot, rotary_offset):

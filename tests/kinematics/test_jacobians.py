@@ -9,28 +9,12 @@ from verne_post.app.constraints import check_program
 from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.model.options import Options
 
-LENGTHS = {
-    "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,
-    "L2": 950.0, "L3": 950.0,
-}  # fmt: skip
+from ..builders import LENGTHS, rods
+
 #: Unequal rods, so that no symmetry hides a wrong sign.
 SKEW = {**LENGTHS, "L2": 930.0, "L3": 965.0, "R2": 205.0, "leg1_x_offset": -300.0}
 #: Step of central differences, mm and rad: error h^2 q''' / 6 near 1e-9, rounding 1e-13 / h near 1e-9.
 STEP = 1e-4
-
-
-def rods(position, alpha, rho, g):
-    """Left-hand sides of the paper's equations (3) to (6), mm2, shape (4, n)."""
-    x, y, z = np.moveaxis(position, -1, 0)
-    r1, r2, r3 = np.moveaxis(rho, -1, 0)
-    c, s = np.cos(alpha), np.sin(alpha)
-    x1, x2 = x + g["leg1_x_offset"], x + g["leg23_x_offset"]
-    return np.array([
-        x1**2 + (y + g["R1"] * c - g["r1"]) ** 2 + (z + g["R1"] * s - r1) ** 2 - g["L1"] ** 2,
-        x1**2 + (y - g["R1"] * c + g["r1"]) ** 2 + (z - g["R1"] * s - r1) ** 2 - g["L1"] ** 2,
-        x2**2 + (y - g["R2"] * c + g["r4"]) ** 2 + (z - g["R2"] * s - r2) ** 2 - g["L2"] ** 2,
-        x2**2 + (y + g["R2"] * c - g["r4"]) ** 2 + (z + g["R2"] * s - r3) ** 2 - g["L3"] ** 2,
-    ])  # fmt: skip
 
 
 def poses(lengths, n=200):
@@ -52,7 +36,7 @@ def test_both_parts_are_the_derivatives_of_the_rod_equations(lengths):
         step = STEP * np.array(dp), STEP * da, STEP * np.array(dr)
         ahead = rods(position + step[0], alpha + step[1], rho + step[2], lengths)
         behind = rods(position - step[0], alpha - step[1], rho - step[2], lengths)
-        return (ahead - behind).T / (4 * STEP)  # half of the derivative
+        return (ahead - behind) / (4 * STEP)  # half of the derivative
 
     unit = np.eye(3)
     for k in range(3):

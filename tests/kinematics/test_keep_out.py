@@ -21,8 +21,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
 from verne_post.model.protocols import Pose
 
-MACHINE = verne_post.load_machine()
-
+from ..builders import MACHINE
 
 # --- one cylinder and one box -------------------------------------------------------------------
 

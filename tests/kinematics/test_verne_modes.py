@@ -5,24 +5,9 @@ import pytest
 
 from verne_post.kinematics.modules.verne.module import VerneModule
 
-LENGTHS = {
-    "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,
-    "L2": 950.0, "L3": 950.0,
-}  # fmt: skip
+from ..builders import LENGTHS, rods
+
 MODULE = VerneModule(**LENGTHS)
-
-
-def rods(position, alpha, rho, g=LENGTHS):
-    """Left-hand sides of the paper's equations (3) to (6), mm2."""
-    x, y, z = position
-    c, s = np.cos(alpha), np.sin(alpha)
-    x1, x2 = x + g["leg1_x_offset"], x + g["leg23_x_offset"]
-    return np.array([
-        x1**2 + (y + g["R1"] * c - g["r1"]) ** 2 + (z + g["R1"] * s - rho[0]) ** 2 - g["L1"] ** 2,
-        x1**2 + (y - g["R1"] * c + g["r1"]) ** 2 + (z - g["R1"] * s - rho[0]) ** 2 - g["L1"] ** 2,
-        x2**2 + (y - g["R2"] * c + g["r4"]) ** 2 + (z - g["R2"] * s - rho[1]) ** 2 - g["L2"] ** 2,
-        x2**2 + (y + g["R2"] * c - g["r4"]) ** 2 + (z + g["R2"] * s - rho[2]) ** 2 - g["L3"] ** 2,
-    ])  # fmt: skip
 
 
 def test_fig_6_has_sixteen_solutions_and_one_in_use():

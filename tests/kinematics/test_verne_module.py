@@ -8,18 +8,8 @@ import pytest
 from verne_post import load_machine
 from verne_post.kinematics.modules.verne.module import VerneModule
 
-#: The identified lengths (docs: kinematics), written out so that a wrong machine file is noticed here too.
-LENGTHS = {
-    "leg1_x_offset": -320.0,
-    "R1": 130.0,
-    "r1": 80.0,
-    "L1": 850.0,
-    "leg23_x_offset": 240.0,
-    "R2": 190.0,
-    "r4": 565.0,
-    "L2": 950.0,
-    "L3": 950.0,
-}
+from ..builders import LENGTHS, rods
+
 #: A geometry without the symmetry L2 = L3, where exchanging legs II and III would be noticed.
 SKEW = {**LENGTHS, "L2": 960.0, "L3": 935.0}
 
@@ -35,19 +25,6 @@ def module() -> VerneModule:
 
 
 # --- the paper's equations, independent of the module's code --------------------------------------
-
-
-def rods(position, alpha, rho, g=LENGTHS):
-    """Equations (3), (4), (5), (6) as printed; position (..., 3), alpha (...), rho (..., 3) -> (..., 4) mm2."""
-    x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
-    rho1, rho2, rho3 = np.moveaxis(np.asarray(rho, dtype=float), -1, 0)
-    ca, sa = np.cos(alpha), np.sin(alpha)
-    d1, d2 = g["leg1_x_offset"], g["leg23_x_offset"]
-    eq3 = (x + d1) ** 2 + (y + g["R1"] * ca - g["r1"]) ** 2 + (z + g["R1"] * sa - rho1) ** 2 - g["L1"] ** 2
-    eq4 = (x + d1) ** 2 + (y - g["R1"] * ca + g["r1"]) ** 2 + (z - g["R1"] * sa - rho1) ** 2 - g["L1"] ** 2
-    eq5 = (x + d2) ** 2 + (y - g["R2"] * ca + g["r4"]) ** 2 + (z - g["R2"] * sa - rho2) ** 2 - g["L2"] ** 2
-    eq6 = (x + d2) ** 2 + (y + g["R2"] * ca - g["r4"]) ** 2 + (z + g["R2"] * sa - rho3) ** 2 - g["L3"] ** 2
-    return np.stack([eq3, eq4, eq5, eq6], axis=-1)
 
 
 def drops(position, alpha, rho, g=LENGTHS):

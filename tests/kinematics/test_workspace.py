@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from verne_post import load_machine
 from verne_post.base.rotations import axis_of_angles
 from verne_post.kinematics.workspace import BELOW_TABLE, OUT_OF_REACH, classify
 
-MACHINE = load_machine()
+from ..builders import MACHINE
+
 MODULE = MACHINE.module
 
 

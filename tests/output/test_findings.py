@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-import verne_post
 from verne_post.model.codes import CODES
 from verne_post.model.findings import finding
 from verne_post.output.findings import Report, text_line
 from verne_post.output.reports import json as json_report
 from verne_post.output.reports import text as text_report
 
-MACHINE = verne_post.load_machine()
+from ..builders import MACHINE
+
 ARGUMENTS = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 KEYS = {"code", "severity", "line", "last_line", "worst_line", "axis", "value", "limit", "unit", "message", "count"}
 # FILE:LINE: CODE severity: message

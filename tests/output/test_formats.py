@@ -13,7 +13,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-import verne_post
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.output.formats import FORMATS
@@ -21,7 +20,6 @@ from verne_post.output.spool import WrittenRows
 
 PROGRAM = "G21 G90 G64\nG0 X0 Y0 Z50 A0 C0\nG1 X40 Y10 A8 C30 F3000\nG1 X10 Y30\nG4 P0.1\nG0 Z80\nM2\n"
 PLACE = ("--tool-length", 60, "--wcs", "G54=5,-8,30")
-MACHINE = verne_post.load_machine()
 
 
 @pytest.fixture

@@ -19,7 +19,8 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format, round_setpoints, rounding_noise
 from verne_post.output.setpoints import csv_rows
 
-MACHINE = verne_post.load_machine()
+from ..builders import MACHINE
+
 LIMITS = tomllib.loads((Path(__file__).resolve().parents[2] / "machine_configs" / "verne.toml").read_text())["limits"]
 JOINTS = ("rho", "rho", "rho", "a", "c")
 JERK = [Fraction(LIMITS[f"{name}_jerk"]) for name in JOINTS]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
+from ..builders import SAMPLES
 
 
 @pytest.fixture(scope="module")
@@ -27,16 +27,16 @@ def test_findings_of_every_kind_are_valid(
     validator: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
 ) -> None:
     """Limits, unreadable text with columns, a file that is not there, line 0, a file of many findings, and a batch."""
-    rejected = sorted((FOLDER.parent / "tests" / "rejected").glob("*.nc"))
-    programs = [*sorted(FOLDER.glob("*.nc")), *rejected, tmp_path / "none.nc"]
+    rejected = sorted((SAMPLES.parent / "tests" / "rejected").glob("*.nc"))
+    programs = [*sorted(SAMPLES.glob("*.nc")), *rejected, tmp_path / "none.nc"]
     many = tmp_path / "many.nc"
     many.write_text("G21 G90\n" + "G1 X\n" * 60 + "M2\n")
     out = tmp_path / "s.sarif"
     place = ("--tool-length", 80, "--output-format", "sarif", "--output-file", out)
     for words in (
         (*programs, many),
-        (FOLDER / "pocket_3axis.nc", "--from", "1240,1240,1240,0,0"),
-        (FOLDER / "inch.nc",),
+        (SAMPLES / "pocket_3axis.nc", "--from", "1240,1240,1240,0,0"),
+        (SAMPLES / "inch.nc",),
     ):
         run("check", *words, *place)
         log = json.loads(out.read_text())
@@ -48,7 +48,7 @@ def test_findings_of_every_kind_are_valid(
 
 def test_the_schema_sees_mistakes(validator: Any, tmp_path: Path, run: Callable[..., Any]) -> None:
     out = tmp_path / "s.sarif"
-    run("check", FOLDER / "violates_tilt.nc", "--tool-length", 120, "--output-format", "sarif", "--output-file", out)
+    run("check", SAMPLES / "violates_tilt.nc", "--tool-length", 120, "--output-format", "sarif", "--output-file", out)
     for spoil in (
         lambda log: log["runs"][0]["results"][0].update(level="fatal"),
         lambda log: log["runs"][0]["results"][0].pop("message"),

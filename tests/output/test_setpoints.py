@@ -12,16 +12,13 @@ import pytest
 
 import verne_post
 from verne_post.model.findings import InputError
-from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv
 
-MACHINE = verne_post.load_machine()
-HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
+from ..builders import HEADER, MACHINE, OPTIONS
+
 SOURCE = b"G21 G90 G94 G17\nG0 X0 Y0 Z20 A0 C0\nG1 X3 F3000\nG4 P0.01\nY2 A3 C-5\nC5\nG2 I1\nM2\n"
-OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
 ARGUMENTS = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 
 

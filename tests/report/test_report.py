@@ -20,10 +20,10 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.report.study import study
 from verne_post.toolpath.margins import margin_functions
 
-FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
-POCKET = (FOLDER / "pocket_3axis.nc", "--tool-length", 80, "--wcs", "G54=-10,15,60")
-TRAVEL = (FOLDER / "violates_slider_travel.nc", "--tool-length", 50, "--wcs", "G54=0,0,420")
-MACHINE = verne_post.load_machine()
+from ..builders import MACHINE, SAMPLES
+
+POCKET = (SAMPLES / "pocket_3axis.nc", "--tool-length", 80, "--wcs", "G54=-10,15,60")
+TRAVEL = (SAMPLES / "violates_slider_travel.nc", "--tool-length", 50, "--wcs", "G54=0,0,420")
 
 
 def embedded(page: str) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def test_a_long_program_is_shown_as_it_moves(
 @pytest.mark.parametrize("frames", [2000, 50])
 def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyPatch, frames: int) -> None:
     monkeypatch.setattr("verne_post.report.study.FRAMES", frames)
-    source = (FOLDER / "pocket_3axis.nc").read_bytes()
+    source = (SAMPLES / "pocket_3axis.nc").read_bytes()
     options = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
     seen = study(source, MACHINE, options)
     rows = verne_post.convert(source, MACHINE, options).setpoints

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.toolpath.contour_pose import contour_pose
 
-MACHINE = verne_post.load_machine()
+from ..builders import MACHINE
 
 
 def contour_of(source: str, mode: str = "spline", tip: float | None = None, axis: float | None = None) -> Contour:

@@ -1,6 +1,5 @@
 """The approach from a known standstill: retract, turn, position, plunge, and nothing that is not needed."""
 
-import math
 import re
 
 import numpy as np
@@ -12,6 +11,8 @@ from verne_post.config import machine_files
 from verne_post.model.moves import Frame
 from verne_post.model.options import Options
 from verne_post.model.toolpath import SegmentKind
+
+from ..builders import axis_of
 
 #: Joint values in mm and rad, positions in mm: two solutions of the same pose differ by 1e-12.
 EXACT = 1e-9
@@ -72,11 +73,6 @@ def joints_at(machine, x, y, z, a_deg, c_deg):
     return q
 
 
-def axis_of(angles):
-    a, c = angles
-    return np.array([math.sin(a) * math.sin(c), math.sin(a) * math.cos(c), math.cos(a)])
-
-
 @pytest.fixture(params=["machine", "offset_machine"])
 def any_machine(request):
     return request.getfixturevalue(request.param)
@@ -117,7 +113,7 @@ def test_consecutive_segments_meet_in_joint_space(any_machine, program):
 def test_the_retract_sections_along_the_tool_axis_to_machine_zero(any_machine, program):
     path = program[0].path
     step = path.end[0] - path.start[0]
-    axis = axis_of(path.start[0, 3:])
+    axis = axis_of(*path.start[0, 3:])
     assert step[3:] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert step[:3] == pytest.approx(200.0 * axis, abs=EXACT)
     assert machine_z(any_machine, path.end[0]) == pytest.approx(0.0, abs=EXACT)
@@ -147,7 +143,7 @@ def test_the_plunge_sections_along_the_first_poses_axis_from_machine_zero(any_ma
     assert angles == pytest.approx(sense * FIRST[1], abs=1e-12)
     assert path.end[3] == pytest.approx(path.first_pose, abs=EXACT)
     step = path.start[3, :3] - tip
-    assert step == pytest.approx(np.linalg.norm(step) * axis_of(angles), abs=EXACT)
+    assert step == pytest.approx(np.linalg.norm(step) * axis_of(*angles), abs=EXACT)
     assert path.start[3, 3:] == pytest.approx(angles, abs=1e-12)
     assert machine_z(any_machine, path.start[3]) == pytest.approx(0.0, abs=EXACT)
 

@@ -18,28 +18,10 @@ from verne_post.toolpath.branches import plan_branches
 from verne_post.toolpath.build import build_path
 from verne_post.toolpath.evaluate import pose
 
+from ..builders import MACHINE, axis_of, axis_words, with_ranges
+
 HEAD = "G21 G90 G94 G17 F3000\n"
-MACHINE = verne_post.load_machine()
 SERIAL = verne_post.load_machine("serial")
-
-
-def axis_of(a, c):
-    a, c = np.asarray(a), np.asarray(c)
-    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
-
-
-def vector(tilt, turn):
-    i, j, k = axis_of(math.radians(tilt), math.radians(turn))
-    return f"I{i:.12f} J{j:.12f} K{k:.12f}"
-
-
-def with_ranges(machine, a=None, c=None):
-    """The machine with other ranges of A and C, degrees."""
-    lower, upper = machine.limits.lower.copy(), machine.limits.upper.copy()
-    for joint, pair in ((3, a), (4, c)):
-        if pair is not None:
-            lower[joint], upper[joint] = np.radians(pair)
-    return replace(machine, limits=replace(machine.limits, lower=lower, upper=upper))
 
 
 def program(body, machine=SERIAL, **options):
@@ -69,7 +51,7 @@ def random_body(rng):
     for k in range(rng.integers(3, 6)):
         word = "G0" if rng.random() < 0.3 else "G1"
         tilt = 0.0 if rng.random() < 0.3 else rng.uniform(5, 60)
-        lines.append(f"{word} X{10 * k} Y{rng.uniform(-9, 9):.3f} Z60 {vector(tilt, rng.uniform(-180, 180))}")
+        lines.append(f"{word} X{10 * k} Y{rng.uniform(-9, 9):.3f} Z60 {axis_words(tilt, rng.uniform(-180, 180))}")
     return "G43.5\n" + "\n".join(lines)
 
 
@@ -155,7 +137,7 @@ def test_no_sequence_of_branches_is_better(a_range, c_range):
 def test_straight_through_the_pole_c_stands_still(word, off):
     """Exactly, and within what verification accepts: A goes through zero, C stays, the axis leaves the circle by less."""
     i = math.sqrt(0.25 - off**2)
-    body = f"G43.5 G0 X0 Y0 Z60 I-{i:.12f} J{off:.12f} K0.866025403784\n{word} X20 I{i:.12f} J{off:.12f} K0.866025403784\nX30 {vector(50, 90)}"
+    body = f"G43.5 G0 X0 Y0 Z60 I-{i:.12f} J{off:.12f} K0.866025403784\n{word} X20 I{i:.12f} J{off:.12f} K0.866025403784\nX30 {axis_words(50, 90)}"
     prog = program(body)
     assert found(prog) == []
     a, c = degrees(prog.path)[..., 0], degrees(prog.path)[..., 1]
@@ -187,7 +169,7 @@ def test_past_the_pole_the_axis_is_on_the_great_circle_and_c_turns():
 @pytest.mark.parametrize("word", ["G0", "G1"])
 def test_a_corner_at_the_pole_turns_c_in_place_and_says_so(word):
     """There the tool stands, vertical: C goes to where the next move tilts, the tip keeps its place."""
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\n{word} X20 {vector(0, 0)}\nX40 {vector(30, 60)}"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\n{word} X20 {axis_words(0, 0)}\nX40 {axis_words(30, 60)}"
     prog = program(body)
     assert found(prog) == [("VP301", "warning", 4)]
     assert "C turns under the standing" in prog.findings[0].message
@@ -199,7 +181,7 @@ def test_a_corner_at_the_pole_turns_c_in_place_and_says_so(word):
 
 
 def test_a_corner_straight_through_the_pole_needs_no_turn():
-    prog = program(f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 I0 J0 K1\nX40 {vector(30, 180)}")
+    prog = program(f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 I0 J0 K1\nX40 {axis_words(30, 180)}")
     assert found(prog) == []
     assert degrees(prog.path).reshape(-1, 2) == pytest.approx(np.array([[30, 0], [0, 0], [0, 0], [-30, 0]]), abs=1e-9)
 
@@ -228,7 +210,7 @@ def test_words_after_a_vertical_stretch_turn_the_table_in_their_own_rapid(before
 
 def test_a_vertical_stretch_turns_over_its_rapids_only():
     up = "I0 J0 K1"
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {up}\nX30\nG0 X40\nX50\nG1 X60\nX80 {vector(30, 60)}"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 {up}\nX30\nG0 X40\nX50\nG1 X60\nX80 {axis_words(30, 60)}"
     prog = program(body)
     assert found(prog) == []
     c = degrees(prog.path)[:, :, 1]
@@ -238,7 +220,7 @@ def test_a_vertical_stretch_turns_over_its_rapids_only():
 
 def test_a_vertical_stretch_without_rapids_turns_over_all_of_it():
     up = "I0 J0 K1"
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {up}\nX30\nX60\nX80 {vector(30, 60)}"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 {up}\nX30\nX60\nX80 {axis_words(30, 60)}"
     c = degrees(program(body).path)[:, :, 1]
     assert c == pytest.approx(np.array([[0, 0], [0, 15], [15, 60], [60, 60]]), abs=1e-9)
 
@@ -247,7 +229,7 @@ def test_a_vertical_tool_keeps_c_still():
     """Throughout, at the start, and at the end."""
     up = "I0 J0 K1"
     assert np.ptp(degrees(program(f"G43.5 G0 X0 Y0 Z60 {up}\nG1 X20\nG3 X40 I10 J0\nG0 Z80").path)[..., 1]) == 0
-    body = f"G43.5 G0 X0 Y0 Z60 {up}\nG1 X20\nX40 {vector(30, 75)}\nX60 {up}\nG0 Z80\nG1 X0"
+    body = f"G43.5 G0 X0 Y0 Z60 {up}\nG1 X20\nX40 {axis_words(30, 75)}\nX60 {up}\nG0 Z80\nG1 X0"
     prog = program(body)
     assert found(prog) == []
     assert degrees(prog.path)[..., 1] == pytest.approx(75.0, abs=1e-9)
@@ -258,7 +240,7 @@ def test_a_vertical_tool_keeps_c_still():
 
 def test_the_other_table_solution_where_the_tilt_needs_it():
     tilted = with_ranges(SERIAL, a=(-95, 20))
-    prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\nG1 X20 {vector(30, 90)}\nX40\nG49 G0 A0 C0", tilted)
+    prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\nG1 X20 {axis_words(30, 90)}\nX40\nG49 G0 A0 C0", tilted)
     assert found(prog) == []  # the last rapid begins where the table stands
     assert prog.path.end[1, 3:] == pytest.approx(np.radians([-30.0, -90.0]), abs=1e-9)
     assert prog.path.end[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-12)
@@ -268,28 +250,28 @@ def test_the_other_table_solution_where_the_tilt_needs_it():
 @pytest.mark.parametrize("machine", [SERIAL, with_ranges(SERIAL, c=(-360, 360))], ids=["unlimited", "360"])
 def test_two_turns_go_from_end_to_end_of_the_range(machine):
     """A spiral of two turns fits into [-360, 360] only from one end; the plan must look ahead for it."""
-    turns = "\n".join(f"X{k} {vector(20, 30 * k)}" for k in range(1, 24))
-    prog = program(f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 {turns}", machine)
+    turns = "\n".join(f"X{k} {axis_words(20, 30 * k)}" for k in range(1, 24))
+    prog = program(f"G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 {turns}", machine)
     assert found(prog) == []
     c = degrees(prog.path)[..., 1]
     assert c[-1, 1] - c[0, 0] == pytest.approx(690.0)
     assert np.abs(c).max() <= 360.0 or machine is SERIAL
     assert check(
-        f"{HEAD}G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 {turns}\nM2\n".encode(), machine, Options(tool_length=50.0)
+        f"{HEAD}G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 {turns}\nM2\n".encode(), machine, Options(tool_length=50.0)
     ).ok
 
 
 def test_three_turns_need_a_rewind():
     """Where the tool feeds it is an error; over a rapid one that --allow-rewind resolves, with both candidates named."""
     limited = with_ranges(SERIAL, c=(-360, 360))
-    lines = [f"X{k} {vector(20, 30 * k)}" for k in range(1, 36)]
-    fed = f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 " + "\n".join(lines)
+    lines = [f"X{k} {axis_words(20, 30 * k)}" for k in range(1, 36)]
+    fed = f"G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 " + "\n".join(lines)
     prog = program(fed, limited, allow_rewind=True)
     assert {item[:2] for item in found(prog)} == {("VP301", "error")}
     assert "the tool feeds here" in prog.findings[0].message
     assert len(prog.findings) == 1
 
-    lifted = f"G43.5 G0 X0 Y0 Z60 {vector(20, 0)}\nG1 " + "\n".join(
+    lifted = f"G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 " + "\n".join(
         [*lines[:18], "G0 Z90", "Z60", "G1 X19", *lines[18:]]
     )
     prog = program(lifted, limited)
@@ -309,9 +291,9 @@ def test_three_turns_need_a_rewind():
 def test_findings_of_branches_reach_the_result():
     """A flip where the tool feeds is refused with the error of the planner, and nothing is written."""
     limited = with_ranges(MACHINE, c=(-200, 200))
-    turns = "\n".join(f"X{10 * k} {vector(30, 90 * k)}" for k in range(1, 6))
+    turns = "\n".join(f"X{10 * k} {axis_words(30, 90 * k)}" for k in range(1, 6))
     result = convert(
-        f"{HEAD}G43.5 G0 X0 Y0 Z110 {vector(30, 0)}\nG1 {turns}\nM2\n".encode(), limited, Options(tool_length=80.0)
+        f"{HEAD}G43.5 G0 X0 Y0 Z110 {axis_words(30, 0)}\nG1 {turns}\nM2\n".encode(), limited, Options(tool_length=80.0)
     )
     assert not result.ok
     assert result.exit_code == 1
@@ -357,7 +339,7 @@ def test_a_turn_of_words_at_the_pole_is_not_made_without_leave():
 
 def test_words_and_vectors_meet_where_both_stand():
     """From words to vectors and back without a turn of the table where the axes are the same."""
-    body = f"G43.4 G0 X0 Y0 Z60 A-30 C20\nG1 X10\nG43.5 G1 X20 {vector(-30, 20)}\nX30 {vector(-40, 20)}\nG43.4 G1 X40 A-20 C20"
+    body = f"G43.4 G0 X0 Y0 Z60 A-30 C20\nG1 X10\nG43.5 G1 X20 {axis_words(-30, 20)}\nX30 {axis_words(-40, 20)}\nG43.4 G1 X40 A-20 C20"
     prog = program(body)
     assert found(prog) == []
     a = degrees(prog.path)[:, :, 0]
@@ -368,7 +350,7 @@ def test_words_and_vectors_meet_where_both_stand():
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        (f"G43.5 G0 X0 Y0 Z60 {vector(60, 0)}\nG1 X10 {vector(-120, 0)}", "opposite"),
+        (f"G43.5 G0 X0 Y0 Z60 {axis_words(60, 0)}\nG1 X10 {axis_words(-120, 0)}", "opposite"),
         ("G43.5 G0 X0 Y0 Z600 I0 J0 K1\nG1 X10 I0 J0 K-1", "opposite"),
     ],
 )

@@ -11,6 +11,8 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
 
+from ..builders import axis_of
+
 #: Positions in mm and angles in rad: the transformations cost 1e-13.
 EXACT = 1e-9
 HEAD = "G21 G90 G94 G17 G61 F1200\n"
@@ -34,10 +36,6 @@ def at(path, segment, u):
     """Tip and angles of one segment at parameters u, (n, 5)."""
     u = np.asarray(u, dtype=float)
     return np.concatenate(pose(path, np.full(len(u), segment), u), axis=-1)
-
-
-def axis_of(a, c):
-    return np.array([math.sin(a) * math.sin(c), math.sin(a) * math.cos(c), math.cos(a)])
 
 
 # --- straight segments ------------------------------------------------------------------------------

@@ -12,7 +12,8 @@ from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
 from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
-from .polylines import MACHINE, contour_of, jumps
+from ..builders import MACHINE
+from .polylines import contour_of, jumps
 
 HEAD = "G21 G90 G94 G17 F1000"
 START = "G0 X0 Y0 Z40 A0 C0"

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import verne_post
 from verne_post import convert
 from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
 from verne_post.model.toolpath import SegmentKind
 
+from ..builders import two_machines
+
 HEAD = "G21 G90 G94 G17 F3000\n"
-#: 4 ms keep the files short.
-MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.004) for name in ("verne", "serial")}
+MACHINES = two_machines(cycle=0.004)
 #: C from 0 to 270 while it feeds, up, down, and on to 510: with C limited to a turn and a half it must rewind in the air.
 TURNS = [
     f"X{k} I{math.sin(math.radians(30 * k)) / 2:.9f} J{math.cos(math.radians(30 * k)) / 2:.9f} K0.866025404"

@@ -9,7 +9,8 @@ from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
 from verne_post.toolpath import fairing
 
-MACHINE = verne_post.load_machine("verne")
+from ..builders import MACHINE
+
 OPTIONS = Options(tool_length=50.0)
 TOLERANCE_MM = 0.01
 

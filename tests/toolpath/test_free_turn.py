@@ -7,15 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import verne_post
 from verne_post import convert
 from verne_post.app.assemble import assemble
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
+from ..builders import two_machines
+
 HEAD = "G21 G90 G94 G17 F3000\n"
-MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.004) for name in ("verne", "serial")}
+MACHINES = two_machines(cycle=0.004)
 TOOL = 60.0
 #: A slot beside the middle of the table, and an arc: the bodies of line 2 to 5.
 SLOT = "G0 X150 Y60 Z40{first}\nG1 Z30\nX250 Y200\nG3 X150 Y60 R400"

@@ -6,25 +6,17 @@ import pytest
 import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
 
-MACHINE = verne_post.load_machine("verne")
-LINE = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
-JOINT = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))}, rapids="joint")
+from ..builders import MACHINE, OPTIONS, setpoints_of
+
+JOINT = OPTIONS.changed(rapids="joint")
 SOURCE = (
     b"G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nG0 X60 Y-40 Z90 A35 C80\nG1 X50 F2000\nY-20\nG0 Z100\nG4 P0.05\nG0 A0 C0\nM2\n"
 )
 
 
-def converted(options, source=SOURCE):
-    result = verne_post.convert(source, MACHINE, options)
-    assert result.ok, result.findings
-    return result.setpoints
-
-
 def test_rows_of_a_rapid_lie_on_a_straight_line_of_the_joints():
-    rows = converted(JOINT)
+    rows = setpoints_of(SOURCE, options=JOINT)
     for line in (3, 6, 8):
         q = rows.values[rows.line == line]
         delta = q[-1] - q[0]
@@ -32,7 +24,7 @@ def test_rows_of_a_rapid_lie_on_a_straight_line_of_the_joints():
         assert (np.diff(u) >= -1e-9).all()
         # rounding to seven and eight decimals
         assert np.abs(q - q[0] - u[:, None] * delta).max() < 2e-7
-    straight = converted(LINE)
+    straight = setpoints_of(SOURCE, options=OPTIONS)
     q = straight.values[straight.line == 3]
     delta = q[-1] - q[0]
     off = q - q[0] - ((q - q[0]) @ delta / (delta @ delta))[:, None] * delta
@@ -40,7 +32,7 @@ def test_rows_of_a_rapid_lie_on_a_straight_line_of_the_joints():
 
 
 def test_rapids_stand_still_at_both_ends_and_feed_moves_flow():
-    rows = converted(JOINT)
+    rows = setpoints_of(SOURCE, options=JOINT)
     still = np.flatnonzero((np.diff(rows.values, axis=0) == 0).all(axis=1))
     for line in (3, 6):
         last = np.flatnonzero(rows.line == line)[-1]
@@ -52,7 +44,7 @@ def test_rapids_stand_still_at_both_ends_and_feed_moves_flow():
 def test_checks_are_made_on_the_delta_that_the_tool_really_takes():
     """From one side of the table to the other with A through 180 degrees of C: the straight line is legal."""
     source = b"G21 G90 G94\nG0 X90 Y0 Z25 A0 C0\nG0 X-90 Y0 Z25 A0 C179\nM2\n"
-    line, joint = (check_program(assemble(source, MACHINE, options))[1] for options in (LINE, JOINT))
+    line, joint = (check_program(assemble(source, MACHINE, options))[1] for options in (OPTIONS, JOINT))
     assert line == []
     program = assemble(source, MACHINE, JOINT)
     joints = program.joints()

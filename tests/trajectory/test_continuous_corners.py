@@ -6,7 +6,7 @@ import pytest
 import verne_post
 from verne_post.model.options import Options
 
-MACHINE = verne_post.load_machine("verne")
+from ..builders import MACHINE
 
 
 @pytest.mark.parametrize("corner_deg", [90, 30])

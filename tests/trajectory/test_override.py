@@ -11,17 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-import verne_post
 from verne_post.app.assemble import Program
 from verne_post.model.findings import InputError
 from verne_post.trajectory.override import FeedOverride, feed_override
 from verne_post.trajectory.tuning import SLOW_START_RATE
 
-MACHINE = verne_post.load_machine()
-FOLDER = Path(__file__).resolve().parents[2] / "gcode_samples"
-NAMES = [
-    "blade_5axis.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc", "wing.cls",
-]  # fmt: skip
+from ..builders import LEGAL_SAMPLES, MACHINE, SAMPLES
 
 
 @given(st.floats(0.05, 1.0), st.sampled_from([0.0, 4.5, 20.0, 300.0]))
@@ -101,7 +96,7 @@ def off_the_path(plain: Program, table: np.ndarray) -> float:
     return float(gap.max())
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", LEGAL_SAMPLES)
 def test_every_sample_at_three_tenths_of_its_speed(
     tmp_path: Path,
     run: Callable[..., Any],
@@ -109,7 +104,7 @@ def test_every_sample_at_three_tenths_of_its_speed(
     laid_out: Callable[..., Program],
     name: str,
 ) -> None:
-    program, place = FOLDER / name, sample_words(name)
+    program, place = SAMPLES / name, sample_words(name)
     tips, times = [], []
     for override in (1.0, 0.3):
         out = tmp_path / f"{override}.csv"

@@ -8,11 +8,10 @@ from verne_post.app.assemble import assemble
 from verne_post.app.convert import setpoint_blocks
 from verne_post.app.plan import Plan, plan_program
 from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
 from verne_post.output.rounding import choose_setpoint_format
 
-MACHINE = verne_post.load_machine()
-OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
+from ..builders import MACHINE, OPTIONS
+
 # lines: 2 start, 3 dwell, 4 out, 5 and 6 dwells, 7 sideways, 8 dwell and move, 9 arc, 10 up, 11 dwell
 BODY = """G0 X0 Y0 Z40 A0 C0
 G4 P0.0205

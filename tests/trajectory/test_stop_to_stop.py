@@ -14,19 +14,13 @@ import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
 from verne_post.model.findings import SolverError
-from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
 from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, duration, split_limits
 
-MACHINE = verne_post.load_machine()
-OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
+from ..builders import MACHINE, OPTIONS, source
+
 STOPS = OPTIONS.changed(smoothing="off")
 PACKAGE = Path(verne_post.__file__).parent
-
-
-def source(body: str, head: str = "G21 G90 G94 G17") -> bytes:
-    return f"{head}\n{body}\nM2\n".encode()
 
 
 def decades(rng: np.random.Generator, n: int | tuple[int, ...], low: float, high: float) -> np.ndarray:

@@ -12,7 +12,8 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.trajectory.sample import BLOCK_ROWS
 
-from .test_verifier import MACHINE, OPTIONS, Table, made, program
+from ..builders import MACHINE, OPTIONS
+from .test_verifier import Table, made, program
 
 # lines: 2 start, 4 four circles and 7 three dwells and moves of one line each, 9 back, 10 an arc of several turns
 LOOPS = program("""G0 X0 Y0 Z24 A0 C0

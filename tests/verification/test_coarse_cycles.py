@@ -10,7 +10,8 @@ import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
-from .test_verifier import MACHINE, codes, judge, made, program
+from ..builders import MACHINE
+from .test_verifier import codes, judge, made, program
 
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
 #: From far below a common control cycle to far above it.

@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 
 import verne_post
 from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
 
-from .test_verifier import MACHINE, Table, codes, judge, made, rows_of, without
+from ..builders import MACHINE, OPTIONS
+from .test_verifier import Table, codes, judge, made, rows_of, without
 
-OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
 HEAD = "G21 G90 G94 G17 G64 P0.02"
 
 

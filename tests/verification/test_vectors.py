@@ -21,21 +21,13 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format
 
+from ..builders import axis_of, axis_words, two_machines
+
 HEAD = "G21 G90 G94 G17 F3000\n"
-MACHINES = {name: replace(verne_post.load_machine(name), cycle=0.002) for name in ("verne", "serial")}
+MACHINES = two_machines(cycle=0.002)
 TOOL = 60.0
 #: Written numbers: 1e-3 mm and 1e-3 degrees are what verification accepts; auto decimals are far finer.
 TIP_MM, AXIS = 1e-5, 1e-7
-
-
-def axis_of(a, c):
-    a, c = np.asarray(a), np.asarray(c)
-    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
-
-
-def vector(tilt, turn):
-    i, j, k = axis_of(math.radians(tilt), math.radians(turn))
-    return f"I{i:.13f} J{j:.13f} K{k:.13f}"
 
 
 def source(body):
@@ -91,7 +83,7 @@ SWINGS = [
 @pytest.mark.parametrize(("first", "second"), SWINGS)
 def test_every_row_is_on_the_great_circle(name, first, second, word):
     """The axis turns about the normal of both ends (Rodrigues), in step with the tip on its line."""
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(*first)}\n{word} X20 Y5 Z65 {vector(*second)}"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(*first)}\n{word} X20 Y5 Z65 {axis_words(*second)}"
     setpoints = made(body, MACHINES[name])
     tip, axis = poses(setpoints, name)
     k0, k1 = axis_of(*np.radians(first)), axis_of(*np.radians(second))
@@ -110,13 +102,13 @@ def test_every_row_is_on_the_great_circle(name, first, second, word):
 @pytest.mark.parametrize("name", MACHINES)
 def test_a_small_swing_with_a_large_turn_of_c_is_complete(name):
     """C turns by 90 degrees while tip and axis hardly move: the end counts by what moves."""
-    made(f"G43.5 G0 X0 Y0 Z60 {vector(0.5, 0)}\nG0 Y1 {vector(0.5, 90)}", MACHINES[name])
+    made(f"G43.5 G0 X0 Y0 Z60 {axis_words(0.5, 0)}\nG0 Y1 {axis_words(0.5, 90)}", MACHINES[name])
 
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_a_swing_in_place_is_in_degrees_per_minute(name):
     """Nothing but the axis moves: 60 degrees of great circle at 600 deg/min take 6 s and the ramps."""
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 {vector(30, 270)} F600"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 90)}\nG1 {axis_words(30, 270)} F600"
     setpoints = made(body, MACHINES[name])
     tip, _axis = poses(setpoints, name)
     assert np.abs(tip - [0.0, 0.0, 110.0]).max() < TIP_MM
@@ -127,7 +119,7 @@ def test_words_along_the_great_circle_where_the_option_says_so():
     """--orientation vector for A and C words is the vector program; auto is linear in A and C."""
     machine = MACHINES["serial"]
     words = "G43.4 G0 X0 Y0 Z60 A30 C0\nG1 X20 A40 C120"
-    vectors = f"G43.5 G0 X0 Y0 Z60 {vector(30, 0)}\nG1 X20 {vector(40, 120)}"
+    vectors = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 {axis_words(40, 120)}"
     u = np.linspace(0, 1, 60)
     q = {
         key: assemble(source(body), machine, options(orientation=way)).joints().q(np.zeros(60, int), u)
@@ -148,7 +140,7 @@ def test_a_vector_program_is_its_twin_in_words(name, turn):
     """With linear A and C the two programs are one motion, to 1e-9 mm, on a part that is turned as well."""
     tilts = [(20, 10), (25, 60), (50, 60), (30, -40), (0, -40), (15, -40)]
     head = "G0 Y0 Z60 "
-    vectors = "G43.5 " + head + "\nG1 ".join(f"X{9 * k} {vector(*pair)}" for k, pair in enumerate(tilts))
+    vectors = "G43.5 " + head + "\nG1 ".join(f"X{9 * k} {axis_words(*pair)}" for k, pair in enumerate(tilts))
     words = "G43.4 " + head + "\nG1 ".join(f"X{9 * k} A{pair[0]} C{pair[1]}" for k, pair in enumerate(tilts))
     where = {1: WorkOffset((10.0, -5.0, 50.0), turn)}
     found = [
@@ -166,7 +158,7 @@ def test_senses_of_the_machine_file_do_not_change_a_vector_program(tmp_path, a, 
     text = text.replace('a_positive = "workpiece"', f'a_positive = "{a}"')
     text = text.replace('c_positive = "workpiece"', f'c_positive = "{c}"').replace("cycle_s = 0.001", "cycle_s = 0.002")
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
-    body = f"G43.5 G0 X0 Y0 Z60 {vector(30, 20)}\nG1 X20 {vector(40, 100)}\nG53 G0 Z0"
+    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 20)}\nG1 X20 {axis_words(40, 100)}\nG53 G0 Z0"
     plain, turned = made(body, MACHINES["serial"]), made(body, verne_post.load_machine(str(tmp_path / "m.toml")))
     signs = [1, 1, 1, -1 if a == "tool" else 1, -1 if c == "tool" else 1]
     assert turned.values == pytest.approx(plain.values * signs, abs=1e-9)
@@ -174,8 +166,8 @@ def test_senses_of_the_machine_file_do_not_change_a_vector_program(tmp_path, a, 
 
 def test_inches_and_feed_modes_of_vector_programs():
     """An inch with a swing in a tenth of a minute: F in mm, in inches, and inverse time."""
-    swing = vector(40, 100)
-    first = f"G43.5 G0 X0 Y0 Z60 {vector(30, 20)}\n"
+    swing = axis_words(40, 100)
+    first = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 20)}\n"
     metric = made(first + f"G1 X25.4 {swing} F254", MACHINES["serial"])
     inches = made(first + f"G20\nF10\nG1 X1 {swing}", MACHINES["serial"])
     inverse = made(first + f"G93 G1 X25.4 {swing} F10", MACHINES["serial"])
@@ -191,7 +183,7 @@ def test_an_approach_leads_to_the_branch_that_is_used(name):
     upper[3] = math.radians(15.0)
     machine = replace(machine, limits=replace(machine.limits, upper=upper))
     setpoints = made(
-        f"G43.5 G0 X0 Y0 Z60 {vector(30, 90)}\nG1 X20\nG53 G0 Z0", machine, approach="home", smoothing="off"
+        f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 90)}\nG1 X20\nG53 G0 Z0", machine, approach="home", smoothing="off"
     )
     assert setpoints.values[:, 3].max() <= 15.0
     tip, axis = poses(setpoints, name)
@@ -202,7 +194,7 @@ def test_an_approach_leads_to_the_branch_that_is_used(name):
 
 # --- what verification must see -------------------------------------------------------------------
 
-TILTED = f"G43.5 G0 X0 Y0 Z60 {vector(30, 20)}\nG1 X20 {vector(30, 140)}\nX40"
+TILTED = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 20)}\nG1 X20 {axis_words(30, 140)}\nX40"
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -219,7 +211,7 @@ def test_another_orientation_than_the_program_is_refused(name):
 
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize(
-    "body", [TILTED, f"G43.5 G0 X0 Y0 Z60 {vector(2, 20)}\nG1 X20 {vector(2, 140)}\nX40"], ids=["steep", "flat"]
+    "body", [TILTED, f"G43.5 G0 X0 Y0 Z60 {axis_words(2, 20)}\nG1 X20 {axis_words(2, 140)}\nX40"], ids=["steep", "flat"]
 )
 def test_the_other_branch_and_another_turn_are_refused(name, body):
     """Rows with the same tips and the same tool axes, on the other table solution or a turn away, are not the file."""
@@ -259,7 +251,7 @@ def programs(draw):
     number = st.floats(-30, 30).map(lambda value: round(value, 3))
     turn = st.one_of(st.sampled_from([0.0, 90.0, 180.0, -90.0]), st.floats(-180, 180))
     tilt = st.one_of(st.sampled_from([0.0, 5e-5, 5e-4, 0.5, 30.0]), st.floats(0.5, 100))
-    point_axis = st.builds(vector, tilt, turn)
+    point_axis = st.builds(axis_words, tilt, turn)
     word = st.sampled_from(["G0", "G1"])
     lines = [f"G43.5 G0 X0 Y0 Z70 {draw(point_axis)}"]
     vectors = True

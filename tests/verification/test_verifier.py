@@ -19,10 +19,10 @@ from verne_post.model.verification import Verification
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.output.setpoints import csv_header, csv_rows, read_csv
 
+from ..builders import MACHINE, OPTIONS
+
 Table = tuple[np.ndarray, np.ndarray]
 
-MACHINE = verne_post.load_machine()
-OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
 WHOLE = 10**9  # one block
 
 

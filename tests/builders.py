@@ -1,0 +1,89 @@
+"""What tests of several folders build alike: machines, programs, tool axes, setpoints, and the rod equations of the paper."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import verne_post
+from verne_post.app.assemble import Program, assemble
+from verne_post.model.machine import Machine
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLES = ROOT / "gcode_samples"
+#: Those that convert; their headers say with which options.
+LEGAL_SAMPLES = [
+    "blade_5axis.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc", "wing.cls",
+]  # fmt: skip
+#: Header of the CSV of the default machine.
+HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
+MACHINE = verne_post.load_machine()
+#: The part 50 mm above the table, and a tool of 80 mm under it.
+OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
+#: The identified lengths (docs/theory.md), written out so that a wrong machine file is noticed too.
+LENGTHS = {
+    "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,
+    "L2": 950.0, "L3": 950.0,
+}  # fmt: skip
+
+
+def two_machines(cycle: float) -> dict[str, Machine]:
+    """A parallel and a serial machine with a cycle that keeps files short."""
+    return {name: replace(verne_post.load_machine(name), cycle=cycle) for name in ("verne", "serial")}
+
+
+def with_ranges(
+    machine: Machine, a: tuple[float, float] | None = None, c: tuple[float, float] | None = None
+) -> Machine:
+    """The machine with other ranges of A and C, degrees."""
+    lower, upper = machine.limits.lower.copy(), machine.limits.upper.copy()
+    for joint, pair in ((3, a), (4, c)):
+        if pair is not None:
+            lower[joint], upper[joint] = np.radians(pair)
+    return replace(machine, limits=replace(machine.limits, lower=lower, upper=upper))
+
+
+def source(body: str, head: str = "G21 G90 G94 G17") -> bytes:
+    """A program; line 1 is the head, the body begins on line 2."""
+    return f"{head}\n{body}\nM2\n".encode()
+
+
+def program(body: str, machine: Machine = MACHINE, head: str = "G21 G90 G94 G17 F3000", **options: Any) -> Program:
+    """A program as it is assembled."""
+    return assemble(source(body, head), machine, Options(**options))
+
+
+def setpoints_of(text: bytes, machine: Machine = MACHINE, options: Options = OPTIONS) -> Any:
+    """The setpoints of a program that is legal."""
+    result = verne_post.convert(text, machine, options)
+    assert result.ok, [item.message for item in result.findings]
+    return result.setpoints
+
+
+def axis_of(a: Any, c: Any) -> np.ndarray:
+    """The tool axis (..., 3) of nominal angles (rad), written out."""
+    a, c = np.asarray(a), np.asarray(c)
+    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=-1)
+
+
+def axis_words(tilt: float, turn: float) -> str:
+    """Words of the tool axis of a pair of angles, degrees."""
+    i, j, k = axis_of(math.radians(tilt), math.radians(turn))
+    return f"I{i:.13f} J{j:.13f} K{k:.13f}"
+
+
+def rods(position: Any, alpha: Any, rho: Any, g: dict[str, float] = LENGTHS) -> np.ndarray:
+    """Equations (3), (4), (5), (6) as printed; position (..., 3), alpha (...), rho (..., 3) -> (..., 4) mm2."""
+    x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
+    rho1, rho2, rho3 = np.moveaxis(np.asarray(rho, dtype=float), -1, 0)
+    ca, sa = np.cos(alpha), np.sin(alpha)
+    d1, d2 = g["leg1_x_offset"], g["leg23_x_offset"]
+    eq3 = (x + d1) ** 2 + (y + g["R1"] * ca - g["r1"]) ** 2 + (z + g["R1"] * sa - rho1) ** 2 - g["L1"] ** 2
+    eq4 = (x + d1) ** 2 + (y - g["R1"] * ca + g["r1"]) ** 2 + (z - g["R1"] * sa - rho1) ** 2 - g["L1"] ** 2
+    eq5 = (x + d2) ** 2 + (y - g["R2"] * ca + g["r4"]) ** 2 + (z - g["R2"] * sa - rho2) ** 2 - g["L2"] ** 2
+    eq6 = (x + d2) ** 2 + (y + g["R2"] * ca - g["r4"]) ** 2 + (z + g["R2"] * sa - rho3) ** 2 - g["L3"] ** 2
+    return np.stack([eq3, eq4, eq5, eq6], axis=-1)
