@@ -4,7 +4,6 @@ import errno
 import io
 import tracemalloc
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -113,15 +112,9 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
     monkeypatch.setattr(words, "CHUNK_BYTES", 1 << 16)
-    monkeypatch.setattr(tuning, "ELEMENTS_AT_A_TIME", 1024)
-    monkeypatch.setattr(tuning, "ROWS_AT_A_TIME", 1024)
+    monkeypatch.setattr(tuning, "AT_A_TIME", 4096)
+    monkeypatch.setattr(tuning, "WINDOW_KNOTS", 400)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
-    *passes, last, jerk_bound = (
-        replace(step, window_knots=400)
-        for step in (*tuning.NORMAL.passes, tuning.NORMAL.last, tuning.NORMAL.jerk_bound)
-    )
-    small = replace(tuning.NORMAL, passes=tuple(passes), last=last, jerk_bound=jerk_bound)
-    monkeypatch.setattr(tuning, "NORMAL", small)
 
     def peak(count: int) -> int:
         source = finishing(count)

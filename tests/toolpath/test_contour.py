@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import assemble
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
-from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 from ..builders import MACHINE
 from .polylines import contour_of, jumps

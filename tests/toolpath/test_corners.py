@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
 from verne_post.toolpath import corners
 from verne_post.toolpath.elements import NARROW_MM
-from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
 

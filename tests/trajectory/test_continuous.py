@@ -1,19 +1,15 @@
 """Profiles of continuous sections, checked on the differences of their rows by independent code."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from verne_post.trajectory import continuous, repair
-from verne_post.trajectory.continuous import plan_continuous, retime
-from verne_post.trajectory.initial_profile import initial_profile
-from verne_post.trajectory.interior_point import Problem, Solution
+from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.reachability import duration as profile_duration
 from verne_post.trajectory.reachability import solve as second_order
 from verne_post.trajectory.section_path import SectionTask, grid_along
 from verne_post.trajectory.stop_to_stop import duration
-from verne_post.trajectory.tuning import NORMAL, QUALITY, SMALLEST_X
+from verne_post.trajectory.tuning import NORMAL, QUALITY
 
 from .curves import Curve, assert_legal, cornered, limits, straight, wavy
 
@@ -51,24 +47,6 @@ def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
     assert_legal(section, s, top, 1e-3)
     assert_legal(section, fine, top, 1e-3)
     assert len(s) <= 1.02 * len(fine)
-
-
-@pytest.mark.parametrize(("near_zero", "kept"), [(slice(10, -10, 12), True), (slice(10, -10), False)])
-def test_only_a_window_that_takes_far_longer_is_given_up(
-    near_zero: slice, kept: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Coefficients near zero, each among others, are the slow spots of sharp corners: where they are wanted."""
-    section, top = cornered(1.0, 12, 0.02, 50.0), limits(3)
-    profile, unit, _bound = initial_profile(section, top, 1e-3, second_order)
-
-    def solved(problem: Problem, start: np.ndarray, **more: float) -> Solution:
-        found = np.ones_like(start)
-        found[near_zero] = SMALLEST_X
-        return Solution(found, 1, True)
-
-    monkeypatch.setattr(continuous, "solve", solved)
-    times = retime(SectionTask(section, top, 1e-3, unit), profile, replace(NORMAL.passes[0], knot_units=2))
-    assert (times.total > 1.01 * profile.duration) == kept
 
 
 def test_a_section_that_cannot_be_repaired_is_planned_finely(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,8 +13,7 @@ from scipy.spatial import cKDTree
 
 from verne_post.app.assemble import Program
 from verne_post.model.findings import InputError
-from verne_post.trajectory.override import FeedOverride, feed_override
-from verne_post.trajectory.tuning import SLOW_START_RATE
+from verne_post.trajectory.override import START_RATE, FeedOverride, feed_override
 
 from ..builders import LEGAL_SAMPLES, MACHINE, SAMPLES
 
@@ -32,7 +31,7 @@ def test_planned_time_passes_at_the_override(override: float, ramp: float) -> No
         0
     ] == pytest.approx(9.0 * override, rel=1e-12)
     if ramp:
-        assert rate[0] == pytest.approx(SLOW_START_RATE * override, rel=0.05)
+        assert rate[0] == pytest.approx(START_RATE * override, rel=0.05)
 
 
 @given(st.floats(0.05, 1.0), st.sampled_from([0.0, 4.5, 30.0]), st.floats(0.0, 40.0), st.floats(1e-4, 20.0))

@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corners import USED_SHARE
 from verne_post.toolpath.evaluate import bernstein, pose, pose_derivatives
-from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 #: Distance of the middle of a curve from the corner, over d |t2 - t1|: (1 + 7 2/3 + 21/3) / 128.
 APEX: Final = (1.0 + 14.0 / 3.0 + 7.0) / 128.0

@@ -19,8 +19,8 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import NO_REACH_MM
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners
-from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 #: G(0): distance from the corner over |bend| reach.
 APEX: Final = 5.0 / 32.0

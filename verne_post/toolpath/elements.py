@@ -7,11 +7,11 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import USED_UP_SHARE, ZERO_LENGTH_MM
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Feeds
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.blend import STRETCH
 from verne_post.toolpath.corners import find_breakpoints
-from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 #: An element shorter than this share of the corner blends that bound it is given to its neighbour: only there does the
 #: contour bend so little on it that it is smooth across both. Corner blends narrower than ``NARROW_MM`` are over within a

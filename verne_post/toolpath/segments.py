@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
-from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
+from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind
 from verne_post.toolpath.evaluate import arc_derivatives
-from verne_post.toolpath.metric import ROTARY_METRIC_MM
 
 Rows = NDArray[np.intp]
 

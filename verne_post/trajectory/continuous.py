@@ -102,7 +102,7 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
     """Make all passes; repeat the last one while too many rows are far beyond a limit, or cannot be repaired."""
     for settings in effort.passes:
         profile = rebuild_profile(profile, retime(task, profile, settings), task.unit)
-    last = effort.jerk_bound if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
+    last = replace(effort.last, knot_units=1) if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
     times = retime(task, profile, last)
     for repeats_left in reversed(range(effort.repeats + 1)):
         z = at_rest(sample_rows(task, profile, times))
@@ -136,19 +136,20 @@ def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times
     settled = Growing(float)
     recent = np.empty(0)  # coefficients after those: of the window before, and of this one
     begin, careful = 0, -1
+    look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
     while begin < n:
         release_memory()
-        end = min(begin + settings.window_knots + settings.look_ahead_knots, n)
-        if n - end < settings.look_ahead_knots:
+        end = min(begin + tuning.WINDOW_KNOTS + look_ahead, n)
+        if n - end < look_ahead:
             end = n
         recent = np.append(recent, np.ones(max(end + 3 - settled.count - len(recent), 0)))
         coefficients = recent[begin - settled.count : end + 3 - settled.count]
         fixed = coefficients[:3].copy() if begin else np.empty(0)
-        end_x = None if end == n else tuning.CRAWLING_X if begin <= careful else settings.window_end_x
+        end_x = None if end == n else tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
         window = Window(begin, end, fixed, end_x)
         found = solve(
             window_problem(task, profile, settings, window),
-            _start(coefficients, settings, window),
+            _start(coefficients, settings.knot_units, window),
             start_gap=settings.start_gap,
             final_gap=settings.final_gap,
             iterations=settings.iterations,
@@ -156,31 +157,22 @@ def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times
         if begin > careful and begin and not found.legal:
             # the window before may have been too fast at its end: again, this time down to a crawl
             careful = begin
-            begin -= settings.window_knots
+            begin -= tuning.WINDOW_KNOTS
             continue
-        if _has_strayed(found.coefficients[: settings.window_knots + 3]):
-            coefficients[len(fixed) :] = 1.0  # the profile as it is needs less repair than one that all but stands
-        else:
-            coefficients[:] = found.coefficients
+        coefficients[:] = found.coefficients
         done = begin - settled.count
         settled.extend(recent[:done].copy())
         recent = recent[done:]
-        begin = end if end == n else begin + settings.window_knots
+        begin = end if end == n else begin + tuning.WINDOW_KNOTS
     settled.extend(recent)
     return Times.of_coefficients(settled.column(), knot)
 
 
-def _has_strayed(coefficients: Array) -> bool:
-    """Whether a solution slows down far more than re-timing a profile near the optimum ever needs."""
-    return Times.of_coefficients(coefficients, 1.0).total > tuning.STRAYED * (len(coefficients) - 3)
-
-
-def _start(known: Array, settings: PassSettings, window: Window) -> Array:
+def _start(known: Array, knot_units: int, window: Window) -> Array:
     """Coefficients that a window starts from; after the first window, ``known`` begins with those of the window before."""
     start = np.full(len(known), tuning.START_X)
-    ramp = min(round(tuning.START_RAMP / settings.knot_units), settings.look_ahead_knots // 2)
+    ramp, seen = tuning.START_RAMP // knot_units, (tuning.LOOK_AHEAD_UNITS - tuning.START_RAMP) // knot_units
     if window.begin:  # less and less of them: the window before slows down
-        seen = settings.look_ahead_knots - ramp
         start[:seen] += (known[:seen] - tuning.START_X) * _falling(seen)
     if window.end_x is not None:  # as the solution will, slow down over the end of the window
         start[-ramp:] *= window.end_x ** (1.0 - _falling(ramp))

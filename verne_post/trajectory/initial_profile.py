@@ -84,10 +84,10 @@ class _Smooth:
 def _sections(section: Section) -> Iterator[tuple[int, int, int]]:
     """First and last element of every part, and the end of what it looks ahead to; the latter two excluded."""
     elements = len(section.breaks) - 1
-    for first in range(0, elements, tuning.ELEMENTS_AT_A_TIME):
+    for first in range(0, elements, tuning.AT_A_TIME):
         release_memory()
-        last = min(first + tuning.ELEMENTS_AT_A_TIME, elements)
-        yield first, last, min(last + tuning.LOOK_AHEAD_ELEMENTS, elements)
+        last = min(first + tuning.AT_A_TIME, elements)
+        yield first, last, min(last + tuning.AT_A_TIME // 8, elements)
 
 
 def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
@@ -101,7 +101,7 @@ def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Arr
 def _sampled(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
     """Positions at the multiples of ``step`` in a profile that begins at time ``begin``, and when it ends."""
     speed = np.sqrt(x)
-    dt = 2 * np.diff(s) / np.maximum(speed[:-1] + speed[1:], tuning.SLOWEST_START)
+    dt = 2 * np.diff(s) / (speed[:-1] + speed[1:])
     t = begin + np.append(0.0, np.cumsum(dt))
     at = step * np.arange(np.ceil(begin / step), np.ceil(t[-1] / step))
     interval = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(dt) - 1)

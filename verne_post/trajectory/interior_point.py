@@ -167,7 +167,7 @@ class _Iteration:
 
     def slacks(self, y: Array, out: Rows) -> Rows:
         """How far each constraint is from its limit."""
-        self._changes(out, y, 1.0 / np.sqrt(np.maximum(y[0], tuning.ROOT_FLOOR_X)))
+        self._changes(out, y, 1.0 / np.sqrt(np.maximum(y[0], tuning.SMALLEST_X)))
         out[0] += self.cap
         out[1] -= tuning.SMALLEST_X
         out[self.a] += 1.0
@@ -198,20 +198,15 @@ class _Iteration:
         local[0] += bend
         local[0] += ratio[0] + ratio[1]
         parts = _product(self.band_weights, local.reshape(-1, self.n))
-        band = np.zeros((4, self.n + 3))
+        band = np.zeros((4, self.n + 3), order="F")
         row = 0
         for i in range(4):
             for k in range(i, 4):
                 band[k - i, i : i + self.n] += parts[row]
                 row += 1
         band[0, self.held] = tuning.FIXED_DIAGONAL
-        for shift in tuning.DIAGONAL_SHIFTS:
-            shifted = band.copy(order="F")
-            shifted[0] *= 1.0 + shift
-            factor, info = _PBTRF(shifted, lower=1, overwrite_ab=1)
-            if info == 0 and np.isfinite(factor[0]).all():
-                return factor
-        return None
+        factor, info = _PBTRF(band, lower=1, overwrite_ab=1)
+        return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
     def direction(self, root_slope: Array, factor: Array, push: Rows) -> Array:
         """Change of the coefficients for weights ``push`` on the gradients of the slacks; not finite where they are not."""
@@ -244,7 +239,7 @@ class _Iteration:
         inverse, ratio, work, target = self._inverse, self._ratio, self._work, self._target
         d_slack, d_dual = self._d_slack, self._d_dual
         while True:
-            root = 1.0 / np.sqrt(np.maximum(y[0], tuning.ROOT_FLOOR_X))
+            root = 1.0 / np.sqrt(np.maximum(y[0], tuning.SMALLEST_X))
             infeasible = np.subtract(now, slack, out=now)
             complementarity = _inner(slack, dual)
             objective = self.weight * float(root.sum())
@@ -275,7 +270,7 @@ class _Iteration:
             relative_squared = np.multiply(relative, relative, out=d_dual)
             cross = -_inner(target, relative_squared) - moved
             affine = complementarity + step_p * moved - step_d * (complementarity + moved) + step_p * step_d * cross
-            share = max(affine / complementarity, tuning.LEAST_CENTRING) ** 3
+            share = abs(affine / complementarity) ** 3
             if blocked:
                 share = max(share, tuning.RECENTRE)
             mu = share * complementarity / self.count

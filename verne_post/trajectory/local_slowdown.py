@@ -29,7 +29,7 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     parts, done = [], 0
     for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         first, last = low - 1, high  # rows that stay where they are
-        around = slice(max(first - tuning.SLOWDOWN_CONTEXT, 0), min(last + tuning.SLOWDOWN_CONTEXT, n - 1) + 1)
+        around = slice(max(first - reach, 0), min(last + reach, n - 1) + 1)
         at = _slower_instants(first, slowness[first : last + 1])
         parts += [
             s[done : first + 1],

@@ -2,7 +2,7 @@
 
 With an override o the planned time tau passes at the rate o, so velocities are multiplied by o, accelerations by o^2
 and jerks by o^3: what was inside the limits stays inside. A slow start lets the rate rise along a logistic curve r(t)
-from ``SLOW_START_RATE`` to 1. Its change adds acceleration, qd r', and jerk, 3 qdd r r' + qd r''; with r' <= (1 - r)/T and
+from ``START_RATE`` to 1. Its change adds acceleration, qd r', and jerk, 3 qdd r r' + qd r''; with r' <= (1 - r)/T and
 |r''| <= (1 - r)/T^2 these fit into the margin that r < 1 leaves, 1 - r^2 and 1 - r^3, when for each joint
 T >= 2 max(V/A, A/J, (V/J)^(1/2)). So the limits hold by construction, and verification sees it on the rows.
 """
@@ -16,9 +16,15 @@ from numpy.typing import NDArray
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Limits
-from verne_post.trajectory import tuning
 
 Array = NDArray[np.float64]
+
+#: Where a slow start begins, as a share of the override.
+START_RATE: Final = 0.1
+#: The ramp is so many of its time constants long: at its ends the rate is within 0.25 % of ``START_RATE`` and of 1.
+_CONSTANTS: Final = 12.0
+#: So many time constants after its middle the ramp is over to double precision.
+_OVER: Final = 37.0
 
 
 @dataclass(frozen=True)
@@ -39,21 +45,21 @@ class FeedOverride:
     @property
     def steady(self) -> float:
         """Time from which on the rate is the override, s."""
-        return self.ramp / 2 + tuning.SLOW_START_OVER * self.ramp / tuning.SLOW_START_CONSTANTS
+        return self.ramp / 2 + _OVER * self.ramp / _CONSTANTS
 
     def planned(self, t: Array) -> Array:
         """Planned seconds (n,) that have passed at times t (n,) of the file, were there no standstills."""
         if self.ramp == 0.0:
             return self.override * t
-        constant = self.ramp / tuning.SLOW_START_CONSTANTS
-        risen = np.logaddexp(0.0, (t - self.ramp / 2) / constant) - np.logaddexp(0.0, -tuning.SLOW_START_CONSTANTS / 2)
-        return self.override * (tuning.SLOW_START_RATE * t + (1.0 - tuning.SLOW_START_RATE) * constant * risen)
+        constant = self.ramp / _CONSTANTS
+        risen = np.logaddexp(0.0, (t - self.ramp / 2) / constant) - np.logaddexp(0.0, -_CONSTANTS / 2)
+        return self.override * (START_RATE * t + (1.0 - START_RATE) * constant * risen)
 
     def cycles(self, planned: float, begin: float, cycle: float) -> int:
         """Smallest whole number of cycles, 1 or more, in which so many planned seconds pass from time ``begin`` on."""
         if self.ramp == 0.0 or begin >= self.steady:
             return max(int(np.ceil(planned / (self.override * cycle) * (1 - WHOLE_CYCLE_SHARE))), 1)
-        low, high = 0, int(np.ceil(planned / (self.override * tuning.SLOW_START_RATE * cycle))) + 1
+        low, high = 0, int(np.ceil(planned / (self.override * START_RATE * cycle))) + 1
         start = float(self.planned(np.array([begin]))[0])
         while high - low > 1:
             middle = (low + high) // 2
@@ -93,7 +99,7 @@ def feed_override(override: float, slow_start: float, limits: Limits) -> FeedOve
             (limits.velocity / limits.jerk) ** 0.5,
         ]
     )
-    shortest = tuning.SLOW_START_CONSTANTS * 2.0 * float(roots.max())
+    shortest = _CONSTANTS * 2.0 * float(roots.max())
     if 0.0 < slow_start < shortest:
         text = f"--slow-start {slow_start:g}: on this machine a slow start takes at least {shortest:.3g} s, or it would break limits itself"
         raise InputError(finding("VP018", text))

@@ -206,8 +206,8 @@ def plan_contour(
         continuous_s.copy(s, REST_ROWS * before, REST_ROWS * after)
         cycles[section] = continuous_s.count - continuous_first[section] - 1
         for begin, end in blocks(len(s) - 1):
-            for row in range(begin, end, tuning.ROWS_AT_A_TIME):
-                part = s[row : min(row + tuning.ROWS_AT_A_TIME, end) + 1]
+            for row in range(begin, end, tuning.AT_A_TIME):
+                part = s[row : min(row + tuning.AT_A_TIME, end) + 1]
                 element, w = section_path.locate(0.5 * (part[1:] + part[:-1]))
                 fast = np.diff(part) / cycle >= tuning.FEED_REACHED * joints.speed_cap(element, w)
                 reached[contour.segment[element[fast]]] = True

@@ -15,6 +15,8 @@ largest and its smallest start value encloses the truth, and where the two meet 
 what came before: windows are solved side by side and joined exactly.
 """
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,9 @@ from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
 
 Array = NDArray[np.float64]
+
+#: A line of (x, K) with a steeper slope bounds K or x alone but for rounding; a larger x than anything reaches (mm2/s2).
+_HUGE: Final = 1.0 / float(np.finfo(float).eps)
 
 
 def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None = None) -> Array:
@@ -66,7 +71,7 @@ def speed_caps(grid: Grid, limits: Limits) -> Array:
     """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
-        return np.minimum(x, tuning.X_UNBOUNDED)
+        return np.minimum(x, _HUGE)
 
 
 def jerk_caps(grid: Grid, limits: Limits) -> Array:
@@ -90,7 +95,7 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     a, b = lines
     steep, size = np.abs(a), np.abs(b)
     # as a factor: which lines rise is as good as random, and choosing by a mask waits for every guess that is wrong
-    rising = ((a * b <= 0) & (steep < tuning.STEEP_LINE * size)).astype(float)
+    rising = ((a * b <= 0) & (steep < _HUGE * size)).astype(float)
     steep *= rising
     steep /= np.maximum(size, np.finfo(float).tiny)
     size *= rising
@@ -101,7 +106,7 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
 def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     """Offset and gain of the bounds K <= offset + gain x; the gain is negative where a larger x leaves less K."""
     a, b = lines
-    bounding = np.abs(a) * tuning.STEEP_LINE > np.abs(b)
+    bounding = np.abs(a) * _HUGE > np.abs(b)
     size = np.where(bounding, a, 1.0)
     return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
 
@@ -120,8 +125,8 @@ def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
     found = np.full(len(a), np.inf)
     # where even motion at the cap keeps all limits, x = K = cap is possible
     tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
-    for first in range(0, len(tight), tuning.CORNER_POINTS):
-        rows = tight[first : first + tuning.CORNER_POINTS]
+    for first in range(0, len(tight), tuning.FEW_AT_A_TIME):
+        rows = tight[first : first + tuning.FEW_AT_A_TIME]
         found[rows] = _corners_of(a[rows], b[rows])
     return found
 
@@ -153,32 +158,18 @@ def _solve_windows(cap: Array, lines: tuple[Array, Array], window: int, start: f
 
     caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
     offset, gain = (steps_first(line) for line in lines)
-    values = np.empty((window, windows))
-    uncertain = np.empty(windows, dtype=np.intp)  # steps until the start of a window is forgotten
-    low, high = np.zeros(windows + 1), np.append(start, caps[-1])  # brackets of starts
+    low, high = np.zeros(windows), np.append(start, caps[-1, :-1])  # brackets of starts
     low[0] = start
-    rows = np.arange(windows)
-    for _ in range(tuning.BRACKETINGS):
-        at = slice(None) if len(rows) == windows else rows
-        bracket = _solve_side_by_side(caps[:, at], offset[:, :, at], gain[:, :, at], np.stack([low[rows], high[rows]]))
-        values[:, rows], uncertain[rows] = bracket[:, 1], np.count_nonzero(bracket[:, 0] != bracket[:, 1], axis=0)
-        low[rows + 1], high[rows + 1] = bracket[-1]
-        rows = np.flatnonzero(low[:-1] != high[:-1])
-        if not len(rows):
-            break
-    rows = np.flatnonzero(low[:-1] == high[:-1])
-    begin = high[:-1]
+    bracket = _solve_side_by_side(caps, offset, gain, np.stack([low, high]))
+    values = np.ascontiguousarray(bracket[:, 1])
+    uncertain = np.count_nonzero(bracket[:, 0] != values, axis=0)  # steps until the start of a window is forgotten
+    begin = np.append(start, values[-1, :-1])
+    rows = np.flatnonzero(np.append(True, uncertain[:-1] < window))
     while len(rows):  # windows whose start is known
-        for first, last in tuning.PASS_STRETCHES:
-            some = rows[uncertain[rows] > first]
-            if not len(some) or first >= window:
-                break
-            steps = slice(first, min(last, window))
-            at = slice(None) if len(some) == windows else some
-            before = values[first - 1, some] if first else begin[some]
-            values[steps, some] = _solve_side_by_side(
-                caps[steps, at], offset[steps, :, at], gain[steps, :, at], before[None]
-            )[:, 0]
+        steps = slice(0, int(uncertain[rows].max()))
+        values[steps, rows] = _solve_side_by_side(
+            caps[steps, rows], offset[steps, :, rows], gain[steps, :, rows], begin[None, rows]
+        )[:, 0]
         # a window that forgets nothing goes on in the next one
         rows = rows[uncertain[rows] == window] + 1
         rows = rows[rows < windows]

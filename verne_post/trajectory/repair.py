@@ -48,23 +48,16 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
         # braking before a place takes jerk as well, the less the longer it lasts
         reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * task.unit / task.cycle), 8)
         s = slow_down_locally(s, np.cbrt(excess_of_rows(worst)), reach)
-    for slower in tuning.STRETCH_FACTORS:
+    slower, top, before = 1.0, np.inf, np.inf
+    while top <= tuning.JUMP_SHARE * before or (task.section.hidden(z) > 1.0).any():
+        slower, before = 2.0 * slower, top
         z = at_rest(rows(slower))
-        repaired = repair_rows(task, z, exceeding(excess(task, z)))
+        worst = excess(task, z)
+        repaired = repair_rows(task, z, exceeding(worst))
         if repaired is not None:
             return repaired
-    slower, before = tuning.STRETCH_FACTORS[-1], np.inf
-    for _ in range(tuning.STRETCH_ATTEMPTS):
-        s = rows(slower)
-        worst = excess(task, at_rest(s))
         top = float(worst.max())
-        if top <= 1.0:
-            return s
-        if top > tuning.JUMP_SHARE * before and not (task.section.hidden(at_rest(s)) > 1.0).any():
-            break
-        before = top
-        slower *= float(np.clip(np.cbrt(top), tuning.STRETCH_STEP[0], tuning.STRETCH_STEP[1]))
-    at = at_rest(s)[int(np.argmax(worst))]
+    at = z[int(np.argmax(worst))]
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the section: the joints jump there")
 
 
@@ -82,16 +75,13 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array 
         if attempt == tuning.REPAIR_ROUNDS:
             break
         width = reach * (2 + attempt) // 2
-        added = np.where(
-            ratio > tuning.FAR_RATIO, min(tuning.FAR_ADDED_ROWS, 1 + len(z) // tuning.ROWS_PER_ADDED_ROW), 0
-        )
-        added = np.maximum(added, 2 ** (attempt - 1) if attempt else 0)
+        added = np.maximum(ratio > tuning.FAR_RATIO, 2**attempt // 2)
         around = np.clip(bad[added > 0, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
         gentle = 0.5 * np.cbrt(tuning.GENTLE_LENGTH * added * _pace(task, z, around))
         low, high = join_stretches(
             bad, np.maximum(width, np.round(gentle)).astype(np.intp), np.zeros_like(bad), np.full_like(bad, len(z))
         )
-        more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low >= tuning.SHORTEST_STRETCH)
+        more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low > 2 * HELD_ROWS)
         z, bad, ratio = _repair_stretches(z, low, high, more, reach, task)
     return None
 
@@ -101,13 +91,11 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
 
     Unchanged where no step hides the path.
     """
-    for halving in range(tuning.STEP_HALVINGS):
-        bad = over[0]
-        if not len(bad):
-            break
+    halved = False
+    while len(bad := over[0]):
         steps = z[np.clip(bad[:, None] + np.arange(-1, 2), 0, len(z) - 1)].ravel()
         hides = task.section.hidden(steps)[1::3] > 1.0
-        if not hides.any() and not halving:
+        if not hides.any() and not halved:
             break
         cap = JointRows.at(task, steps).cap[1::3]
         long = bad[hides | (z[bad + 1] - z[bad] > tuning.FAR_RATIO * task.cycle * cap)]
@@ -118,7 +106,7 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
             steps_here = long[slice(*np.searchsorted(long, [begin, end]))]
             middle = 0.5 * (z[steps_here] + z[steps_here + 1])
             more.extend(np.insert(z[begin:end], steps_here + 1 - begin, middle))
-        z = more.column()
+        z, halved = more.column(), True
         over = exceeding(excess(task, z))
     return z, over
 
@@ -139,7 +127,7 @@ def _repair_stretches(
     done = 0  # of the old rows
     rows, ratios = [], []
     lengths = high - low + more
-    group = np.cumsum(np.maximum(lengths, tuning.STRETCH_ROWS)) // tuning.ROWS_AT_A_TIME
+    group = np.cumsum(np.maximum(lengths, tuning.SCATTERED_ROWS)) // tuning.AT_A_TIME
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
         release_memory()
         some = slice(first, last)

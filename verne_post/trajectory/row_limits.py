@@ -35,7 +35,7 @@ class JointRows:
         cap = np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
         hidden = section.hidden(s)
         too_long = np.flatnonzero(hidden > 1.0)
-        slower = (s[too_long + 1] - s[too_long]) / (cycle * np.minimum(hidden[too_long], tuning.HIDDEN_SHORTENING))
+        slower = (s[too_long + 1] - s[too_long]) / (cycle * hidden[too_long])
         cap[too_long] = np.minimum(cap[too_long], slower)
         return cls(s, joints_at(section, s), cap)
 
@@ -58,9 +58,9 @@ def excess(task: SectionTask, s: Array) -> Array:
     """
     worst = Growing(float)
     for begin, end in blocks(len(s) - REST_ROWS):
-        for first in range(begin, end, tuning.ROWS_AT_A_TIME):
+        for first in range(begin, end, tuning.AT_A_TIME):
             before = min(first, 1)
-            rows = JointRows.at(task, s[first - before : min(first + tuning.ROWS_AT_A_TIME, end) + REST_ROWS])
+            rows = JointRows.at(task, s[first - before : min(first + tuning.AT_A_TIME, end) + REST_ROWS])
             worst.extend(rows_excess(rows, task)[before:])
     return worst.column()
 

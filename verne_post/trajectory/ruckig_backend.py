@@ -4,12 +4,21 @@ Ruckig is fed a dimensionless problem (distance 1, jerk 1): its tolerances are a
 are checked: a profile that is not finished, leaves [0, 1] or takes no time is an error, never a profile.
 """
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.trajectory import tuning
-
 Array = NDArray[np.float64]
+
+#: Smallest dimensionless speed limit. A slower one would make the profile longer than ruckig allows
+#: (7e3 time units); accelerating more gently instead costs 6e-5 of the time.
+_SLOWEST: Final = 1e-3
+#: A limit above this is never reached by a unit distance at unit jerk, whose peak values are 0.63 and 0.8; an infinite one is
+#: nothing that ruckig takes.
+_UNREACHED: Final = 10.0
+#: How far a profile may leave [0, 1]: rounding of its polynomials.
+_OVERSHOOT: Final = 1e-9
 
 
 def rest_to_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
@@ -33,10 +42,10 @@ def rest_to_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Ar
     problem, trajectory = ruckig.InputParameter(1), ruckig.Trajectory(1)
     problem.target_position = [1.0]
     durations, jerks = np.full((len(distance), 7), np.nan), np.zeros((len(distance), 7))
-    jerk = np.minimum(jerk, (velocity / tuning.RUCKIG_SLOWEST) ** 3 / distance**2)
+    jerk = np.minimum(jerk, (velocity / _SLOWEST) ** 3 / distance**2)
     unit = np.cbrt(distance / jerk)
-    v = np.minimum(velocity * unit / distance, tuning.RUCKIG_UNREACHED).tolist()
-    a = np.minimum(acceleration * unit**2 / distance, tuning.RUCKIG_UNREACHED).tolist()
+    v = np.minimum(velocity * unit / distance, _UNREACHED).tolist()
+    a = np.minimum(acceleration * unit**2 / distance, _UNREACHED).tolist()
     problem.max_jerk = [1.0]
     for row in range(len(distance)):
         problem.max_velocity = [v[row]]
@@ -44,11 +53,7 @@ def rest_to_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Ar
         if solver.calculate(problem, trajectory) != ruckig.Result.Working:
             continue
         extrema = trajectory.position_extrema[0]
-        if (
-            extrema.min < -tuning.RUCKIG_OVERSHOOT
-            or extrema.max > 1 + tuning.RUCKIG_OVERSHOOT
-            or not trajectory.duration > 0
-        ):
+        if extrema.min < -_OVERSHOOT or extrema.max > 1 + _OVERSHOOT or not trajectory.duration > 0:
             continue
         profile = trajectory.profiles[0][0]
         durations[row], jerks[row] = profile.t, profile.j

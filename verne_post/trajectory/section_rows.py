@@ -33,8 +33,8 @@ def sample_rows(
         every.extend(s)
         farthest = float(s[-1])
     s = every.column()
-    first = int(np.searchsorted(s, tuning.REST_SHARE * section.length, side="right")) - 1
-    last = int(np.searchsorted(s, (1 - tuning.REST_SHARE) * section.length, side="left"))
+    first = int(np.searchsorted(s, 0.0, side="right")) - 1
+    last = int(np.searchsorted(s, section.length, side="left"))
     s = s[max(first, 0) : last + 1]
     at_start, at_end = _count_creeping(task, s)
     rows = Growing(float)

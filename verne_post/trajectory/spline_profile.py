@@ -15,6 +15,10 @@ from verne_post.trajectory.interior_point import basis
 Array = NDArray[np.float64]
 
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+#: Resting samples at both ends of a profile: a quintic spline begins and ends with all derivatives zero.
+_REST: Final = 6
+#: Samples that a spline is solved with on each side of a part: the last one counts for less than rounding, 0.43 to this power.
+_OVERLAP: Final = 64
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
@@ -53,7 +57,7 @@ class Profile:
     def of_samples(cls, samples: Array, step: float) -> "Profile":
         """Use samples from rest to rest as coefficients: monotone samples give a monotone profile."""
         coefficients = Growing(float)
-        coefficients.copy(samples, tuning.SPLINE_REST, tuning.SPLINE_REST)
+        coefficients.copy(samples, _REST, _REST)
         return cls(coefficients.column(), step)
 
     @classmethod
@@ -63,13 +67,13 @@ class Profile:
         What a sample adds to the coefficients around it falls by more than half from each to the next, so that long
         profiles are solved part by part, with samples on both sides that are given up.
         """
-        n = len(samples) + 2 * tuning.SPLINE_REST
+        n = len(samples) + 2 * _REST
         coefficients = Growing(float)
-        for first in range(0, n, tuning.TIMES_AT_A_TIME):
+        for first in range(0, n, tuning.AT_A_TIME):
             release_memory()
-            last = min(first + tuning.TIMES_AT_A_TIME, n)
-            low, high = max(first - tuning.SPLINE_OVERLAP, 0), min(last + tuning.SPLINE_OVERLAP, n)
-            values = samples[np.clip(np.arange(low, high) - tuning.SPLINE_REST, 0, len(samples) - 1)]
+            last = min(first + tuning.AT_A_TIME, n)
+            low, high = max(first - _OVERLAP, 0), min(last + _OVERLAP, n)
+            values = samples[np.clip(np.arange(low, high) - _REST, 0, len(samples) - 1)]
             inner = _interpolating(values)[first - low : last - low]
             if not first:
                 coefficients.extend(inner[:1].repeat(2))
@@ -132,9 +136,9 @@ class Times:
             seconds = np.zeros(some)
             for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
                 x = sum(weight * coefficients[first + k : first + k + some] for k, weight in enumerate(weights))
-                seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, tuning.ROOT_FLOOR_X))
+                seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, tuning.SMALLEST_X))
             t = np.cumsum(np.append(passed, seconds))
-            at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, tuning.ROOT_FLOOR_X)
+            at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, tuning.SMALLEST_X)
             table.extend(t=t[: last - first], rate=np.sqrt(at_knots), change=0.5 * ((c[2:] - c[:-2]) / (2 * knot)))
             passed = t[-1]
         return cls(knot, **table.columns())
@@ -166,6 +170,6 @@ def positions(profile: Profile, times: Times, count: int, instants: Callable[[Ar
     They come part by part.
     """
     for begin, end in blocks(count):
-        for first in range(begin, end, tuning.TIMES_AT_A_TIME):
-            number = np.arange(first, min(first + tuning.TIMES_AT_A_TIME, end), dtype=float)
+        for first in range(begin, end, tuning.AT_A_TIME):
+            number = np.arange(first, min(first + tuning.AT_A_TIME, end), dtype=float)
             yield profile.s(times.sigma(instants(number)))

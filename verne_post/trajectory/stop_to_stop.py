@@ -99,8 +99,8 @@ def plan_sections(
     durations, jerks, distance = np.zeros((n_sections, 7)), np.zeros((n_sections, 7)), np.zeros(n_sections)
     chosen = np.flatnonzero(wanted)
     done = 0
-    for start in range(0, len(chosen), tuning.SECTIONS_AT_A_TIME):
-        chunk = chosen[start : start + tuning.SECTIONS_AT_A_TIME]
+    for start in range(0, len(chosen), tuning.AT_A_TIME):
+        chunk = chosen[start : start + tuning.AT_A_TIME]
         count = begins[chunk + 1] - begins[chunk]
         owner, place = ragged(count)
         element, at = begins[chunk][owner] + place, np.cumsum(count) - count

@@ -4,17 +4,21 @@ toppra solves small linear programs with absolute tolerances, so the path parame
 given by its derivatives at the grid points: no spline stands for it.
 """
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.rows import row_min
 from verne_post.model.machine import Limits
-from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
 
 Array = NDArray[np.float64]
+
+#: The path parameter is scaled so that the largest speed along it is this; toppra is sound from 0.7 to 7.
+_SPEED: Final = 7.0
+#: Speeds squared beyond this (scaled) are not asked of toppra: its programs need bounds.
+_X: Final = 1e4
 
 
 def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
@@ -45,9 +49,9 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
     with np.errstate(divide="ignore"):
         x_cap = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
     finite = x_cap[np.isfinite(x_cap)]
-    scale = tuning.TOPPRA_SPEED / np.sqrt(finite.max()) if len(finite) else tuning.TOPPRA_SPEED / float(grid.s[-1])
+    scale = _SPEED / np.sqrt(finite.max()) if len(finite) else _SPEED / float(grid.s[-1])
     scaled = grid.s * scale
-    bound = np.minimum(x_cap * scale**2, tuning.TOPPRA_X)
+    bound = np.minimum(x_cap * scale**2, _X)
 
     class Path:
         """The derivatives by scaled s, known at the grid points only."""

@@ -38,11 +38,6 @@ class PassSettings:
         Complementarity to start from and to end at, over the time. A smaller end is nearer the optimum.
     iterations : int
         At most so many.
-    window_knots, look_ahead_knots : int
-        Knots that are kept of each solution, and those that look ahead. They bound the memory; a short look-ahead slows down
-        at the end of each window.
-    window_end_x : float
-        X at the end of a window that is not the last.
     shares : tuple of float
         Of the velocity, acceleration and jerk limits.
     """
@@ -54,9 +49,6 @@ class PassSettings:
     start_gap: float
     final_gap: float
     iterations: int
-    window_knots: int
-    look_ahead_knots: int
-    window_end_x: float
     shares: tuple[float, float, float] = PLANNED_SHARES
 
 
@@ -68,15 +60,14 @@ class Effort:
     ----------
     passes : tuple of PassSettings
         Coarse to fine.
-    last, jerk_bound : PassSettings
-        The pass after them, and the one in its place where jerk sets the time (``JERK_BOUND_RATIO``).
+    last : PassSettings
+        The pass after them; with knots of one unit where jerk sets the time (``JERK_BOUND_RATIO``).
     repeats : int
         The last pass is repeated, with every row, at most so often.
     """
 
     passes: tuple[PassSettings, ...]
     last: PassSettings
-    jerk_bound: PassSettings
     repeats: int
 
 
@@ -85,68 +76,56 @@ NORMAL: Final = Effort(
     passes=(
         PassSettings(
             knot_units=8, points_per_knot=3, tightest_rows=ALL_ROWS, largest_x=8.0, start_gap=30.0, final_gap=3e-1,
-            iterations=25, window_knots=1600, look_ahead_knots=50, window_end_x=0.05,
+            iterations=25,
         ),
         PassSettings(
             knot_units=2, points_per_knot=2, tightest_rows=(1, 2), largest_x=4.0, start_gap=10.0, final_gap=1.0,
-            iterations=16, window_knots=3500, look_ahead_knots=150, window_end_x=0.1,
+            iterations=16,
         ),
     ),
     last=PassSettings(
         knot_units=2, points_per_knot=2, tightest_rows=(2, 3), largest_x=4.0, start_gap=3.0, final_gap=3e-3,
-        iterations=20, window_knots=3500, look_ahead_knots=150, window_end_x=0.3,
-    ),
-    jerk_bound=PassSettings(
-        knot_units=1, points_per_knot=2, tightest_rows=(2, 3), largest_x=4.0, start_gap=3.0, final_gap=3e-3,
-        iterations=20, window_knots=4000, look_ahead_knots=300, window_end_x=0.3,
+        iterations=20,
     ),
     repeats=3,
 )  # fmt: skip
 
 _WHOLE: Final = (1.0, 1.0, 1.0)
-_FINEST: Final = PassSettings(
-    knot_units=1, points_per_knot=2, tightest_rows=ALL_ROWS, largest_x=2.0, start_gap=1.0, final_gap=5e-4,
-    iterations=40, window_knots=3000, look_ahead_knots=600, window_end_x=0.3, shares=_WHOLE,
-)  # fmt: skip
 #: No margin, more passes, every row and a small gap: practically the optimum, to compare with. Its CPU is many times that of
 #: ``NORMAL``; docs/performance.md has the gain. It also plans what ``NORMAL`` could not repair.
 QUALITY: Final = Effort(
     passes=tuple(
         PassSettings(
             knot_units=2, points_per_knot=points, tightest_rows=ALL_ROWS, largest_x=largest_x, start_gap=start_gap,
-            final_gap=final_gap, iterations=iterations, window_knots=1500, look_ahead_knots=300, window_end_x=0.1,
-            shares=_WHOLE,
+            final_gap=final_gap, iterations=iterations, shares=_WHOLE,
         )
         for points, largest_x, start_gap, final_gap, iterations in (
             (2, 8.0, 30.0, 1e-1, 25), (2, 4.0, 10.0, 1e-1, 25), (4, 2.0, 3.0, 3e-3, 40), (4, 2.0, 1.0, 1e-3, 40),
         )
     ),
-    last=_FINEST,
-    jerk_bound=_FINEST,
+    last=PassSettings(
+        knot_units=1, points_per_knot=2, tightest_rows=ALL_ROWS, largest_x=2.0, start_gap=1.0, final_gap=5e-4,
+        iterations=40, shares=_WHOLE,
+    ),
     repeats=3,
 )  # fmt: skip
 
 #: The finest time scale of a profile; a longer control cycle takes its place. A longer one is faster and leaves more to repair.
 TIME_UNIT: Final = 1e-3
-#: Differences of cycles shorter than so many units are taken over that time: they see the same profile. Shorter ones would
-#: be lost in rounding.
-SHORTEST_DIFFERENCE: Final = 0.125
-#: A window that takes so many times as long after a pass is given up and keeps its times: the problem is not convex. A first
-#: profile at a high feed slows down by half at sharp corners; a solution that all but stands takes up to a hundred times as long.
-STRAYED: Final = 5.0
+#: Knots that are kept of each solution, and units that it looks ahead beyond them. They bound the memory; a short look-ahead
+#: slows down at the end of each window.
+WINDOW_KNOTS: Final = 3500
+LOOK_AHEAD_UNITS: Final = 300
+#: X at the end of a window that is not the last; and of one after which no next one was feasible: smaller is safer and slower.
+WINDOW_END_X: Final = 0.1
+CRAWLING_X: Final = 0.01
 #: A virtual joint with Q' = 1 keeps X from jumping where the joints rest: its acceleration and jerk limits, times the unit and
 #: its square. X changes by its own size in no less than some 20 units.
 VIRTUAL_ACCELERATION: Final = 0.3
 VIRTUAL_JERK: Final = 0.2
-#: The first knots of a window may exceed the limits by this share, falling to none over so many knots: the window before
-#: has used every limit up. Less makes windows fail; more is left to repair.
-HANDOVER_EXCESS: Final = 0.01
-HANDOVER_KNOTS: Final = 30
 #: X where a pass starts, and over how many units it slows down at the end of a window. Both decide only the iterations needed.
 START_X: Final = 0.98
 START_RAMP: Final = 100
-#: X at the end of a window after which no next one was feasible at the usual one. Smaller is safer and slower.
-CRAWLING_X: Final = 0.01
 #: The last pass is repeated while more than one row in so many is far beyond a limit, since repair takes time at each.
 ROWS_PER_FAR_ROW: Final = 500
 #: Jerk sets the time of a profile that takes so many times as long as the second-order bound: it needs twice the knots, since
@@ -155,10 +134,8 @@ JERK_BOUND_RATIO: Final = 1.2
 
 # --- interior point method -------------------------------------------------------------------------
 
-#: Smallest X: one pass may slow the profile down a hundredfold.
+#: Smallest X: one pass may slow the profile down a hundredfold. X^(-1/2) is evaluated no closer to zero.
 SMALLEST_X: Final = 1e-4
-#: X^(-1/2) is evaluated no closer to zero than this; below ``SMALLEST_X``, so that it shows in no solution.
-ROOT_FLOOR_X: Final = 0.1 * SMALLEST_X
 #: Slacks start no smaller than this, so that a start outside the limits is inside the method's set.
 START_SLACK: Final = 0.1
 #: A constraint may be off by this share of its limit at the end. More saves iterations and is left to repair.
@@ -167,15 +144,11 @@ ACCEPTED_INFEASIBILITY: Final = 5e-4
 FIXED_DIAGONAL: Final = 1e30
 #: Steps go this share of the way to the boundary of the feasible set.
 TO_BOUNDARY: Final = 0.99
-#: Relative increases of the diagonal that are tried when rounding has spoilt the normal matrix.
-DIAGONAL_SHIFTS: Final = (0.0, 1e-10, 1e-6)
 #: After a step shorter than this, the next one aims at no less than this share of the complementarity.
 SHORT_STEP: Final = 0.3
 RECENTRE: Final = 0.3
 #: The jerk constraints bend the other way than the objective: at least this share of the objective's curvature stays.
 LEAST_CURVATURE: Final = 0.1
-#: The corrector aims at the cube of the share of complementarity that the predictor leaves, and no less than the cube of this.
-LEAST_CENTRING: Final = 1e-2
 
 # --- first profile ---------------------------------------------------------------------------------
 
@@ -187,8 +160,6 @@ FINEST_UNIT: Final = 0.25
 #: Spacing of the first profile's samples, in units, and how many of them are averaged.
 START_STEP: Final = 4
 START_SMOOTH: Final = 10
-#: Speeds below this (mm/s) are crossed at it where the first profile is sampled.
-SLOWEST_START: Final = 1e-12
 #: The first profile may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor at most.
 START_JERK_EXCESS: Final = 4.0
 #: It is slowed down by this factor: knots are even in its time, and the slow spots of the profile need many.
@@ -209,22 +180,11 @@ KEPT_POINTS: Final = [1, 3, 4, 6]
 MANY_SPANS: Final = 200
 #: Joints are known to this share of their largest value; derivatives that could be rounding alone count as zero.
 JOINT_ROUNDING: Final = 3e-14
-#: A line of (x, K) whose slope is beyond this bounds K or x alone.
-STEEP_LINE: Final = 1e9
-#: Stands for the squared speed where nothing bounds it.
-X_UNBOUNDED: Final = 1e14
 #: Grid points per window: enough steps to forget the start, few enough Python steps. Changes CPU only.
 PASS_WINDOW: Final = 96
-#: Windows whose start is not known when those before them have been solved are solved from the narrower bracket that these
-#: leave, up to so many brackets in all; what then is left goes one window after the other. Changes CPU only.
-BRACKETINGS: Final = 3
-#: Steps of a window that are solved again before it is looked which windows have forgotten their start. Changes CPU only.
-PASS_STRETCHES: Final = ((0, 8), (8, 16), (16, 32), (32, 64), (64, 1 << 62))
 
 # --- rows: what may be left out, and repair --------------------------------------------------------
 
-#: A profile that moves less than this share of its length has not begun to move.
-REST_SHARE: Final = 1e-13
 #: Rows are left out at the ends while they stay so near, over the motion that the limits allow in one cycle from rest, and at
 #: most so many.
 CREEPING_MOTION: Final = 0.1
@@ -242,25 +202,16 @@ SHIFT_STEPS: Final = 8
 ACTIVE_SET_STEPS: Final = 4
 #: Weight of the jerk of the shifts against the excess.
 SHIFT_DAMPING: Final = 1e-4
-#: A row so far beyond a limit is not repaired by shifts alone: its stretch gets so many rows more.
+#: A row so far beyond a limit is not repaired by shifts alone: its stretch gets one row more.
 FAR_RATIO: Final = 1.15
-FAR_ADDED_ROWS: Final = 4
-#: Short sections are given fewer: one for so many rows that they have.
-ROWS_PER_ADDED_ROW: Final = 50
 #: More rows come over a stretch so long that the change of speed takes a share of the jerk only: its length cubed is
 #: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
 GENTLE_LENGTH: Final = 600.0
-#: A stretch is given more rows if it has so many.
-SHORTEST_STRETCH: Final = 12
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
 SMALLEST_STRAIN: Final = 1e-6
 #: The derivative by s is taken over this share of a row's step, and at least this much of the section's length.
 SLOPE_STEP: Final = 1e-2
 SLOPE_LENGTH: Final = 1e-9
-#: Steps that hide the path between them are made shorter by no more than this at a time: how much they need is not known.
-HIDDEN_SHORTENING: Final = 2.0
-#: Or they are halved, so often at most: a millionth of a step shows everything.
-STEP_HALVINGS: Final = 20
 
 # --- slowing down where repair does not do -----------------------------------------------------------
 
@@ -269,27 +220,16 @@ STEP_HALVINGS: Final = 20
 SLOWDOWN_ATTEMPTS: Final = 5
 SLOWDOWN_REACH: Final = 60
 SLOWDOWN_MARGIN: Final = 1.3
-#: Rows on each side of such a place that the curve through its rows takes into account.
-SLOWDOWN_CONTEXT: Final = 12
-#: Slower sections whose rows are repaired when those of the section itself cannot be, then sections that are only slowed: so
-#: often, by factors between these.
-STRETCH_FACTORS: Final = (1.0, 1.004, 1.02, 1.1)
-STRETCH_ATTEMPTS: Final = 40
-STRETCH_STEP: Final = (1.3, 3.0)
-#: Slowing down lowers the worst ratio at least by the factor of the speed; where it stays above this share of what it
-#: was, the joints jump.
+#: A section at half the speed has half the worst ratio or less; where it stays above this share of what it was, the joints jump.
 JUMP_SHARE: Final = 0.9
 
 # --- what rows show of the path (verne_post.trajectory.visible) --------------------------------------
 
-#: Planned turn of an arc from row to row, and the largest one, rad: at half a turn nobody could tell the sense of it.
-PLANNED_TURN: Final = 0.40 * 2 * np.pi
+#: Largest turn of an arc from row to row, rad: at half a turn nobody could tell the sense of it.
 MOST_TURN: Final = 0.42 * 2 * np.pi
 #: The path between two rows is no farther from the straight step between them than this share of the step, or of the step
 #: before where that is longer. Half way between two rows of even speed nothing is farther than half a step from both.
 BULGE: Final = 0.45
-#: A radian is so many mm of s.
-RADIAN_MM: Final = 50.0
 #: Within this share of the bounds in tip and angles, the root of the sum of their squares is within 1.
 SURELY: Final = 0.7
 #: At so many places the path between two rows is looked at.
@@ -297,7 +237,7 @@ PLACES_BETWEEN: Final = 8
 #: A feed counts as reached at this share of it, which profiles come to from below; the same share makes a row slow (verify).
 FEED_REACHED: Final = 0.99
 
-# --- stop-to-stop profiles, ruckig and toppra --------------------------------------------------------
+# --- stop-to-stop profiles ---------------------------------------------------------------------------
 
 #: Shares of the largest speed and acceleration that are tried. More of them cost CPU and gain little time.
 SPEED_SHARES: Final = np.concatenate([[1.0], np.geomspace(0.97, 0.02, 30)])
@@ -305,52 +245,14 @@ ACCELERATION_SHARES: Final = np.array([1.0, 0.85, 0.7, 0.55, 0.4, 0.25, 0.12])
 #: The joint limits that are planned with. The bounds on the derivatives are exact up to 1e-9; the
 #: rest is left for the rounding of the written numbers, which verification also counts.
 STOP_TO_STOP_SHARE: Final = 1.0 - 1e-6
-#: Smallest dimensionless speed limit. A slower one would make the profile longer than ruckig allows
-#: (7e3 time units); accelerating more gently instead costs 6e-5 of the time.
-RUCKIG_SLOWEST: Final = 1e-3
-#: A limit above this is never reached by a unit distance at unit jerk, whose peak values are 0.63 and 0.8.
-RUCKIG_UNREACHED: Final = 10.0
-#: How far a profile may leave [0, 1]: rounding of its polynomials.
-RUCKIG_OVERSHOOT: Final = 1e-9
-#: The path parameter is scaled so that the largest speed along it is this; toppra is sound from 0.7 to 7.
-TOPPRA_SPEED: Final = 7.0
-#: Speeds squared beyond this (scaled) are not asked of toppra: its programs need bounds.
-TOPPRA_X: Final = 1e4
-
-# --- the slow start -----------------------------------------------------------------------------------
-
-#: Where a slow start begins, as a share of the override.
-SLOW_START_RATE: Final = 0.1
-#: The ramp is so many of its time constants long: at its ends the rate is within 0.25 % of ``SLOW_START_RATE`` and of 1.
-SLOW_START_CONSTANTS: Final = 12.0
-#: So many time constants after its middle the ramp is over to double precision.
-SLOW_START_OVER: Final = 37.0
 
 # --- how much is done at a time: memory against overhead, the same rows -------------------------------
 
-#: Elements of the first profile made at a time, and those that it looks ahead to. A look-ahead that is shorter than the way
-#: to stop costs the first profile some speed, which the passes give back.
-ELEMENTS_AT_A_TIME: Final = 16384
-LOOK_AHEAD_ELEMENTS: Final = 2048
-#: Spans derived at a time: what it takes then stays in the processor's cache.
-SPANS_AT_A_TIME: Final = 1 << 10
-#: Grid points whose corners are sought at a time.
-CORNER_POINTS: Final = 1 << 10
-#: Sections planned from stop to stop at a time.
-SECTIONS_AT_A_TIME: Final = 4096
-#: Times or samples of a profile evaluated at a time.
-TIMES_AT_A_TIME: Final = 1 << 14
-#: Rows whose joints or feed are evaluated at a time.
-ROWS_AT_A_TIME: Final = 1 << 15
-#: The same for rows that lie far apart, and so many rows a stretch counts for at least: around each, the system reads 64 kB
-#: of every column.
+#: Elements, sections, rows or times that are worked on together.
+AT_A_TIME: Final = 1 << 14
+#: Spans, corners of constraints and steps between rows: each has many numbers, which stay in the processor's cache.
+FEW_AT_A_TIME: Final = 1 << 10
+#: Rows that lie far apart, and what a stretch counts for at least: around each, the system reads 64 kB of every column.
 SCATTERED_ROWS: Final = 1 << 8
-STRETCH_ROWS: Final = 1 << 8
-#: Steps whose paths are looked at together.
-STEPS_AT_A_TIME: Final = 1 << 12
-#: Resting samples at both ends of a profile, so that the spline begins and ends with all derivatives zero.
-SPLINE_REST: Final = 6
-#: Samples that a spline is solved with on each side of a part: the last one counts for less than rounding, 0.43 to this power.
-SPLINE_OVERLAP: Final = 64
 #: Products of so many multiplications are made by one thread.
 BLAS_WORK: Final = 200_000

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
-from verne_post.base.units import RAD_PER_DEG
+from verne_post.base.units import RAD_PER_DEG, ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
 from verne_post.trajectory import tuning
 
@@ -39,7 +39,7 @@ def turn_rate(contour: Contour, element: Ints) -> Array:
 def visible_speed(contour: Contour, element: Ints, cycle: float) -> Array:
     """Largest ds/dt (n,) on elements (n,) at which the rows show how arcs turn, mm/s; infinite on straight segments."""
     with np.errstate(divide="ignore"):
-        return np.asarray(tuning.PLANNED_TURN / (cycle * turn_rate(contour, element)))
+        return np.asarray(tuning.MOST_TURN / (cycle * turn_rate(contour, element)))
 
 
 def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Array | None) -> Array:
@@ -57,7 +57,9 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     turned : ndarray, shape (n,), or None
         How far arcs have turned up to the rows, rad; None where the section has none.
     """
-    result = np.zeros(len(s) - 1) if turned is None else np.diff(turned) / tuning.MOST_TURN
+    result = (
+        np.zeros(len(s) - 1) if turned is None else np.diff(turned) / (tuning.ACCEPTED_RATIOS[0] * tuning.MOST_TURN)
+    )
     way = np.diff(s)
     rows = np.flatnonzero((element[1:] != element[:-1]) & (way > PATH_TIP_MM))
     if not len(rows):
@@ -67,12 +69,12 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length
     even = (contour.curve[element] < 0) & (contour.path.circle[contour.segment[element]] < 0)
-    most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (tuning.RADIAN_MM * size[1]) ** 2, 0.0))
-    surely = even[1:] & even[:-1] & (most < tuning.SURELY * np.minimum(bound[0], tuning.RADIAN_MM * bound[1]))
+    most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (ROTARY_METRIC_MM * size[1]) ** 2, 0.0))
+    surely = even[1:] & even[:-1] & (most < tuning.SURELY * np.minimum(bound[0], ROTARY_METRIC_MM * bound[1]))
     rows = rows[~surely[rows]]
     places = np.arange(1, tuning.PLACES_BETWEEN + 1) / (tuning.PLACES_BETWEEN + 1.0)
-    for first in range(0, len(rows), tuning.STEPS_AT_A_TIME):
-        some = rows[first : first + tuning.STEPS_AT_A_TIME]
+    for first in range(0, len(rows), tuning.FEW_AT_A_TIME):
+        some = rows[first : first + tuning.FEW_AT_A_TIME]
         here = np.concatenate([tip[some], angles[some]], axis=1)
         step = np.concatenate([tip[some + 1], angles[some + 1]], axis=1) - here
         between = np.concatenate(pose((s[some] + places[:, None] * way[some]).ravel()), axis=1)

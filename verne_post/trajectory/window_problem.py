@@ -54,14 +54,7 @@ def window_problem(task: SectionTask, profile: Profile, settings: PassSettings, 
         by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
     cap = np.minimum(np.where(np.isnan(at_points.feed_x), np.inf, at_points.feed_x), by_speed)
     cap = np.clip(cap, 2 * tuning.SMALLEST_X, settings.largest_x)
-    # a window that goes on where another has used every limit up needs some margin to do so
-    by_interval = np.ones(n)
-    if len(window.fixed):
-        by_interval[: tuning.HANDOVER_KNOTS] -= np.linspace(tuning.HANDOVER_EXCESS, 0.0, tuning.HANDOVER_KNOTS)[:n]
-    share = np.tile(by_interval, k)
-    cap /= share
-    acceleration = shares[1] * limits.acceleration[:, None] / share
-    jerk = shares[2] * limits.jerk[:, None] / share
+    acceleration, jerk = shares[1] * limits.acceleration[:, None], shares[2] * limits.jerk[:, None]
     virtual = np.zeros((1, n * k))
     q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / tuning.VIRTUAL_ACCELERATION])
     q2a = np.concatenate([q2 / acceleration, virtual])
@@ -81,7 +74,7 @@ def window_problem(task: SectionTask, profile: Profile, settings: PassSettings, 
 def _differences(task: SectionTask, profile: Profile, settings: PassSettings, window: Window) -> _Differences:
     """Differences at the points of a window over the control cycle, by phase and then by interval."""
     section, k = task.section, settings.points_per_knot
-    delta = max(task.cycle, tuning.SHORTEST_DIFFERENCE * task.unit)
+    delta = task.cycle
     knot = settings.knot_units * task.unit
     spacing = knot / k
     points = (window.end - window.begin) * k
