@@ -143,6 +143,9 @@ def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyP
     angles = np.stack([q[:, 3] - alpha, q[:, 4]], axis=1)
     margin = margin_functions(MACHINE)[0](tip, angles, np.full(len(q), 80.0)).min(axis=1)
     assert np.abs(seen.margin - margin[at]).max() < 1e-9
+    assert np.abs(seen.alpha_deg - np.degrees(alpha[at])).max() < 1e-9
+    assert np.abs(seen.alpha_deg).max() > 0.1  # degrees, not radians
+    assert (seen.tool_length == 80.0).all()
     begins = np.searchsorted(seen.trail.frame, np.arange(len(at)))
     drawn_alpha = seen.curves["alpha"][0]
     shown = [(begins, seen.trail.margin, margin), *((begins, seen.trail.tip[:, k], tip[:, k]) for k in range(3)),

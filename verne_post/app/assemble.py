@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post import gcode
 from verne_post.app.source_text import check_source_text
@@ -24,7 +23,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Home, Machine
-from verne_post.model.moves import ZERO9, Event, Frame, MoveKind, Moves
+from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WORK_SYSTEMS
 from verne_post.model.summary import FreeTurn
@@ -86,11 +85,6 @@ class Program:
     def joints(self) -> JointPath:
         """The joints along the contour."""
         return JointPath(self.contour, self.machine, contour_pose, speed_cap, self.options.lift)
-
-    @property
-    def dwells(self) -> NDArray[np.intp]:
-        """Numbers of the moves that are dwells of some length, as the tool path has them."""
-        return np.flatnonzero((self.moves.kind == MoveKind.DWELL) & (self.moves.feed > 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,10 +167,9 @@ def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
 
 
 def _text_options(options: Options) -> dict[str, Any]:
-    """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.state.TextOptions`."""
+    """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.setup.TextOptions`."""
     for code in options.remap:
-        number = float(code[1:])
-        if round(number * 10) in RS274.group_of_g if code[0] == "G" else number in RS274.group_of_m:
+        if RS274.executes(code):
             raise UsageError("remap", f"{code}: this code has a meaning of its own")
     return {name: getattr(options, name) for name in TextOptions.__dataclass_fields__}
 
@@ -276,8 +269,10 @@ def add_approach(draft: Draft) -> Draft:
         return draft
     start_at = None
     if restart is not None:
-        dwells = np.flatnonzero((draft.moves.kind == MoveKind.DWELL) & (draft.moves.feed > 0))
-        start_at = int(np.searchsorted(draft.path.move_reached, restart.move)), int((dwells < restart.move).sum())
+        start_at = (
+            int(np.searchsorted(draft.path.move_reached, restart.move)),
+            int((draft.moves.dwells < restart.move).sum()),
+        )
     return replace(draft, contour=add_approach_and_departure(draft.contour, machine, start, goal, start_at))
 
 

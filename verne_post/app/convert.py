@@ -92,7 +92,7 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointB
     program = plan.program
     joints, machine, contour = program.joints(), program.machine, program.contour
     move_of_segment = contour.path.move_reached
-    dwells = np.append(program.dwells, -1)
+    dwells = np.append(program.moves.dwells, -1)
     for sampled in rows(contour, plan.profiles, plan.timeline):
         values, numbers = round_setpoints(joints.q(sampled.element, sampled.w), machine, fmt)
         move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[contour.segment[sampled.element]])
@@ -102,7 +102,7 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointB
 
 def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
     """Events and dwells in order, and the move after each; -1 for what is to be done before the first one."""
-    moves, dwells = program.moves, program.dwells
+    moves, dwells = program.moves, program.moves.dwells
     waits = {int(dwell): float(moves.feed[dwell]) for dwell in dwells if dwell not in program.stops}
     rests = [Event(int(moves.line[move]), "dwell", move, {"seconds": seconds}) for move, seconds in waits.items()]
     every = sorted([*moves.events, *rests], key=lambda event: event.before)  # events come before a dwell in their place

@@ -20,7 +20,7 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     """
     program, times = plan.program, plan.timeline
     moves, kept = program.moves, program.path.moves_with_length
-    dwells = program.dwells
+    dwells = program.moves.dwells
     items = np.flatnonzero(times.section < 0)[np.searchsorted(dwells, program.stops)]
     begins = [0, *times.first_row[items + 1].tolist()]
     ends = [*times.first_row[items].tolist(), times.n_rows - 1]

@@ -14,7 +14,7 @@ import click
 from verne_post.cli.common import load, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
-from verne_post.cli.options import WRITING, GroupedCommand, build_options, options_of, program_options
+from verne_post.cli.options import FILE, WRITING, GroupedCommand, build_options, options_of, program_options
 from verne_post.model.verdict import gravest
 from verne_post.output.formats import FORMATS
 
@@ -46,12 +46,8 @@ PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
     help="Address of a Dask scheduler whose workers see the same folders, as tcp://host:8786.",
 )
 @click.option("--shard", metavar="I/N", help="Only the I-th of N equal shares, for CI matrices.")
-@click.option(
-    "--junit", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as JUnit XML."
-)
-@click.option(
-    "--sarif", type=click.Path(dir_okay=False, path_type=Path), metavar="F", help="Write the findings as SARIF."
-)
+@click.option("--junit", type=FILE, metavar="F", help="Write the findings as JUnit XML.")
+@click.option("--sarif", type=FILE, metavar="F", help="Write the findings as SARIF.")
 @format_option
 @options_of(*WRITING)
 @program_options()

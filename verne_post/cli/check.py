@@ -7,7 +7,7 @@ import click
 
 from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
 from verne_post.cli.files import RunFiles, Unreadable
-from verne_post.cli.options import GroupedCommand, build_options, program_options, settings_of
+from verne_post.cli.options import FILE, GroupedCommand, build_options, program_options, settings_of
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
@@ -25,12 +25,7 @@ if TYPE_CHECKING:
     default="text",
     help="How findings are written.",
 )
-@click.option(
-    "--output-file",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="F",
-    help="Write there in place of standard output.",
-)
+@click.option("--output-file", type=FILE, metavar="F", help="Write there in place of standard output.")
 @click.option(
     "--fail-level",
     type=click.Choice(["error", "warning"]),
@@ -46,17 +41,12 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--baseline",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     envvar="VERNE_POST_BASELINE",
     metavar="FILE",
     help="Findings that are known and do not count.",
 )
-@click.option(
-    "--write-baseline",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write all findings of now as a baseline.",
-)
+@click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @program_options()
 def command(

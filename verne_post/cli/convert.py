@@ -8,35 +8,21 @@ import click
 from verne_post.cli.common import PROGRAM, print_findings, progress_bar, read_program, refuse, shown_name
 from verne_post.cli.conversion import Outputs, convert_to_files, format_option
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import WRITING, GroupedCommand, options_of, program_options
+from verne_post.cli.options import FILE, WRITING, GroupedCommand, options_of, program_options
 
 
 @click.command("convert", cls=GroupedCommand)
 @click.argument("input_name", metavar="INPUT")
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="OUT",
-    help="File to write, in place of standard output.",
-)
-@click.option(
-    "--meta",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write facts of the conversion as JSON beside it.",
-)
+@click.option("-o", "--output", type=FILE, metavar="OUT", help="File to write, in place of standard output.")
+@click.option("--meta", type=FILE, metavar="FILE", help="Write facts of the conversion as JSON beside it.")
 @click.option(
     "--events",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="Write auxiliary functions and dwells, with time, line and axes, as FILE.csv or FILE.json.",
 )
 @click.option(
-    "--write-parameters",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write the parameter file as the program leaves it.",
+    "--write-parameters", type=FILE, metavar="FILE", help="Write the parameter file as the program leaves it."
 )
 @format_option
 @options_of(*WRITING)

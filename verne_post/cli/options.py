@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from verne_post.config.settings import SettingsFile
 
+#: Type of an option that names a file.
+FILE: Final = click.Path(dir_okay=False, path_type=Path)
 #: Options that only matter to commands that write or verify setpoints.
 WRITING: Final = ("decimals", "accept_rounding")
 
@@ -110,7 +112,7 @@ def flag_of(name: str) -> str:
 
 
 def _file_option(one: FileOption) -> Callable[..., Any]:
-    kind = click.Path(dir_okay=False, path_type=Path) if one.metavar == "FILE" else click.STRING
+    kind = FILE if one.metavar == "FILE" else click.STRING
     return click.option(
         one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple,
         default=one.default, help=one.help,

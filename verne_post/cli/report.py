@@ -8,19 +8,14 @@ import click
 
 from verne_post.cli.common import PROGRAM, progress_bar, read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.options import FILE, GroupedCommand, program_options
 from verne_post.model.verdict import status_of
 
 
 @click.command("report", cls=GroupedCommand)
 @click.argument("input_name", metavar="INPUT")
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), metavar="OUT.html", help="The page.")
-@click.option(
-    "--static",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="OUT.png|OUT.svg",
-    help="A picture of the path and the axes, for CI.",
-)
+@click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
+@click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")
 @program_options()
 def command(input_name: str, output: Path | None, static: Path | None, **given: Any) -> int:
     """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism at the cursor.

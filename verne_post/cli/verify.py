@@ -8,7 +8,7 @@ import click
 
 from verne_post.cli.common import print_findings, read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
-from verne_post.cli.options import GroupedCommand, options_of, program_options
+from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
 from verne_post.model.verdict import ExitStatus, gravest, status_of
 
 if TYPE_CHECKING:
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option(
     "--meta",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="FILE",
     help="The side-car of the conversion: says whether program, machine, offsets, tools and options are still the same.",
 )
 @click.option(
     "--measured",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     metavar="LOG",
     help="Measured axes of a run of this file (halsampler text or CSV, one row a cycle): where the tool really was.",
 )

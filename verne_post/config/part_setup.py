@@ -9,10 +9,8 @@ from dataclasses import replace
 
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import ZERO9
-from verne_post.model.part_setup import SYSTEM_NAMES, Tool, WorkOffset
+from verne_post.model.part_setup import MAX_PLACE, SYSTEM_NUMBERS, Tool, WorkOffset
 
-#: Offsets beyond this are mistakes, mm and degrees.
-MAX_PLACE = 1e5
 #: Columns of the two kinds of files: those that must be there, and those that may.
 OFFSET_COLUMNS = ("system", "x_mm", "y_mm", "z_mm"), ("c_deg",)
 LENGTH_COLUMNS = ("tool", "length_mm"), ("diameter_mm",)
@@ -26,10 +24,9 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
     InputError
         VP504: not such a file.
     """
-    systems = {written: number for number, written in SYSTEM_NAMES.items()}
     offsets: dict[int, WorkOffset] = {}
     for where, row in _rows(raw, name, *OFFSET_COLUMNS):
-        system = systems.get(row["system"].strip().upper())
+        system = SYSTEM_NUMBERS.get(row["system"].strip().upper())
         if system is None:
             raise _wrong(f"{where}: {row['system']!r} is no work system; expected G54 to G59.3, or G54.1P1 to G54.1P48")
         if system in offsets:

@@ -1,7 +1,6 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
 
 import difflib
-import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -11,14 +10,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
 from verne_post.model.findings import InputError, UsageError, finding
-from verne_post.model.option_checks import Meaning
+from verne_post.model.option_checks import CODE, Meaning
 from verne_post.model.options import Options, about
-from verne_post.model.part_setup import SYSTEM_NAMES, Box
+from verne_post.model.part_setup import SYSTEM_NUMBERS, Box
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
 PROJECT_FILE: Final = "pyproject.toml"
-_CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
 
 
 Point = Annotated[list[Annotated[float, Field(ge=-1e5, le=1e5)]], Field(min_length=3, max_length=3)]
@@ -37,7 +35,7 @@ class BoxFile(BaseModel):
     @field_validator("system")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value != "table" and value not in SYSTEM_NAMES.values():
+        if value != "table" and value not in SYSTEM_NUMBERS:
             raise ValueError("expected table, or a work system such as G54")
         return value
 
@@ -50,9 +48,8 @@ class BoxFile(BaseModel):
 
     def box(self, name: str) -> Box:
         """As the program has it."""
-        systems = {written: number for number, written in SYSTEM_NAMES.items()}
         low, high = tuple(self.min), tuple(self.max)
-        return Box(name, low, high, systems.get(self.system), self.distance_mm)  # type: ignore[arg-type]
+        return Box(name, low, high, SYSTEM_NUMBERS.get(self.system), self.distance_mm)  # type: ignore[arg-type]
 
 
 class CheckFile(BaseModel):
@@ -137,12 +134,8 @@ def _wrong_options(given: dict[str, Any]) -> list[str]:
 
 def _mistake(code: str) -> str | None:
     """Why a code cannot be given a meaning; None where it can."""
-    if _CODE.fullmatch(code) is None:
+    if CODE.fullmatch(code) is None:
         return f"remap.{code}: expected a G or M code as it is written, without leading zeros: M428, G68.3"
-    number = float(code[1:])
-    known = round(number * 10) in RS274.group_of_g if code[0] == "G" else number in RS274.group_of_m
-    return (
-        f"remap.{code}: this code has a meaning of its own; only codes that are not executed can be given one"
-        if known
-        else None
-    )
+    if RS274.executes(code):
+        return f"remap.{code}: this code has a meaning of its own; only codes that are not executed can be given one"
+    return None

@@ -45,6 +45,11 @@ class CodeTable:
         """Code -> its group."""
         return {code: group for group, codes in self.m_groups.items() for code in codes}
 
+    def executes(self, code: str) -> bool:
+        """Whether a code such as G68.3 or M428 has a meaning of its own here."""
+        number = float(code[1:])
+        return round(number * 10) in self.group_of_g if code[0] == "G" else number in self.group_of_m
+
 
 #: RS274/NGC as LinuxCNC has it on a mill (names of groups as in its documentation), and tool vectors (G43.4, G43.5).
 RS274: Final = CodeTable(

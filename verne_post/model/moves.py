@@ -229,6 +229,11 @@ class Moves:
     def __len__(self) -> int:
         return len(self.line)
 
+    @property
+    def dwells(self) -> NDArray[np.intp]:
+        """Numbers of the moves that are dwells of some length, as the tool path has them."""
+        return np.flatnonzero((self.kind == MoveKind.DWELL) & (self.feed > 0))
+
     def start_at(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
         """The moves from number ``first`` on, and the events from ``first_event`` on after those of ``switched``."""
         kept = (replace(event, before=max(event.before - first, 0)) for event in self.events[first_event:])

@@ -23,7 +23,8 @@ from verne_post.model.part_setup import (
     WorkOffset,
 )
 
-_CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
+#: A G or M code without leading zeros.
+CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
 _LARGEST: Final = math.nextafter(math.inf, 0.0)
 #: What a user-defined code may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
@@ -214,7 +215,7 @@ def check_remap(value: object) -> dict[str, str]:
     meanings = get_args(Meaning)
     found = dict(_mapping(value, "a mapping from code to meaning"))
     for code, meaning in found.items():
-        if not isinstance(code, str) or _CODE.fullmatch(code) is None:
+        if not isinstance(code, str) or CODE.fullmatch(code) is None:
             raise ValueError(f"{code!r}: expected a G or M code as it is written, without leading zeros: M428, G68.3")
         if not isinstance(meaning, str) or meaning not in meanings:
             raise ValueError(f"{code}: {meaning!r}: expected one of {', '.join(meanings)}")

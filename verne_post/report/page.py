@@ -270,7 +270,7 @@ def _slice_figure(machine: Machine, study: Study) -> Any:
     x, y = np.linspace(low[0], high[0], _SLICE_POINTS), np.linspace(low[1], high[1], _SLICE_POINTS)
     across, up = np.meshgrid(x, y)
     tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
-    reach = classify(machine, tips, angles, _tool_length(machine, study, at))
+    reach = classify(machine, tips, angles, float(study.tool_length[at]))
     margin = np.where(reach.reached, reach.margin, np.nan).reshape(across.shape)
     a, c = np.degrees(angles)
     figure = go.Figure(
@@ -286,21 +286,6 @@ def _slice_figure(machine: Machine, study: Study) -> Any:
         xaxis={"title": "x mm"}, yaxis={"title": "y mm", "scaleanchor": "x"}, showlegend=False, margin={**_TIGHT, "t": 40},
     )  # fmt: skip
     return figure
-
-
-def _tool_length(machine: Machine, study: Study, at: int) -> float:
-    """Tool length at a frame: from the tip to the nose, both on the table."""
-    coordinates: Any = machine.coordinates
-    angles = np.array([study.tilt[at] - np.radians(np.nan_to_num(study.alpha_deg[at])), study.turn[at]])
-    gauge = coordinates.gauge_point(study.tip[at], np.nan_to_num(angles), 0.0)
-    alpha = np.radians(np.nan_to_num(study.alpha_deg[at]))
-    pivot = np.asarray(coordinates.pivot) * [1.0, -1.0, -1.0]
-    turned = study.nose[at] - pivot
-    # into the frame of the base: back by the platform tilt about x
-    upright = np.array([turned[0], np.cos(alpha) * turned[1] + np.sin(alpha) * turned[2],
-                        -np.sin(alpha) * turned[1] + np.cos(alpha) * turned[2]])  # fmt: skip
-    length = float(upright[2] - gauge[2])
-    return length if np.isfinite(length) and length >= 0 else 0.0
 
 
 def _mechanism_figure() -> Any:

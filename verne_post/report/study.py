@@ -145,21 +145,18 @@ class _Collector:
         margin = self._margins(samples.tip, samples.angles, samples.tool_length).min(axis=1)
         margin[~(reached & np.isfinite(margin))] = np.nan
         alpha = np.where(reached, np.degrees(samples.q[:, -2] - samples.angles[:, 0]), np.nan)
-        self._frames.append(
-            tuple(
-                column[frame]
-                for column in (
-                    samples.x,
-                    samples.line,
-                    samples.q,
-                    samples.tip,
-                    samples.angles,
-                    samples.speed,
-                    margin,
-                    alpha,
-                )
-            )
+        kept = (
+            samples.x,
+            samples.line,
+            samples.q,
+            samples.tool_length,
+            samples.tip,
+            samples.angles,
+            samples.speed,
+            margin,
+            alpha,
         )
+        self._frames.append(tuple(column[frame] for column in kept))
         begins = np.flatnonzero(np.append(True, samples.stretch[1:] != samples.stretch[:-1]))
         for name, columns in {**curves, "alpha": alpha[:, None]}.items():
             parts = self._curves.setdefault(name, [[] for _ in columns.T])
@@ -184,7 +181,7 @@ class _Collector:
     def finish(self, result: Result) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
         machine, module, timed = self.machine, self.machine.module, result.ok
-        x, line, q, tip, angles, speed, margin, alpha = _join(self._frames)
+        x, line, q, tool_length, tip, angles, speed, margin, alpha_deg = _join(self._frames)
         position, alpha, _ok = module.forward(np.where(np.isfinite(q[:, :-2]), q[:, :-2], 0.0))
         up = np.array([1.0, -1.0, -1.0])
         down = np.stack([np.zeros(len(alpha)), -np.sin(alpha), np.cos(alpha)], axis=1)
@@ -196,8 +193,8 @@ class _Collector:
         return Study(
             self.findings, result.summary if timed else None, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, Trail(*_join(self._trail)), tip,
-            axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, alpha,
-            (position + machine.five_axis.nose_offset * down) * up, position * up, rods, q[:, -2], q[:, -1], place, place_tip,
+            axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, alpha_deg,
+            (position + machine.five_axis.nose_offset * down) * up, position * up, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
         )  # fmt: skip
 
     def _places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
@@ -239,5 +236,5 @@ def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
         findings, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none), three, three, none, none, none,
-        three, three, np.empty((0, 0, 2, 3)), none, none, np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
+        three, three, np.empty((0, 0, 2, 3)), none, none, none, np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
     )  # fmt: skip

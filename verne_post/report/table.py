@@ -76,6 +76,8 @@ class Study:
         From slider to platform, z up; none where the module cannot be drawn.
     tilt, turn : ndarray, shape (n,)
         Where the table stands, rad, workpiece sense.
+    tool_length : ndarray, shape (n,)
+        Gauge line to tip, mm.
     place : ndarray of int, shape (n_findings,)
         The frame that shows each finding: the nearest to its worst point, on its line if that has a frame; -1 for none.
     place_tip : ndarray, shape (n_findings, 3)
@@ -100,5 +102,6 @@ class Study:
     rods: Array
     tilt: Array
     turn: Array
+    tool_length: Array
     place: NDArray[np.intp]
     place_tip: Array

@@ -20,6 +20,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import blocks
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, TRAVEL_STEP, ZERO_ANGLE
+from verne_post.model.branch import AS_PROGRAMMED, Branch
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.evaluate import pose
 
@@ -36,19 +37,6 @@ MAX_SPANS: Final = 20_000
 
 #: Are poses possible? (segment (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
 Legal = Callable[[Ints, Array, Array], Mask]
-
-
-@dataclass(frozen=True)
-class Branch:
-    """A solution for a tool axis: ``flip`` is 1 for (-A, C + pi); ``turns`` whole turns of C are added."""
-
-    flip: int
-    turns: int
-
-    def of(self, angles: Array) -> Array:
-        """The pair (..., 2) on this branch for the pair on the provisional one."""
-        sign = -1.0 if self.flip else 1.0
-        return np.asarray(angles * [sign, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns])
 
 
 @dataclass(frozen=True)
@@ -165,7 +153,7 @@ def _is_legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, flo
         for first in range(begin, end, CHUNK_SEGMENTS):
             rows = np.arange(first, min(first + CHUNK_SEGMENTS, end))
             c = np.stack([path.start[rows, 4], path.end[rows, 4]])
-            if c.min() < low or c.max() > high or not _check_segments(path, legal, Branch(0, 0), rows).all():
+            if c.min() < low or c.max() > high or not _check_segments(path, legal, AS_PROGRAMMED, rows).all():
                 return False
     return True
 
@@ -239,7 +227,7 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     for branch in states:
         bad = np.append(0, np.cumsum(~choice.legal(branch)))
         illegal.append(bad[lasts] - bad[firsts])
-        departures.append(0 * firsts if branch == Branch(0, 0) else words[lasts] - words[firsts])
+        departures.append(0 * firsts if branch == AS_PROGRAMMED else words[lasts] - words[firsts])
     begin = np.stack([branch.of(path.start[firsts, 3:]) for branch in states], axis=1)
     finish = np.stack([branch.of(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
@@ -314,7 +302,7 @@ def _lay_out(
     departs = np.zeros(n, dtype=bool)
     for (first, last), branch in zip(spans, chosen, strict=True):
         start[first:last], end[first:last] = branch.of(start[first:last]), branch.of(end[first:last])
-        departs[first:last] = ~path.free[first:last] & (branch != Branch(0, 0))
+        departs[first:last] = ~path.free[first:last] & (branch != AS_PROGRAMMED)
     changes = []
     if (leave := spans[0][0]) > 0:  # a vertical beginning already stands as it will leave
         if not onward[leave]:

@@ -143,7 +143,7 @@ def _cross_pole(start: Array, end: Array, free: Mask) -> None:
 def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoordinates, orientation: str) -> ToolPath:
     """Make the tool path of moves that have been placed, block by block."""
     moves = placed.moves
-    dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
+    dwell = moves.dwells
     dwell_before = np.searchsorted(placed.row, dwell)
     segments, arcs, circles = GrowingTable(**SEGMENT_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
     section = n_arcs = n_circles = 0

@@ -46,7 +46,7 @@ def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolP
     new_section[np.searchsorted(path.move, at)] = True
     new_section[0] = False
     section = np.cumsum(new_section).astype(np.int32)
-    dwell = np.flatnonzero((moves.kind == MoveKind.DWELL) & (moves.feed > 0))
+    dwell = moves.dwells
     return replace(
         path, move=move.astype(np.int32), section=section, dwell_section=sections_at(section, np.searchsorted(move, dwell)),
         dwell_seconds=moves.feed[dwell], dwell_line=moves.line[dwell],

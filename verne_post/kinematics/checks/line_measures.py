@@ -11,23 +11,12 @@ from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import clearance_checks, clearances
 from verne_post.kinematics.checks.violations import Check, machine_checks
 from verne_post.kinematics.joint_path import JointPath, Solved
+from verne_post.model.branch import AS_PROGRAMMED, Branch
 from verne_post.model.contour import Contour
 
 #: Samples of an element among which the worst place is sought first; 64 parts of a line bring the grid's own error
 #: below the reserves.
 GRID: Final = np.linspace(0.0, 1.0, 65)
-
-
-@dataclass(frozen=True)
-class Branch:
-    """Another way to hold the same tool axes: ``flip`` is 1 for (-A, C + pi), ``turns`` whole turns of C are added."""
-
-    flip: int
-    turns: int
-
-    def of(self, angles: Array) -> Array:
-        """The pairs (..., 2) on this branch."""
-        return np.asarray(angles * [1.0 - 2.0 * self.flip, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns])
 
 
 @dataclass(frozen=True)
@@ -37,7 +26,7 @@ class _MovedPose:
     joints: JointPath
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
     end_only: bool = False
-    branch: Branch = Branch(0, 0)
+    branch: Branch = AS_PROGRAMMED
 
     def __call__(self, contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
         tip, angles = self.joints.pose(contour, element, w)

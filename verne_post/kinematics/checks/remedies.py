@@ -14,9 +14,10 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_start
-from verne_post.kinematics.checks.line_measures import GRID, Branch, every_check, grid, measure, on_branch
+from verne_post.kinematics.checks.line_measures import GRID, every_check, grid, measure, on_branch
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.branch import Branch
 from verne_post.model.findings import Finding
 from verne_post.model.toolpath import SegmentKind
 

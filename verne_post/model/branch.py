@@ -1,0 +1,25 @@
+"""Branches of the table: the angles that hold the same tool axis."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A solution for a tool axis: ``flip`` is 1 for (-A, C + pi); ``turns`` whole turns of C are added."""
+
+    flip: int
+    turns: int
+
+    def of(self, angles: Array) -> Array:
+        """The pair (..., 2) on this branch for the pair on the provisional one."""
+        sign = -1.0 if self.flip else 1.0
+        return np.asarray(angles * [sign, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns])
+
+
+#: The branch that the program names.
+AS_PROGRAMMED: Final = Branch(0, 0)
