@@ -64,7 +64,7 @@ class PlanningOptions:
     ----------
     cycle : float
         Control cycle, s.
-    solver : {"scan", "toppra", "both"}
+    solver : {"reachability", "toppra", "both"}
         Of the second-order problem; "both" plans with the reachability passes and lets toppra give the bound as well.
     quality : bool
         Plan finely and without margin: practically the third-order optimum, at many times the cost.
@@ -73,7 +73,7 @@ class PlanningOptions:
     """
 
     cycle: float
-    solver: str = "scan"
+    solver: str = "reachability"
     quality: bool = False
     playback: FeedOverride = field(default_factory=FeedOverride)
 
@@ -161,68 +161,97 @@ def plan_contour(
         Naming the source line of the first section without a profile.
     """
     contour = joints.contour
-    begins = contour.section_begins
-    continuous = contour.continuous
-    profiles = plan_sections(contour, first, second, third, limits, ~continuous, planning.cycle)
-    reached = np.zeros(len(contour.path), dtype=bool)
-    peak = np.where(continuous, 0.0, profiles.peak_speed())
-    for begin, end in blocks(len(contour)):
-        chunk = slice(begin, end)
-        by_peak = peak[contour.section[chunk]] * contour.pace(chunk) >= tuning.FEED_REACHED
-        reached[contour.segment[chunk][by_peak]] = True
-    continuous_first = np.full(len(continuous), -1, dtype=np.int64)
-    continuous_s = Growing(float)
-    second_order_bound_s, toppra_bound_s = 0.0, 0.0
-    cycle, playback = planning.cycle, planning.playback
-    cycles = np.maximum(np.ceil(profiles.total / (playback.override * cycle) - WHOLE_CYCLE), 1).astype(np.int64)
-    clock = _Clock(contour, cycles, cycle)
-    for section in range(len(continuous)) if playback.ramp else np.flatnonzero(continuous).tolist():
-        begin_s = clock.at(section) if playback.ramp else 0.0
-        if not continuous[section]:
-            if begin_s < playback.steady:
-                cycles[section] = playback.cycles(float(profiles.total[section]), begin_s, cycle)
+    profiles = plan_sections(contour, first, second, third, limits, ~contour.continuous, planning.cycle)
+    planner = _Planner(joints, limits, planning, profiles)
+    ramp = planning.playback.ramp
+    for section in range(contour.n_sections) if ramp else np.flatnonzero(planner.continuous).tolist():
+        begin_s = planner.clock.at(section) if ramp else 0.0
+        if not planner.continuous[section]:
+            planner.slow_down(section, begin_s)
             continue
+        planner.plan_continuous(section, begin_s)
+        if progress is not None:
+            progress(int(planner.begins[section + 1]))
+    return planner.motion_profiles()
+
+
+class _Planner:
+    """Takes the sections of a contour in order: continuous ones are planned, those from stop to stop have their profiles."""
+
+    def __init__(
+        self, joints: JointFunctions, limits: Limits, planning: PlanningOptions, profiles: StopToStopProfiles
+    ) -> None:
+        contour = joints.contour
+        self.joints, self.limits, self.planning, self.profiles = joints, limits, planning, profiles
+        self.begins, self.continuous = contour.section_begins, contour.continuous
+        self.first_row = np.full(contour.n_sections, -1, dtype=np.int64)
+        self.rows = Growing(float)
+        self.reached = np.zeros(len(contour.path), dtype=bool)
+        self.second_order_bound_s, self.toppra_bound_s = 0.0, 0.0
+        cycles = np.ceil(profiles.total / (planning.playback.override * planning.cycle) - WHOLE_CYCLE)
+        self.cycles = np.maximum(cycles, 1).astype(np.int64)
+        self.clock = _Clock(contour, self.cycles, planning.cycle)
+
+    def slow_down(self, section: int, begin_s: float) -> None:
+        """Stretch a section from stop to stop that begins at a time (s) before the override is steady."""
+        playback = self.planning.playback
+        if begin_s < playback.steady:
+            self.cycles[section] = playback.cycles(float(self.profiles.total[section]), begin_s, self.planning.cycle)
+
+    def plan_continuous(self, section: int, begin_s: float) -> None:
+        """Plan a continuous section that begins at a time (s)."""
         # scipy, and toppra even more so, are only imported where they are needed
-        from verne_post.trajectory import continuous as flow
+        from verne_post.trajectory import continuous
         from verne_post.trajectory.initial_profile import second_order_bound
 
-        section_path = ContourSection(joints, int(begins[section]), int(begins[section + 1]), cycle)
+        planning, contour = self.planning, self.joints.contour
+        first, last = int(self.begins[section]), int(self.begins[section + 1])
+        path = ContourSection(self.joints, first, last, planning.cycle)
         try:
-            effort = tuning.QUALITY if planning.quality else tuning.NORMAL
-            profile = flow.plan_continuous(
-                section_path, limits, cycle, effort, _solver(planning.solver), playback, begin_s
-            )
-            second_order_bound_s += profile.bound
+            profile = continuous.plan_continuous(
+                path, self.limits, planning.cycle, tuning.QUALITY if planning.quality else tuning.NORMAL,
+                _solver(planning.solver), planning.playback, begin_s,
+            )  # fmt: skip
+            self.second_order_bound_s += profile.bound
             if planning.solver == "both":
-                toppra_bound_s += second_order_bound(section_path, limits, _solver("toppra"))
+                self.toppra_bound_s += second_order_bound(path, self.limits, _solver("toppra"))
         except (ValueError, RuntimeError) as error:
-            line = int(contour.line(begins[section : section + 1])[0])
+            line = int(contour.line(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
+        self._keep_rows(section, profile.s)
+        self._note_feed_reached(path, profile.s)
+
+    def _keep_rows(self, section: int, s: Array) -> None:
+        """Keep the rows s (n,) of a section, with rest beside other continuous sections."""
         # differences over four rows must not see the end of one motion and the beginning of the next
-        s = profile.s
-        before, after = section > 0, section + 1 < len(continuous) and not continuous[section + 1]
-        continuous_first[section] = continuous_s.count
-        continuous_s.copy(s, REST_ROWS * before, REST_ROWS * after)
-        cycles[section] = continuous_s.count - continuous_first[section] - 1
+        before, after = section > 0, section + 1 < len(self.continuous) and not self.continuous[section + 1]
+        self.first_row[section] = self.rows.count
+        self.rows.copy(s, REST_ROWS * before, REST_ROWS * after)
+        self.cycles[section] = self.rows.count - self.first_row[section] - 1
+
+    def _note_feed_reached(self, path: ContourSection, s: Array) -> None:
+        """Note the segments on which the steps between rows s (n,) are as long as the feed rate allows."""
         for begin, end in blocks(len(s) - 1):
             for row in range(begin, end, tuning.AT_A_TIME):
                 part = s[row : min(row + tuning.AT_A_TIME, end) + 1]
-                element, w = section_path.locate(0.5 * (part[1:] + part[:-1]))
-                fast = np.diff(part) / cycle >= tuning.FEED_REACHED * joints.speed_cap(element, w)
-                reached[contour.segment[element[fast]]] = True
-        if progress is not None:
-            progress(int(begins[section + 1]))
-    both = planning.solver == "both"
-    return MotionProfiles(
-        profiles,
-        continuous_first,
-        cycles,
-        continuous_s.column(),
-        reached,
-        second_order_bound_s,
-        toppra_bound_s if both else None,
-    )
+                element, w = path.locate(0.5 * (part[1:] + part[:-1]))
+                cap = tuning.FEED_REACHED * self.joints.speed_cap(element, w)
+                fast = np.diff(part) / self.planning.cycle >= cap
+                self.reached[self.joints.contour.segment[element[fast]]] = True
+
+    def motion_profiles(self) -> MotionProfiles:
+        """The profiles of all sections."""
+        contour = self.joints.contour
+        peak = np.where(self.continuous, 0.0, self.profiles.peak_speed())
+        for begin, end in blocks(len(contour)):
+            chunk = slice(begin, end)
+            by_peak = peak[contour.section[chunk]] * contour.pace(chunk) >= tuning.FEED_REACHED
+            self.reached[contour.segment[chunk][by_peak]] = True
+        return MotionProfiles(
+            self.profiles, self.first_row, self.cycles, self.rows.column(), self.reached, self.second_order_bound_s,
+            self.toppra_bound_s if self.planning.solver == "both" else None,
+        )  # fmt: skip
 
 
 class _Clock:
