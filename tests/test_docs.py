@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+from verne_post.model.codes import CODES
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
 #: Numbers of a transcript may differ so much: another processor, another last digit; a stale page is farther off.
@@ -41,6 +43,14 @@ def test_the_smoke_set_names_tests_that_exist() -> None:
             tree = ast.parse((ROOT / "tests" / file).read_text(encoding="utf-8"))
             functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
             assert name.split("[")[0] in functions, line
+
+
+def test_every_finding_code_stands_in_its_table() -> None:
+    page = (ROOT / "docs" / "findings.md").read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if re.match(r"\| VP\d{3} \|", line)]
+    assert rows == [
+        f"| {code} | {item.severity} | {item.title} | {item.meaning} | {item.remedy} |" for code, item in CODES.items()
+    ]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])

@@ -44,6 +44,7 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "rs274"), ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"), ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
     ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nO1000\nG68.2 X0", "fanuc"),
     ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG43.1 Z3", "rs274"),
+    ("LISTING\n%\nO1\nG43.1 Z3 H1", "fanuc"), ("%\nO1 G90 (A)\nG0 X1", "fanuc"), ("LISTING\nO1\n%\nO1", "rs274"), ("%\nO12 sub\nG43.4", "rs274"),
     ("%\nO1\n#<a>=1", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
     ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"),
 ])  # fmt: skip
@@ -95,6 +96,9 @@ def test_a_new_file_is_a_new_dialect(tmp_path):
     ("/2 G0 X1\n:77\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
     ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"), ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
     ("#100=4.\n#101=#100*2+1\nG0X#101Y-#100", "G0 X9 Y-4"), ("G15 G50 G67 G40 G49 G80 G69\nG0 X1", "G40 G49 G80\nG0 X1"),
+    ("G43.1 H1\nG0 Z0", "G43 H1\nG0 Z0"), ("G234 H1\nG0 Z0\nG49", "G43.4 H1\nG0 Z0\nG49"), ("G43 H0\nG0 Z0", "G49\nG0 Z0"),
+    ("T1 M6\nG43 H0\nG0 Z0", "T1 M6\nG49\nG0 Z0"), ("(TOOL (10MM)) G0 X1 (A (B)\n(C (D (E)))X2", "G0 X1\nX2"),
+    ("M98 P100\nX9\nM30\nO100 G91 G0 X1 (A)\nG90 M99", "M98 P100\nX9\nM30\nO100\nG91 G0 X1\nG90 M99"),
     ("T1 M6\nG0 X-9 F9\nG41 G1 X0 D0\nX9\nY9", "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9"),
 ])  # fmt: skip
 def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
@@ -109,6 +113,24 @@ def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
     assert cycles or modes[0] == modes[1]
 
 
+@pytest.mark.parametrize(("text", "last"), [
+    ("LISTING OF 4711\nDATE: 1.2.\n\n%\nO1\nG0 X5\nM30\n%\nG0 X7", 5.0),  # what a listing prints before the program
+    ("\n\n%\nO1 G0 X5\nX6\nM30\n%", 6.0), ("%\nO1\nG0 X5\n%\nX7", 5.0),  # % ends it, without M30
+    ("O1\nG0 X5\n%", 5.0), ("G0 X5\nM30\n%\nO2\nG0 X8\nM30", 5.0),  # an end before the %: no listing
+])  # fmt: skip
+def test_fanuc_programs_begin_and_end_at_percent(view, text, last):
+    moves, errors = view(text, dialect="fanuc")
+    assert errors == ()
+    assert moves.end[-1, 0] == last
+    told = [event.data["text"] for event in moves.events if event.kind == "not executed"]
+    assert told == (["lines 1 to 3, before the %"] if text.startswith("LISTING") else [])
+
+
+def test_fanuc_smoothing_is_told(view):
+    moves, _ = view("%\nO1\nG5 P10000\nG5.1 Q1\nG8 P1\nG0 X1\nG05 P0\nM30\n%")
+    assert [event.data["code"] for event in moves.events if event.kind == "smoothing"] == ["G5", "G5.1", "G8", "G5"]
+
+
 @pytest.mark.parametrize(("line", "code", "part"), [
     ("IF [#1 EQ 2] GOTO 5", "VP002", "IF"), ("N10 GOTO 20", "VP002", "GOTO"), ("WHILE [#1 LT 3] DO1", "VP002", "WHILE"),
     ("G65 P100", "VP002", "macro"), ("G68 X0 Y0 R30", "VP002", "rotation"), ("G84 Z-5 R2", "VP002", "tapping"), ("M29", "VP002", "tapping"),
@@ -117,7 +139,8 @@ def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
     ("G10 L11 P1 R3", "VP002", "L11"), ("G68.2 X0 P1", "VP006", "does not use P"), ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
     ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
     ("G4 P1.5", "VP007", "whole"), ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"), ("G1 X1 ,C5", "VP001", ","),
-    ("G41 X1", "VP005", "needs D"),
+    ("G41 X1", "VP005", "needs D"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"), ("G5", "VP002", "P10000"),
+    ("(A (B) C) X1", "VP001", "C"),
 ])  # fmt: skip
 def test_what_fanuc_has_and_we_do_not_is_an_error(view, line, code, part):
     found = view(f"%\nO1\nG0 X0 Y0 Z5 F100\n{line}\nM30\n%", dialect="fanuc")[1]

@@ -579,7 +579,11 @@ def test_every_error_is_reported():
 
 
 def test_a_file_of_errors_is_given_up():
-    assert codes_and_lines(b"Q1\n" * 1000) == [("VP006", line) for line in range(1, 51)]
+    text = b"".join(b"Q%d\n" % n for n in range(1000))
+    assert codes_and_lines(text) == [("VP006", line) for line in range(1, 51)]
+    with pytest.raises(InputError) as caught:
+        read_moves(b"Q1\n" * 9999)
+    assert [(item.code, item.last_line, item.count) for item in caught.value.findings] == [("VP006", 1000, 1000)]
 
 
 def test_read_moves_alone():

@@ -88,9 +88,7 @@ RS274: Final = CodeTable(
         **dict.fromkeys((171, 181, 191), "planes of U, V, W"),
         **dict.fromkeys((680, 682, 690, 531, 541), "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),
     },
-    refused_m=dict.fromkeys(
-        range(100, 200), "external programs: they are never run; [remap] in the settings file can give them a meaning"
-    ),
+    refused_m=dict.fromkeys(range(100, 200), "external programs: they are never run"),
     words_of_g={
         20: "IJKRP", 30: "IJKRP", 40: "P", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H", 435: "H", 640: "PQ",
         410: "D", 411: "D", 420: "D", 421: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ", 840: "RLP",

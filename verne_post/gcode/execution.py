@@ -1,7 +1,8 @@
 """Execution of a program of blocks: chunks, stretches of plain lines, single blocks; errors are collected."""
 
-from dataclasses import dataclass, field
-from typing import Final
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
@@ -9,16 +10,15 @@ from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import Flow
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.recovery import FATAL, Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import AXES
 
-#: At most so many errors are reported: a file with more is not G-code.
-MAX_ERRORS: Final = 50
-#: Errors after which a program does not go on: the next line is not known.
-_FATAL: Final = ("VP023", "VP024", "VP027")
+#: At most so many findings, and errors that they count: a file with more is not G-code, or has one mistake in every line.
+MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
 
 @dataclass
@@ -29,11 +29,14 @@ class Execution:
     recorder: Recorder
     errors: list[Finding] = field(default_factory=list)
     _reported: set[tuple[int, str, str]] = field(default_factory=set)
+    #: Where the finding of each cause stands among the errors.
+    _causes: dict[tuple[str, str], int] = field(default_factory=dict)
+    _counted: int = 0
 
     def report(self, error: BlockError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
 
-        ``shown_line`` stands for lines of another ``file``.
+        ``shown_line`` stands for lines of another ``file``. Errors of the same words have one cause, and are one finding.
         """
         line = error.line or line
         shown = shown_line or line
@@ -43,11 +46,21 @@ class Execution:
             return False
         self._reported.add(key)
         self.report_at_line(error.code, message, shown, error.column if file is None else None)
-        return error.code not in _FATAL and len(self.errors) < MAX_ERRORS
+        self._counted += 1
+        return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._counted < MAX_COUNTED
+
+    def report_all(self, errors: Iterable[BlockError], line: int, **where: Any) -> bool:
+        """Report the errors of one block; False where execution cannot go on after them."""
+        return all(self.report(error, line, **where) for error in errors)
 
     def report_at_line(self, code: str, message: str, line: int, column: int | None = None) -> None:
-        """Add an error of one line."""
-        self.errors.append(finding(code, message, line=line, last_line=line, worst_line=line, column=column))
+        """Add an error of one line, or count it with those of its cause."""
+        at = self._causes.setdefault((code, message), len(self.errors))
+        if at == len(self.errors):
+            self.errors.append(finding(code, message, line=line, last_line=line, worst_line=line, column=column))
+        else:
+            item = self.errors[at]
+            self.errors[at] = replace(item, last_line=max(item.last_line or line, line), count=item.count + 1)
 
 
 @dataclass
@@ -98,6 +111,9 @@ def execute_blocks(
     interpreter = language(setup, state, execution.recorder)
     main = ProgramText(source, setup, language)
     flow = Flow(main, interpreter)
+    recovery = None if stop.first_error else Recovery(interpreter)
+    if main.first_line > 1:
+        execution.recorder.event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
     while not interpreter.ended:
         text, line = flow.text, flow.line
         chunk = text.chunk(line)
@@ -108,17 +124,20 @@ def execute_blocks(
         if in_main and line == stop.before_line:
             break
         restart = may_restart(state)
+        errors: list[BlockError] = []
         try:
             if not _execute_stretch(flow, chunk, stop):
-                _execute_line(flow, chunk.raw[line - chunk.first_line])
+                errors = _execute_line(flow, chunk.raw[line - chunk.first_line], recovery)
                 last = line + 1
             else:
                 last = flow.line
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last, may_restart=restart)
         except BlockError as error:
+            errors.append(error)
+        if errors:
             name, shown = flow.text.name, flow.shown_line
-            if not execution.report(error, line, shown_line=shown, file=name) or stop.first_error:
+            if not execution.report_all(errors, line, shown_line=shown, file=name) or stop.first_error:
                 break
         if stop.all_known and all_known(state, setup):
             break
@@ -157,26 +176,39 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     return done > row
 
 
-def _execute_line(flow: Flow, raw: bytes) -> None:
+def _execute_line(flow: Flow, raw: bytes, recovery: Recovery | None) -> list[BlockError]:
+    """Execute a line; with recovery its errors are returned, without the first is raised."""
+    errors: list[BlockError] = []
     text, line, moves = flow.text, flow.line, flow.interpreter.recorder.count
     flow.line += 1
     deleted = flow.interpreter.setup.block_delete and raw.lstrip().startswith(b"/")
     if line != text.opening and not deleted and raw.strip():
-        _execute_block(flow, raw, line)
+        errors = _execute_block(flow, decode_line(raw), line, recovery)
     flow.count(text, line, line, flow.interpreter.recorder.count - moves)
+    return errors
 
 
-def _execute_block(flow: Flow, raw: bytes, line: int) -> None:
-    interpreter = flow.interpreter
+def _execute_block(flow: Flow, text: str, line: int, recovery: Recovery | None) -> list[BlockError]:
+    interpreter, errors = flow.interpreter, []
     interpreter.parameters.line = line
-    block = interpreter.read(decode_line(raw), line)
+    try:
+        block = interpreter.read(text, line)
+    except BlockError as error:
+        if recovery is None:
+            raise
+        recovery.pass_unread(text, line)
+        return [error]
     if block.o is not None:
         flow.step(block)
-        return
+        return []
     block.line = flow.shown_line or line
-    interpreter.execute(block)
+    if recovery is None:
+        interpreter.execute(block)
+    else:
+        errors = recovery.execute(block)
     if interpreter.call is not None and not interpreter.ended:
         flow.follow(interpreter.call, line)
+    return errors
 
 
 def _end_text(execution: Execution, flow: Flow) -> None:
@@ -185,7 +217,7 @@ def _end_text(execution: Execution, flow: Flow) -> None:
     percent = text.opening is not None
     if flow.in_call:
         what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
-    elif percent and text.closing is not None:
+    elif text.closing is not None or flow.interpreter.ends_with_text:
         execution.recorder.event(flow.line, "end", code="%")
         return
     else:

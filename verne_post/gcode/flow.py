@@ -59,7 +59,7 @@ class Flow:
 
     def __init__(self, text: ProgramText, interpreter: Interpreter) -> None:
         self.main, self.interpreter = text, interpreter
-        self.text, self.line = text, 1
+        self.text, self.line = text, text.first_line
         self.shown_line: int | None = None
         self._frames = [_Frame(text, 0)]
         self._called: set[str] = set()
@@ -278,7 +278,7 @@ class Flow:
             self._end_program()
         elif call.repeats > 0:
             text, begin = self._find_program(call.label)
-            frame = self._enter(text, begin + 1, line, call.label)
+            frame = self._enter(text, begin, line, call.label)
             frame.program, frame.remaining = True, call.repeats
 
     def _end_program(self) -> None:
@@ -304,7 +304,7 @@ class Flow:
         for name in (label, f"o{label}", f"o{int(label):04d}", f"{int(label):04d}"):
             text_of_file = self._find_file(name)
             if text_of_file is not None:
-                return text_of_file, text_of_file.structure.programs.get(label, 0)
+                return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
         raise BlockError(
             "VP023",
             f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or O{int(label):04d}.nc beside it",

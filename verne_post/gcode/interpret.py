@@ -8,6 +8,7 @@ subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
+from verne_post.base.long_text import Text
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, BlockError, read_block
@@ -46,6 +47,10 @@ class Interpreter(ModalCodes):
     percent: ClassVar[bytes] = rb"[ \t\r]*"
     #: Letters that begin an O word.
     o_letters: ClassVar[bytes] = b"O"
+    #: A ``%`` ends a program also where none begins it.
+    end_alone: ClassVar[bool] = False
+    #: The end of the text ends a program.
+    ends_with_text: ClassVar[bool] = False
     #: Expressions are read as Fanuc's custom macro has them.
     custom_macro: ClassVar[bool] = False
 
@@ -61,6 +66,16 @@ class Interpreter(ModalCodes):
     def prepare(cls, text: str) -> str:
         """A line in the words of RS274/NGC; every character keeps its column."""
         return text
+
+    @classmethod
+    def label_of(cls, text: str) -> str:
+        """What a line that begins with an O word says about the structure."""
+        return cls.prepare(text)
+
+    @classmethod
+    def find_start(cls, source: Text) -> int:
+        """Where the program begins in its text: behind what a control does not read."""
+        return 0
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""
@@ -272,14 +287,11 @@ class Interpreter(ModalCodes):
         code = round(number)
         if abs(number - code) > WHOLE_NUMBER or number < 0:
             raise BlockError("VP007", f"M{number:g}: an M code is a whole number", column)
+        settles = f'[remap] in verne-post.toml can give it a meaning: M{code} = "ignore", or "event"'
         if code in self.table.refused_m:
-            raise BlockError("VP002", f"M{code} is not executed ({self.table.refused_m[code]})", column)
+            raise BlockError("VP002", f"M{code} is not executed ({self.table.refused_m[code]}); {settles}", column)
         if code not in self.table.group_of_m:
-            raise BlockError(
-                "VP002",
-                f"M{code} is not a code of this language; [remap] in the settings file can give it a meaning",
-                column,
-            )
+            raise BlockError("VP002", f"M{code} is not a code of this language; {settles}", column)
         return code
 
     def _meaning(self, letter: str, number: float) -> str | None:

@@ -7,8 +7,9 @@ import numpy as np
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import START_POSE_MM
 from verne_post.gcode.dialect import Dialect
-from verne_post.gcode.dialects import choose_dialect
+from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.execution import Execution, StopConditions, all_known
+from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -47,16 +48,16 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         except InputError as error:  # report what else is wrong, after the opening lines
             state.known = [True] * 9
             others = dialect.execute(source, setup, state, StopConditions()).errors
-            seen = {(item.line, item.code) for item in error.findings}
-            every = [*error.findings, *(item for item in others if (item.line, item.code) not in seen)]
-            raise InputError(*sorted(every, key=lambda item: item.line or 0)) from None
+            seen = {(item.line, item.code) for item in others}
+            every = [*others, *(item for item in error.findings if (item.line, item.code) not in seen)]
+            raise InputError(*_find_cause(source, every, dialect)) from None
         state.known = [True] * 9
         state.position = position
     start, start_frame = list(state.position), state.frame
     done = dialect.execute(source, setup, state, StopConditions())
     if done.errors:
         every = [*done.errors, *done.recorder.warnings.values()]
-        raise InputError(*sorted(every, key=lambda item: item.line or 0))
+        raise InputError(*_find_cause(source, every, dialect))
     return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
 
 
@@ -66,7 +67,23 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     state = dialect.initial_state(setup)
     start, frame = list(state.position), state.frame
     done = dialect.execute(source, setup, state, StopConditions(first_error=True))
-    return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(done.errors)
+    errors = done.errors
+    if errors:
+        every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
+        other = _find_language(source, every, dialect)
+        errors = errors if other is None else [other]
+    return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(errors)
+
+
+def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[Finding]:
+    """Errors in the order of their lines; one alone where the program is in another language."""
+    other = _find_language(source, errors, dialect)
+    return sorted(errors, key=lambda item: item.line or 0) if other is None else [other]
+
+
+def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:
+    name = next(name for name, other in DIALECTS.items() if other is dialect)
+    return find_other_language(source, errors, name, DIALECTS)
 
 
 def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:

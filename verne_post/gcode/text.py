@@ -25,10 +25,19 @@ class Language(Protocol):
 
     percent: ClassVar[bytes]  # what may follow a %, as a regular expression
     o_letters: ClassVar[bytes]  # what may begin an O word
+    end_alone: ClassVar[bool]  # a % ends a program also where none begins it
 
     @classmethod
     def prepare(cls, text: str) -> str:
         """A line in the words of RS274/NGC."""
+
+    @classmethod
+    def label_of(cls, text: str) -> str:
+        """What a line that begins with an O word says about the structure."""
+
+    @classmethod
+    def find_start(cls, source: Text) -> int:
+        """Where the program begins in its text: behind what a control does not read."""
 
 
 @dataclass(frozen=True)
@@ -81,11 +90,15 @@ class ProgramText:
     ----------
     name : str or None
         None for the program itself, else the file of a subroutine.
+    first_line : int
+        1-based; the lines before are not the program's.
     """
 
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         self.source, self.setup, self.name, self.language = source, setup, name, language
-        self.opening, self.closing = _find_percent_lines(source, language.percent)
+        start = language.find_start(source)
+        self.first_line = source.count(b"\n", 0, start) + 1
+        self.opening, self.closing = _find_percent_lines(source, language, start)
         self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
@@ -136,12 +149,12 @@ class ProgramText:
         for match in lines.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
-            if self.closing is not None and self.opening is not None and not self.opening < line < self.closing:
+            if line < self.first_line or (self.closing is not None and not (self.opening or 0) < line < self.closing):
                 continue
             if self.setup.block_delete and match.group().lstrip().startswith(b"/"):
                 continue
             try:
-                block = read_block(self.language.prepare(decode_line(match.group())), line)
+                block = read_block(self.language.label_of(decode_line(match.group())), line)
                 if block.o is not None:
                     opened.take(structure, block)
             except BlockError as error:
@@ -159,15 +172,17 @@ def decode_line(raw: bytes) -> str:
         return raw.decode("latin-1")  # older CAM systems; it can only matter inside comments
 
 
-def _find_percent_lines(source: Text, percent: bytes) -> tuple[int | None, int | None]:
-    """1-based lines of the opening and the closing ``%``; None where there are none."""
-    opening = re.match(rb"\s*%" + percent + rb"(?:\n|$)", source)
-    if opening is None:
+def _find_percent_lines(source: Text, language: type[Language], start: int) -> tuple[int | None, int | None]:
+    """1-based lines of the opening and the closing ``%`` from an offset on; None where there are none."""
+    opening = re.compile(rb"\s*%" + language.percent + rb"(?:\n|$)").match(source, start)
+    if opening is None and not language.end_alone:
         return None, None
-    first = source.count(b"\n", 0, source.index(b"%")) + 1
-    sought = re.compile(rb"^[ \t]*%" + percent + rb"$", re.MULTILINE)
-    line = source.count(b"\n", 0, opening.end()) + 1
-    for text in whole_lines(source, opening.end()):
+    first, after = None, start
+    if opening is not None:
+        first, after = source.count(b"\n", 0, source.find(b"%", start)) + 1, opening.end()
+    sought = re.compile(rb"^[ \t]*%" + language.percent + rb"$", re.MULTILINE)
+    line = source.count(b"\n", 0, after) + 1
+    for text in whole_lines(source, after):
         closing = sought.search(text)
         if closing is not None:
             return first, line + text.count(b"\n", 0, closing.start())

@@ -92,7 +92,7 @@ CODES: Final[dict[str, Code]] = _table(
         "axis that the machine lacks",
         "error",
         "The program names an axis that this machine does not have.",
-        "Post the program for an A, C machine.",
+        "Post the program for a table that turns about A and C, or with tool axes (G43.5, APT), which name no rotary axis.",
     ),
     (
         "VP012",
@@ -216,6 +216,13 @@ CODES: Final[dict[str, Code]] = _table(
         "A canned cycle goes on after G90 or G91 has changed, with R or a depth that was given before: the number now means "
         "something else, or is kept where another control would read it again. The message has both depths.",
         "Give R and the bottom of the hole again after every change of G90 and G91.",
+    ),
+    (
+        "VP032",
+        "program in another language",
+        "error",
+        "The text cannot be read, and it has what only programs of another control, or files of another kind, have.",
+        "Post the program for one of the controller dialects that the message names.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

@@ -39,7 +39,9 @@ def text_line(program: str, item: Finding) -> str:
     text = f"{where}: {item.code} {item.severity}: {item.message}"
     if item.column is not None:
         text += f" (column {item.column})"
-    if item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
+    if item.count > 1 and concerns_text(item.code):
+        text += f" (lines {item.line} to {item.last_line}, {item.count} times)"
+    elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
     return text
 

@@ -16,6 +16,7 @@ from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.recovery import Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 
@@ -42,6 +43,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     execution = Execution(state, Recorder())
     interpreter = Interpreter(setup, state, execution.recorder)
     translator = Translator(state)
+    recovery = None if stop.first_error else Recovery(interpreter)
     line = 0
     for item in read_statements(source):
         line = item.line or line
@@ -54,7 +56,10 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             if isinstance(item, BlockError):
                 raise item
             for block in translator.blocks(item):
-                interpreter.execute(block)
+                if recovery is None:
+                    interpreter.execute(block)
+                elif not execution.report_all(recovery.execute(block), line):
+                    return execution
         except BlockError as error:
             if not execution.report(error, line) or stop.first_error:
                 return execution

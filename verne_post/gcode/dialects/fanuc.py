@@ -21,13 +21,17 @@ from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
-from verne_post.model.moves import AXES, Feature, MoveKind, PathControl, PathMode
-from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
+from verne_post.model.moves import AXES, ZERO9, Feature, MoveKind, PathControl, PathMode
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, Vector9
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 _PLANE, _TO_PLANE, _PLANE_OFF, _ADDITIONAL = 682, 531, 690, 541
 #: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
-_SMOOTHING: Final = (51, 80)
+_SMOOTHING: Final = (50, 51, 80)
+#: G5 P: high-speed modes off and on; other numbers call cycles.
+_HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
+#: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
+_TWINS: Final = {431: 434, 2340: 434}
 #: Ends of modes that cannot be begun: nothing to do.
 _ENDS: Final = (150, 401, 500, 501, 670, 130, 131, 970)
 #: Codes that name axes without moving them, and those that take none.
@@ -42,9 +46,22 @@ _MACRO: Final = re.compile(
 #: At the beginning of a line: ``:1000`` for O1000, ``/2`` for a block that switch 2 deletes.
 _COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
 _DELETE: Final = re.compile(r"[ \t]*/([1-9])[ \t]*[^ \t0-9.]")
+#: A comment with others in it, and the parentheses that are left behind its first end.
+_NESTED: Final = re.compile(r"\(([^()]*\([^)]*)\)((?:[ \t]*\))*)")
+_BLANK: Final = str.maketrans("()", "  ")
+#: A program number with words beside it.
+_NUMBER_AND_WORDS: Final = re.compile(
+    r"([ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*\d[ \t\d]*)(?=(?:\([^()]*\)|[ \t])*(?:[A-NP-Z#/][^A-Z]*[-+.\d#\[]))",
+    re.IGNORECASE,
+)
+#: Lines without a program number or an end, up to a ``%`` before a program number.
+_LISTING: Final = re.compile(
+    rb"(?:(?![ \t]*[O:][ \t]*\d|[ \t]*%|[^\n]*\bM0*(?:2|30|99)\b)[^\n]*\n)*(?=[ \t]*%[^\n]*\n\s*[O:][ \t]*\d)",
+    re.IGNORECASE,
+)
 #: A header that only such controls write.
 _HEADER_LINES: Final = 200
-_OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]+[ \t]*(?:\([^)\n]*\))?[ \t\r]*(?:\n|$)", re.IGNORECASE)
+_OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))", re.IGNORECASE)
 _OWN_CODES: Final = re.compile(
     rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P))(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
@@ -54,7 +71,7 @@ _OWN_CODES: Final = re.compile(
 #: What only RS274/NGC has: such a text is not Fanuc's, whatever its header.
 _OTHER_CODES: Final = re.compile(
     rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ \t]*[PQ]"
-    rb"|(?<![A-Z])G0*(?:43\.[12]|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])", re.IGNORECASE
+    rb"|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])", re.IGNORECASE
 )  # fmt: skip
 _HERE: Final = re.compile(rb"(?<![A-Z])L[ \t]*20(?![0-9.])", re.IGNORECASE)
 _ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)
@@ -66,7 +83,7 @@ def _make_table() -> CodeTable:
     groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
     groups["motion"] = (0, 10, 20, 30, *_CYCLES)
     groups["arc distance"] = ()
-    groups["tool length"] = (430, 434, 435, 490)
+    groups["tool length"] = (430, 434, 435, 490, *_TWINS)
     groups["cutter compensation"] = (400, 410, 420)
     groups["work offset"] = (540, 550, 560, 570, 580, 590, _ADDITIONAL)
     groups["path control"] = (610, 640)
@@ -83,15 +100,15 @@ def _make_table() -> CodeTable:
         g_groups=groups,
         m_groups=m_groups,
         refused_g={
-            50: "high-speed cycle machining", 90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
+            90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
             **dict.fromkeys((650, 660, 661), "custom macro calls"),
             **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
             **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
-            **dict.fromkeys((611, 431, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
+            **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
         refused_m={29: "rigid tapping", 97: "local subprogram calls"},
-        words_of_g={**RS274.words_of_g, 430: "HD", _ADDITIONAL: "P", _PLANE: "IJK", 51: "PQR", 80: "P", 640: ""},
+        words_of_g={**RS274.words_of_g, 430: "HD", _ADDITIONAL: "P", _PLANE: "IJK", 50: "P", 51: "PQR", 80: "P", 640: ""},
         words_of_m=RS274.words_of_m,
     )  # fmt: skip
 
@@ -102,6 +119,7 @@ class FanucInterpreter(Interpreter):
     table: ClassVar[CodeTable] = _make_table()
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
+    end_alone: ClassVar[bool] = True
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
     keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
@@ -112,11 +130,26 @@ class FanucInterpreter(Interpreter):
 
     @classmethod
     def prepare(cls, text: str) -> str:
-        """``:1000`` is O1000, ``/2`` is ``/``; every character keeps its column."""
+        """``:1000`` is O1000, ``/2`` is ``/``, ``(a (b))`` is one comment; every character keeps its column."""
+        if "(" in text:
+            text = _NESTED.sub(lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text)
         for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
             if (match := pattern.match(text)) is not None:
                 text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
         return text
+
+    @classmethod
+    def label_of(cls, text: str) -> str:
+        """The program number, without the words beside it."""
+        text = cls.prepare(text)
+        match = _NUMBER_AND_WORDS.match(text)
+        return text if match is None else text[: match.end(1)]
+
+    @classmethod
+    def find_start(cls, source: Text) -> int:
+        """The ``%`` before the first program number: a control reads nothing before it."""
+        match = _LISTING.match(source[: 1 << 16])
+        return 0 if match is None or not match.group().strip() else match.end()
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; custom macros are refused by name."""
@@ -127,7 +160,10 @@ class FanucInterpreter(Interpreter):
                 f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
                 macro.start(1) + 1,
             )
-        block = super().read(self.prepare(text), line)
+        text = self.prepare(text)
+        if (numbered := _NUMBER_AND_WORDS.match(text)) is not None:
+            text = " " * numbered.end(1) + text[numbered.end(1) :]
+        block = super().read(text, line)
         if block.o is not None and block.o.keyword is not None:
             raise BlockError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
@@ -205,6 +241,11 @@ class FanucInterpreter(Interpreter):
             return self.state.motion
         return None
 
+    def _g_code(self, number: float, column: int) -> int:
+        """The code of a G word; twins of one code are that code."""
+        code = super()._g_code(number, column)
+        return _TWINS.get(code, code)
+
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
@@ -215,6 +256,10 @@ class FanucInterpreter(Interpreter):
             self.state.control = PathControl(PathMode.EXACT_STOP)
         if "smoothing" in g:
             words = {letter: block.words[letter] for letter in "PQR" if letter in block.words}
+            if g["smoothing"] == 50 and words.get("P") not in _HIGH_SPEED:
+                raise block.error(
+                    "VP002", "G5 is only executed with P0 to P3 and P10000: other numbers call high-speed cycles", "P"
+                )
             self.recorder.event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
         if "plane axis" in g:
             self._turn_to_plane(block)
@@ -263,6 +308,12 @@ class FanucInterpreter(Interpreter):
         if self.state.frame.feature is not None:
             raise BlockError("VP017", f"G{code / 10:g} under G68.2; write G69 first")
         super()._execute_g92(block, code)
+
+    def _offset_of_tool(self, block: Block) -> Vector9:
+        """H0 is no offset; without H the control takes the last one, whatever tool it was for."""
+        if "H" not in block.words:
+            raise BlockError("VP005", "a tool length offset needs H, its number")
+        return super()._offset_of_tool(block) if block.words["H"] else ZERO9
 
     def _cutter_diameter(self, block: Block, code: int) -> float:
         """D0 is no offset; without D the control takes the last one, whatever tool it was for."""
@@ -346,7 +397,8 @@ def _rotation_x(angle: float) -> np.ndarray:
 
 def _recognise(source: Text) -> bool:
     """Text after ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
-    head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
+    start = FanucInterpreter.find_start(source)
+    head = b"\n".join(source[start : start + (1 << 16)].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
     without_comments = re.sub(rb"\([^)\n]*\)", b"", head)

@@ -1,0 +1,121 @@
+"""One cause, one finding: what only follows from an error is not reported, and other languages are named."""
+
+import pytest
+
+from verne_post import check
+from verne_post.gcode.languages import find_other_language
+from verne_post.gcode.tools import read_tool_table
+from verne_post.model.options import Options
+from verne_post.output.findings import text_line
+
+HEAD = "G21 G90\nG0 X0 Y0 Z100 A0 C0\n"
+
+
+def found(machine, program, **options):
+    """Code, first and last line, and count of every finding of a program."""
+    result = check(f"{HEAD}{program}\nM30".encode(), machine, Options(dialect="rs274", **options))
+    return [(item.code, item.line, item.last_line, item.count) for item in result.findings]
+
+
+@pytest.mark.parametrize(("program", "wanted"), [
+    # a tool length that is missing, once, and what comes after it
+    ("G1 X1 F100\n" + "X2\n" * 49 + "G91 X1\nG2 X5 I2.5", [("VP012", 3, 3, 1)]),
+    ("T5 M6\nG43 H5\nG1 X5 F100\nG41 D5\nX50\nG40", [("VP012", 4, 4, 1)]),
+    ("G43\nG1 X5 F100", [("VP012", 3, 3, 1)]),
+    # the same words, wherever they stand
+    ("G49\nM200 P5\nG0 X1\nM200 P6\nM201", [("VP002", 4, 6, 2), ("VP002", 7, 7, 1)]),
+    ("G49\nG1 X1 B5 F100\nX2 B6\nG3 X4 I1 B7", [("VP011", 4, 6, 3)]),
+    # what the words of a refused block would have set
+    ("G49\nG1 X1 F100 P5\nX2\nG91 X1\nG2 X5 I2.5", [("VP006", 4, 4, 1)]),
+    ("G49\nG1 X1.2.3 Y5 F100\nX2\nG91 X1\nG2 X5 I2.5", [("VP001", 4, 4, 1)]),
+    ("G49\nG1 G2 X1 F100\nX2", [("VP003", 4, 4, 1)]),
+    ("G49\nG1 X1\nX2\nG93 G1 X3\nG1 X4", [("VP009", 4, 4, 1), ("VP009", 6, 7, 2)]),
+    ("G49\nF100 G2 X1 Y8 I5\nG3 X5 I2\nG91 G1 X1", [("VP008", 4, 4, 1)]),
+    ("G49\nG80\nX1\nY5\nG1 X2 F100", [("VP005", 5, 5, 1)]),
+    ("G49\nG68 X0 Y0 R30\nG1 X5 F100\nG91 X2\nG2 X4 I2", [("VP002", 4, 4, 1)]),
+    ("G49 F100\nG41.1 D9\nG1 X4\nX9\nX20\nG40\nG2 X30 I5", [("VP026", 5, 5, 1)]),
+    # a second mistake is not hidden by the first
+    ("G49\nG1 X1 F100 P5\nG1 Q2\nG2 X9 Y9 I1", [("VP006", 4, 4, 1), ("VP006", 5, 5, 1), ("VP008", 6, 6, 1)]),
+    ("G49\nM200 M201", [("VP002", 4, 4, 1), ("VP002", 4, 4, 1)]),
+    ("G49 F100\nG0 X(\nG2 X9 Y9 I1\nG0 X5\nG2 X8 Y8 I1", [("VP001", 4, 4, 1), ("VP008", 7, 7, 1)]),
+])  # fmt: skip
+def test_one_cause_is_one_finding(machine, program, wanted):
+    assert found(machine, program) == wanted
+
+
+def test_a_table_without_the_tool_is_one_finding_for_each_tool(machine):
+    table = read_tool_table("T1 P1 Z50 D6\n", "t.tbl")
+    program = "T7 M6\nG43\nG41\nG40\nG43 H8\nG43 H8"
+    assert found(machine, program, tools=table) == [("VP012", 3, 3, 1), ("VP012", 7, 7, 1)]
+
+
+def test_findings_say_where_else_and_what_settles_them(machine):
+    (item,) = check(f"{HEAD}G49\nM200\nM200\nM30".encode(), machine, Options(dialect="rs274")).findings
+    assert 'M200 = "ignore"' in item.message
+    assert text_line("a.nc", item).endswith("(column 1) (lines 4 to 5, 2 times)")
+
+
+def test_apt_statements_go_on_too(machine):
+    text = (
+        "PARTNO X\nMULTAX/ON\nFROM/0,0,100,0,0,1\nFEDRAT/100\nGOTO/1,0,90\nGOTO/2,0,90\nINSERT X\nGOTO/3,0,90\nFINI\n"
+    )
+    result = check(text.encode(), machine, Options())
+    assert [(item.code, item.line) for item in result.findings] == [("VP012", 5), ("VP002", 7)]
+
+
+# --- other languages ------------------------------------------------------------------------------------
+
+LANGUAGES = {
+    "Heidenhain Klartext": "0 BEGIN PGM A MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-4\n2 L X+5 R0 FMAX\n3 END PGM A MM",
+    "Siemens": ";$PATH=/_N_WKS_DIR\nN10 G54 G0 X=5\nTRAORI\nM30",
+    "DIN/ISO": "%NEU G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G00 X+5 *",
+    "APT": "G0 X1\nGOTO/0,0,0\nFINI",
+    "Okuma": "G15 H1\nVC1=5\nCALL O100\nM30",
+    "Fagor": "G0 X1\n#RTCP ON\nM30",
+    "NUM": "%10\nN10 G79 N30\nE80000=5\nM02",
+    "robot": "&ACCESS RVP\nDEF part ( )\nPTP HOME\nEND",
+    "printer": "M140 S60\nM104 S200\nG28\nG1 E5 F100",
+    "Excellon": "M48\nMETRIC,TZ\nT1C0.8\n%\nX1Y1",
+    "Gerber": "%FSLAX46Y46*%\n%MOMM*%\nD10*\nX0Y0D02*",
+    "STEP": "ISO-10303-21;\nHEADER;",
+    "DXF": "  0\nSECTION\n  2\nHEADER",
+    "STL": "solid part\nfacet normal 0 0 1",
+    "XML": "<?xml version='1.0'?>\n<a/>",
+    "JSON": '{"G": 1}',
+    "PDF": "%PDF-1.4\n...",
+    "ZIP": "PK\x03\x04abc",
+    "binary": "G0\n\x01\x02\x03\x04\x05\n",
+}
+
+
+@pytest.mark.parametrize("name", LANGUAGES)
+def test_another_language_is_one_finding(machine, name):
+    result = check(LANGUAGES[name].encode(), machine, Options(dialect="rs274"))
+    assert [item.code for item in result.findings] == ["VP032"]
+    assert name in result.findings[0].message
+
+
+def test_it_names_the_dialect_that_reads_the_text(view):
+    (item,) = view("G0 X1\nGOTO/0,0,0\nFINI", dialect="rs274")[1]
+    assert (item.code, item.line) == ("VP032", 2)
+    assert "--dialect aptcl" in item.message
+
+
+@pytest.mark.parametrize("program", [
+    "G0 X1 P5\n(TRAORI)\nM2", "G0 X1 P5\nM0 ; GOTO/0,0\nM2", "(#RTCP ON)\nG0 Q5\nM2", "o1 if [1]\nG0 Q1\no1 endif\nM2", "M140 P1\nM2",
+    "#1=5\nG0 X#1 Q2\nM2", "G0 X1\n\x01\nM2",
+])  # fmt: skip
+def test_a_mistake_in_a_program_of_the_language_is_shown(view, program):
+    (item,) = view(program, dialect="rs274")[1]
+    assert item.code != "VP032"
+
+
+def test_what_can_be_read_is_read_whatever_it_looks_like(view):
+    assert view("(BEGIN PGM A MM)\n(0 BEGIN PGM A MM)\nG0 X1 ; PARTNO\nM2")[1] == ()
+
+
+def test_a_language_that_gets_a_dialect_is_named_with_it():
+    text = b"0 BEGIN PGM A MM"
+    assert find_other_language(text, (), "rs274", ["rs274", "heidenhain"]).message.endswith("--dialect heidenhain")
+    assert "which is not read" in find_other_language(text, (), "rs274", ["rs274"]).message
+    assert find_other_language(text, (), "heidenhain", ["rs274", "heidenhain"]) is None

@@ -1,0 +1,91 @@
+"""Which language a text that cannot be read looks like: other controls, and files that are no program at all."""
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.model.findings import Finding, finding
+
+#: Bytes from the beginning of a text that are searched.
+_SEARCHED: Final = 1 << 16
+
+
+@dataclass(frozen=True)
+class _Language:
+    """One language: its name, what only its texts have (case ignored), and the dialect that reads it, if any.
+
+    A sign is a line with an error, or the beginning of the text.
+    """
+
+    name: str
+    sign: bytes
+    dialect: str = ""
+
+
+_LANGUAGES: Final = (
+    _Language("Heidenhain Klartext", rb"^[ \t]*\d+[ \t]+(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
+              rb"|^[ \t]*\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
+    _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*\*.*$"),
+    _Language("Siemens", rb"^[ \t]*;\$PATH=.*$|^%_N_.*$|^[ \t]*(?:N\d+[ \t]*)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?TRANS|A?ROT|ORI[A-Z]{2,}"
+              rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
+    _Language("APT", rb"^[ \t]*(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI)\b[^=\n]*$", "aptcl"),
+    _Language("a custom macro of a Fanuc control", rb"^[ \t]*(?:N\d+[ \t]*)?(?:IF[ \t]*\[|WHILE[ \t]*\[|GOTO[ \t]*\d|G6[56]\b).*$", "fanuc"),
+    _Language("Okuma OSP", rb"^[ \t]*(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),
+    _Language("Fagor", rb"^[ \t]*(?:N\d+[ \t]*)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
+    _Language("NUM", rb"^[ \t]*(?:N\d+[ \t]*)?(?:\$\d|E[68]\d{4}[ \t]*=|G79[ \t]+(?:N\d|[LE]\d+)|L\d+[ \t]*=).*$"),
+    _Language("a robot language (KRL or RAPID)", rb"^[ \t]*(?:&ACCESS|DEF[ \t]+\w+[ \t]*\(|MODULE[ \t]+\w+|PTP[ \t]|LIN[ \t]|Move[LJC][ \t]|PROC[ \t]+\w+\().*$"),
+    _Language("a 3D printer's G-code (Marlin and its like)", rb"^[ \t]*(?:M10[49]|M1[49]0)[ \t]+S\d.*$"),
+    _Language("Excellon (drilling of circuit boards)", rb"^(?:METRIC|INCH)(?:,[LT]Z)?.*$"),
+    _Language("Gerber", rb"\A(?:G0?4[^\n]*\n)*%(?:FS|MO|AD|LP|TF)[A-Z].*\*%?.*$"),
+    _Language("STEP (ISO 10303)", rb"^ISO-10303-21;.*$"),
+    _Language("DXF", rb"^[ \t]*0[ \t\r]*\n[ \t]*SECTION[ \t\r]*$"),
+    _Language("STL", rb"\A(?:solid\b|[ \t]*facet[ \t]+normal\b).*$"),
+    _Language("HPGL", rb"\A[ \t\r\n]*(?:IN;|PU-?\d*,?-?\d*;|SP\d;).*$"),
+    _Language("XML", rb"\A[ \t\r\n]*<(?:\?xml|!DOCTYPE|html|svg)\b.*$"),
+    _Language("JSON", rb"\A[ \t\r\n]*[{\[][ \t\r\n]*[\"\[{].*$"),
+    _Language("PDF", rb"\A%PDF-.*$"),
+    _Language("a ZIP archive", rb"\APK\x03\x04.*$"),
+    _Language("binary data", rb"^(?:[^\n\x00-\x08\x0e-\x1f]*[\x00-\x08\x0e-\x1f]){4}[^\n]*$"),
+)  # fmt: skip
+
+
+def find_other_language(
+    source: Text, errors: Sequence[Finding], dialect: str, known: Collection[str]
+) -> Finding | None:
+    """The finding that says which language a text looks like that could not be read; None where nothing shows it.
+
+    Parameters
+    ----------
+    source : Text
+    errors : sequence of Finding
+        What is wrong with it as a program of its dialect.
+    dialect : str
+        Name of that dialect.
+    known : collection of str
+        Names of all dialects.
+    """
+    head = source[:_SEARCHED]
+    for language in _LANGUAGES:
+        if language.dialect == dialect:
+            continue
+        for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
+            line = head.count(b"\n", 0, match.start()) + 1
+            if match.start() == 0 or any((item.line or 0) <= line <= (item.last_line or 0) for item in errors):
+                break
+        else:
+            continue
+        shown = match.group().decode("utf-8", errors="replace").strip()
+        text = f"this looks like {language.name} ({_quote(shown)})"
+        if language.dialect in known:
+            right = f"; read it with --dialect {language.dialect}"
+        else:
+            right = f", which is not read; dialects are {', '.join(sorted(known))}"
+        return finding("VP032", text + right, line=line, last_line=line, worst_line=line)
+    return None
+
+
+def _quote(text: str, most: int = 40) -> str:
+    text = "".join(character if character.isprintable() else "?" for character in text.partition("\n")[0])
+    return f'"{text[:most]}{"..." if len(text) > most else ""}"'

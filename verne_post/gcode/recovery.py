@@ -1,0 +1,219 @@
+"""After an error: the state that the program would have had, so that nothing is reported that only follows from it.
+
+What the error says is missing or wrong is assumed to be right, and the block is executed again; where that cannot be, its
+modal words and its end point are taken. Nothing of this reaches the user: a program with an error has no moves.
+"""
+
+import re
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import CYCLES, TAKES_AXES
+from verne_post.gcode.frame_codes import LINEAR
+from verne_post.gcode.interpret import Interpreter
+from verne_post.model.moves import AXES, ZERO9
+from verne_post.model.part_setup import Tool
+
+#: Errors after which a program does not go on: the next line is not known.
+FATAL: Final = ("VP023", "VP024", "VP027")
+#: So many errors of one block.
+_MAX_TRIES: Final = 8
+_COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
+#: A letter, and its number where that is short and plain.
+_WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{1,3})?(?![\d.])|)")
+#: Groups of codes that are no modes.
+_NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "subprograms", "cutter compensation")
+#: Stands for a tool that is not in the tool table: its width only has to be greater than 0.
+_ASSUMED: Final = Tool(0, 0, ZERO9, 1.0)
+
+
+class _AnyTool(dict[int, Tool]):
+    """The tool table that a program needs and does not have."""
+
+    def __contains__(self, key: object) -> bool:
+        return True
+
+    def __missing__(self, key: int) -> Tool:
+        return _ASSUMED
+
+
+class Recovery:
+    """Executes blocks of one program, and goes on after errors.
+
+    ``uncertain`` are the axes whose position is not known, as has been said, or depends on a block that was not executed.
+    """
+
+    def __init__(self, interpreter: Interpreter) -> None:
+        self.interpreter = interpreter
+        self.uncertain: set[int] = set()
+
+    def execute(self, block: Block) -> list[BlockError]:
+        """Execute a block as far as possible; returns its errors, without those that follow from others."""
+        execute: Callable[[Block], None] = self.interpreter.execute
+        errors: list[BlockError] = []
+        for _ in range(_MAX_TRIES):
+            try:
+                execute(block)
+                return errors
+            except BlockError as error:
+                if not self._follows(error, errors):
+                    errors.append(error)
+                if error.code in FATAL:
+                    return errors
+                if not self._assume(block, error):
+                    break
+            execute = partial(Interpreter.execute, self.interpreter)  # the block is in the words of RS274/NGC by now
+        self._give_up(block)
+        return errors
+
+    def pass_unread(self, text: str, line: int) -> None:
+        """Take the codes of a line that could not be read; its axes are uncertain."""
+        block = Block(line)
+        for letter, number in _WORD.findall(_COMMENTS.sub("", text).upper()):
+            if letter in AXES:
+                self._lose(AXES.index(letter))
+            elif number and letter in "GM":
+                block.codes.append((letter, float(number), 0))
+            elif number and letter in "FSTH":
+                block.words[letter], block.columns[letter] = float(number), 0
+        self._give_up(block)
+
+    def _follows(self, error: BlockError, errors: list[BlockError]) -> bool:
+        """True for an error that another one has caused."""
+        if error.code == "VP013":
+            unknown = {axis for axis, known in enumerate(self.interpreter.state.known) if not known}
+            said = bool(unknown & self.uncertain)
+            self.uncertain |= unknown
+            return said
+        return bool(errors) and error.code in ("VP005", "VP006")  # words beside what has been left out of the block
+
+    # --- what the block needs is assumed ----------------------------------------------------------
+
+    def _assume(self, block: Block, error: BlockError) -> bool:
+        """Let a block do without what the error names; False where it cannot."""
+        assume = {
+            "VP002": self._drop_code, "VP003": self._drop_code, "VP005": self._assume_motion, "VP006": self._drop_word,
+            "VP009": self._assume_feed, "VP011": self._drop_axes, "VP012": self._assume_tool,
+            "VP015": self._assume_home, "VP016": self._go_on,
+        }.get(error.code)  # fmt: skip
+        return assume is not None and assume(block, error)
+
+    def _go_on(self, _block: Block, _error: BlockError) -> bool:
+        return True
+
+    def _drop_code(self, block: Block, error: BlockError) -> bool:
+        left = [code for code in block.codes if code[2] != error.column]
+        dropped = [letter for letter, _number, column in block.codes if column == error.column]
+        if not dropped or (
+            error.code == "VP002" and dropped != ["M"]
+        ):  # an unknown G code takes words that are not known
+            return False
+        block.codes = left
+        return True
+
+    @staticmethod
+    def _drop_word(block: Block, error: BlockError) -> bool:
+        letter = next((letter for letter, column in block.columns.items() if column == error.column), None)
+        if letter is None:
+            return False
+        del block.words[letter], block.columns[letter]
+        return True
+
+    def _drop_axes(self, block: Block, _error: BlockError) -> bool:
+        for letter in set(block.words) & set(AXES) - set(self.interpreter.setup.axes):
+            del block.words[letter], block.columns[letter]
+        return True
+
+    def _assume_motion(self, block: Block, _error: BlockError) -> bool:
+        """A rapid traverse, for axis words without a motion code."""
+        table, state = self.interpreter.table, self.interpreter.state
+        motions = table.g_groups["motion"]
+        if state.motion is not None or any(
+            letter == "G" and round(10 * n) in motions for letter, n, _at in block.codes
+        ):
+            return False
+        state.motion = 0
+        return True
+
+    def _assume_feed(self, block: Block, _error: BlockError) -> bool:
+        state = self.interpreter.state
+        state.feed = state.feed_angular = block.words["F"] = 1.0
+        state.spindle_on, state.spindle_speed = True, state.spindle_speed or 1.0
+        return True
+
+    def _assume_tool(self, block: Block, _error: BlockError) -> bool:
+        state = self.interpreter.state
+        if not state.length_given and not {"H", "T", "D"} & set(block.words):
+            state.length_given = True
+            return True
+        numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}
+        numbers.add(state.loaded_tool or 0)
+        if state.tools is None:
+            state.tools = _AnyTool()
+        elif missing := {n for n in numbers if n not in state.tools or state.tools[n].diameter <= 0}:
+            state.tools = {**state.tools, **{n: replace(_ASSUMED, number=n, pocket=n) for n in missing}}
+        elif state.loaded_tool:
+            return False
+        state.loaded_tool = state.loaded_tool or 1
+        state.tools.setdefault(state.loaded_tool, _ASSUMED)
+        return True
+
+    def _assume_home(self, _block: Block, _error: BlockError) -> bool:
+        state = self.interpreter.state
+        if state.home == state.home2 == ZERO9:
+            return False
+        state.home = state.home2 = ZERO9
+        return True
+
+    # --- the block is given up ----------------------------------------------------------------------
+
+    def _give_up(self, block: Block) -> None:
+        """Take the modes and the end point of a block that cannot be executed."""
+        interpreter, state = self.interpreter, self.interpreter.state
+        table = interpreter.table
+        codes = [
+            (letter, round(number * 10) if letter == "G" else round(number), column)
+            for letter, number, column in block.codes
+        ]
+        modes = Block(block.line)
+        modes.codes = [
+            word for word, (letter, code, _column) in zip(block.codes, codes, strict=True)
+            if (table.group_of_g if letter == "G" else table.group_of_m).get(code, _NO_MODES[0]) not in _NO_MODES
+        ]  # fmt: skip
+        if state.compensation is not None:  # what the contour would have been is not known
+            state.compensation = state.centre = None
+            state.arc_may_follow = True
+        used = "FST" + "".join(table.words_of_g.get(code, "") for letter, code, _column in codes if letter == "G")
+        modes.words = {letter: value for letter, value in block.words.items() if letter in used and letter in "FSTH"}
+        modes.columns = dict.fromkeys(modes.words, 1)
+        with suppress(BlockError):  # it has been said what is wrong with the block
+            Interpreter.execute(interpreter, modes)
+        g = {code for letter, code, _column in codes if letter == "G"}
+        motion = g & set(table.g_groups["motion"])
+        if motion:
+            state.motion = min(motion)
+        plain = not any(code not in table.group_of_g or code in (530, *TAKES_AXES) for code in g)
+        known = plain and state.absolute and state.motion not in (None, *CYCLES)
+        for letter in AXES:
+            if letter in block.words and letter in interpreter.setup.axes:
+                axis = AXES.index(letter)
+                if known:
+                    self._place(axis, block.words[letter])
+                else:
+                    self._lose(axis)
+
+    def _place(self, axis: int, value: float) -> None:
+        """Let an axis stand where its word says."""
+        state = self.interpreter.state
+        value *= MM_PER_INCH if state.inch and AXES[axis] in LINEAR else 1.0
+        state.position = [value if i == axis else old for i, old in enumerate(state.position)]
+        state.known[axis] = state.named[axis] = True
+
+    def _lose(self, axis: int) -> None:
+        self.interpreter.state.known[axis] = False
+        self.uncertain.add(axis)
