@@ -220,3 +220,19 @@ def test_a_corner_may_cut_turns_that_are_narrower_than_its_tolerance(cycle: floa
     """Between a line and five turns of 0.0056 mm, within 0.26 mm: the way that is made is shorter than the turns."""
     body = "G64 P.2562\nG1 X.0202305 Y.0943991\nG3 I.005559 P5 Z5.1\nG2 I.02 A.38 C14"
     made(source(f"F{feed}\n{body}"), OPTIONS.changed(cycle=cycle))
+
+
+def test_rounding_beyond_the_end_of_a_tiny_move_is_no_progress() -> None:
+    """4e-6 mm in 14 s, written to 1e-5 mm: one step leads far beyond the end, and counts as no more than the move."""
+    body = "G93\nG0 X1.025873 Y-2.808695\nG1 X1.025869240 Y-2.808695156 F4.3702\nG0 Z6"
+    made(source(body), OPTIONS.changed(cycle=1.0, smoothing="off"))
+
+
+@pytest.mark.parametrize(("cycle", "cause"), [(0.001, "jerk of "), (0.25, "control cycle")])
+def test_what_keeps_the_tool_below_its_feed_may_be_the_cycle(cycle: float, cause: str) -> None:
+    """5 mm at 3000 mm/min with two stops take about 0.15 s."""
+    result = verne_post.convert(source("F3000\nG1 X5"), MACHINE, OPTIONS.changed(cycle=cycle, smoothing="off"))
+    assert result.summary is not None
+    assert result.summary.verification is not None
+    slow = result.summary.verification.slow
+    assert max(slow, key=lambda name: slow[name]).startswith(cause)

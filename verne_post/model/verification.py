@@ -21,7 +21,7 @@ class Verification:
     tip_deviation_mm, axis_deviation_deg : float
         Largest distance from the programmed path.
     slow : dict
-        Seconds below the programmed feed rate, by the limit that was nearest: ("jerk", "rho2"), ...
+        Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or "control cycle" where none is near.
     first_row : ndarray, shape (n_joints,)
         File units.
     """
@@ -34,7 +34,7 @@ class Verification:
     feed_line: int = 0
     tip_deviation_mm: float = 0.0
     axis_deviation_deg: float = 0.0
-    slow: dict[tuple[str, str], float] = field(default_factory=dict)
+    slow: dict[str, float] = field(default_factory=dict)
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)
 

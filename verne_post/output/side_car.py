@@ -81,7 +81,7 @@ def _verification(verdict: Verification, machine: Machine) -> dict[str, object]:
         **ratios,
         "feed_ratio": verdict.feed_ratio,
         "feed_line": verdict.feed_line,
-        "below_feed_s": {f"{kind} of {joint}": seconds for (kind, joint), seconds in sorted(verdict.slow.items())},
+        "below_feed_s": dict(sorted(verdict.slow.items())),
         "tip_deviation_mm": verdict.tip_deviation_mm,
         "axis_deviation_deg": verdict.axis_deviation_deg,
     }

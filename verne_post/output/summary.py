@@ -164,7 +164,7 @@ def _feed(summary: Summary) -> list[str]:
     slow = summary.verification.slow if summary.verification is not None else {}
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
-        reasons = ", ".join(f"{kind} of {joint} {seconds:.3f} s" for (kind, joint), seconds in longest)
+        reasons = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in longest)
         text += f"; {sum(slow.values()):.3f} s are below it, nearest limits there: {reasons}"
     return [text + "."]
 

@@ -12,6 +12,8 @@ from verne_post.verification.reference import DERIVATIVES, Reference
 
 #: Rows at rest that stand before the first row and after the last one: as many as a third difference needs.
 _REST_ROWS: Final = 3
+#: With less than this share of every limit no joint holds the tool back: the motion is shorter than its control cycles.
+_NEAR_SHARE: Final = 0.1
 #: Finding code and accepted share of the limit, by the order of the difference - 1.
 _BOUNDS: Final = (("VP401", VELOCITY_RATIO), ("VP402", ACCELERATION_RATIO), ("VP403", JERK_RATIO))
 
@@ -40,7 +42,8 @@ class DynamicsCheck:
         Returns
         -------
         ndarray of int, shape (n,)
-            Which limit is nearest to each row: number of its derivative times n_joints, and number of the joint.
+            Which limit is nearest to each row: number of its derivative times n_joints, and number of the joint. The next
+            number where none is near: the control cycle is longer than what the limits ask for.
         """
         if not len(self._tail):
             self._tail = np.repeat(block.values[:1], _REST_ROWS, axis=0)
@@ -81,7 +84,7 @@ class DynamicsCheck:
                     f"{limit[joint]:g} {unit} ({len(rows)} rows)", line, axis=column.joint,
                     value=float(size[row, joint]), limit=float(limit[joint]), unit=unit,
                 )  # fmt: skip
-        return nearest
+        return np.where(largest < _NEAR_SHARE, len(_BOUNDS) * len(columns), nearest)
 
     def _travel(self, block: SetpointBlock) -> None:
         """Check the travel of every joint."""

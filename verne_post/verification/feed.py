@@ -32,14 +32,14 @@ class FeedCheck:
     ----------
     ratio, line : float and int
         Largest share of the programmed feed so far that is certain, and its source line.
-    slow_rows : ndarray of int, shape (3 * n_joints,)
-        Rows of feed moves that fall short of the feed, by the limit that was nearest.
+    slow_rows : ndarray of int, shape (3 * n_joints + 1,)
+        Rows of feed moves that fall short of the feed, by the limit that was nearest; the last ones were near none.
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
         self.ratio, self.line = 0.0, 0
-        self.slow_rows = np.zeros(len(DERIVATIVES) * len(reference.columns), dtype=np.int64)
+        self.slow_rows = np.zeros(len(DERIVATIVES) * len(reference.columns) + 1, dtype=np.int64)
         # sums up to the last rows, as far back as the longest stretch
         self._totals, self._slacks = np.zeros(1), np.zeros(1)
 
@@ -55,14 +55,11 @@ class FeedCheck:
         slow = (spent > 0) & (spent < _SLOW * self.reference.cycle)
         self.slow_rows += np.bincount(nearest[slow], minlength=len(self.slow_rows))
 
-    def slow_seconds(self) -> dict[tuple[str, str], float]:
-        """Seconds below the programmed feed, by derivative and joint of the limit that was nearest."""
-        columns = self.reference.columns
-        return {
-            (DERIVATIVES[k // len(columns)], columns[k % len(columns)].joint): rows * self.reference.cycle
-            for k, rows in enumerate(self.slow_rows.tolist())
-            if rows
-        }
+    def slow_seconds(self) -> dict[str, float]:
+        """Seconds below the programmed feed, by the limit that was nearest: derivative and joint, or the control cycle."""
+        names = [f"{kind} of {column.joint}" for kind in DERIVATIVES for column in self.reference.columns]
+        rows = zip([*names, "control cycle"], self.slow_rows.tolist(), strict=True)
+        return {name: count * self.reference.cycle for name, count in rows if count}
 
     def _compare(self, rows: MeasuredRows, time: Array, slack: Array) -> None:
         """Compare times (n,) at the programmed feed with those that rows take, one and many together."""
@@ -96,12 +93,14 @@ class FeedCheck:
         double_noise = 2 * self.reference.noise.tip
         length = self.reference.measures.motion_length
         stays = (rows.item_before == rows.item) & ~rows.dwell
-        time = np.where(stays, rows.u - rows.u_before, 0.0) * feed_time
+        # rounding may put a row beyond the end of a short segment: that is no progress, and is not made good later
+        u_before, u = np.clip(rows.u_before, 0.0, 1.0), np.clip(rows.u, 0.0, 1.0)
+        time = np.where(stays, u - u_before, 0.0) * feed_time
         slack = np.where(rows.dwell, 0.0, 2 * double_noise / length[rows.segment] * feed_time)
         entered = rows.entered
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
-            begun, left, came, whole = items.passed(old, new, rows.u_before[entered], rows.u[entered])
+            begun, left, came, whole = items.passed(old, new, u_before[entered], u[entered])
             spent = left * self._item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
             time[entered] = (spent + came * self._item_times(new)) * whole
             segment = items.segment[begun]
