@@ -93,6 +93,12 @@ CONTINUATION: Final = 1e-8
 POSE_DECIMALS_MM: Final = 9
 POSE_DECIMALS_RAD: Final = 12
 
+#: Control points that are no farther than this from a straight line (mm, degrees) are on it: the last of POSE_DECIMALS_MM.
+STRAIGHT_MM: Final = 1e-9
+#: The parameter of a spline by arc length is exact to this share of a part of it: a point stays on the curve, and is off
+#: along it by less than POSE_DECIMALS_MM on a part of a metre. A few roundings of a polynomial with 16 coefficients.
+EVEN_PARAMETER: Final = 2e-13
+
 # --- G-code (values measured on LinuxCNC's interpreter) -----------------------------------
 
 #: Numbers that must be whole (M, T, P, H, ...) may be off by this much.

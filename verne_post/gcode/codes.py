@@ -56,7 +56,7 @@ RS274: Final = CodeTable(
     g_groups={
         "non-modal": (40, 100, 280, 281, 300, 301, 520, 920, 921, 922, 923),
         "machine coordinates": (530,),
-        "motion": (0, 10, 20, 30, *CYCLES),
+        "motion": (0, 10, 20, 30, 50, 51, 52, 53, *CYCLES),
         "cancel": (800,),
         "plane": (170, 180, 190),
         "distance": (900, 910),
@@ -81,7 +81,7 @@ RS274: Final = CodeTable(
         "subprograms": (98, 99),
     },
     refused_g={
-        **dict.fromkeys((50, 51, 52, 53, 62, 63), "splines"),
+        62: "splines of Fanuc controls; see --dialect fanuc",
         **dict.fromkeys((330, 331), "spindle-synchronised motion and rigid tapping"),
         **dict.fromkeys((760, 700, 701, 702, 710, 711, 712, 720, 721, 722, 960), "lathe codes"),
         **dict.fromkeys((382, 383, 384, 385), "probing: where the tool touches is only known at the machine"),
@@ -90,7 +90,7 @@ RS274: Final = CodeTable(
     },
     refused_m=dict.fromkeys(range(100, 200), "external programs: they are never run"),
     words_of_g={
-        20: "IJKRP", 30: "IJKRP", 40: "P", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H", 435: "H", 640: "PQ",
+        20: "IJKRP", 30: "IJKRP", 40: "P", 50: "IJPQ", 51: "IJ", 52: "PL", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H", 435: "H", 640: "PQ",
         410: "D", 411: "D", 420: "D", 421: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ", 840: "RLP",
         850: "RL", 860: "RLP", 870: "RLIJK", 880: "RLP", 890: "RLP",
     },

@@ -7,7 +7,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.frame_codes import MAX_DWELL_S, polar_end, whole
-from verne_post.gcode.motion_codes import MotionCodes
+from verne_post.gcode.spline_codes import SplineCodes
 from verne_post.gcode.state import Cycle
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
 
@@ -20,8 +20,8 @@ _NEEDS_STEP: Final = (730, 830)
 _NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
 
 
-class CycleCodes(MotionCodes):
-    """Motion codes, and cycles that consist of them."""
+class CycleCodes(SplineCodes):
+    """Codes that move, and cycles that consist of them."""
 
     #: Cycles that need P.
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 860, 880, 890)

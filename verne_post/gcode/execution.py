@@ -68,7 +68,7 @@ class LineTrace:
     """Lines that the program itself executes, in order, without those of calls.
 
     A span is (first line, line after the last, whether a restart may begin there). It may not while cutter compensation
-    or a canned cycle is active: the next block then depends on those before.
+    or a canned cycle is active, or while control points of a spline are read: the next block then depends on those before.
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)
@@ -148,7 +148,7 @@ def execute_blocks(
 
 def may_restart(state: State) -> bool:
     """True where the next block does not depend on how the one before has moved."""
-    return state.compensation is None and state.centre is None and state.cycle is None
+    return state.compensation is None and state.centre is None and state.cycle is None and state.spline is None
 
 
 def all_known(state: State, setup: Setup) -> bool:
@@ -215,7 +215,9 @@ def _end_text(execution: Execution, flow: Flow) -> None:
     """The text ends without M2 or M30: an error but for a pair of %."""
     text = flow.text
     percent = text.opening is not None
-    if flow.in_call:
+    if flow.interpreter.state.spline is not None:
+        what = "the text ends before the end of a spline"
+    elif flow.in_call:
         what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
     elif text.closing is not None or flow.interpreter.ends_with_text:
         execution.recorder.event(flow.line, "end", code="%")

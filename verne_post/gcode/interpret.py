@@ -19,6 +19,7 @@ from verne_post.gcode.modal_codes import ModalCodes
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.spline_codes import SPLINES
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES
 
@@ -98,6 +99,7 @@ class Interpreter(ModalCodes):
             return
         g, m = self._group_codes(block)
         active = self.state.motion
+        self._guard_spline(g)
         motion = self._plan(block, g, m)
         self._set_feed(block, g)
         self._execute_auxiliary(block, m)
@@ -109,6 +111,8 @@ class Interpreter(ModalCodes):
             self._execute_non_modal(block, non_modal)
         if motion in CYCLES:
             self._execute_cycle(block, motion, goes_on=active == motion)
+        elif motion in SPLINES:
+            self._execute_spline(block, motion)
         elif motion is not None and motion != 800:
             self._move(block, motion, machine="machine coordinates" in g)
         self._execute_stops(block, m)
@@ -200,6 +204,7 @@ class Interpreter(ModalCodes):
         for code in m.get("stopping", []):
             if code in (2, 30):
                 self.ended = True
+                self._refuse_unfinished_spline()
                 self.recorder.event(block.line, "end", code=f"M{code}")
             else:
                 kind = {0: "program", 1: "optional", 60: "pallet"}[code]

@@ -83,6 +83,7 @@ def is_ready(state: State, lines: PlainLines, row: int) -> bool:
         and state.centre is None
         and not state.diameter_mode
         and not state.tcp_off
+        and state.spline is None
     )
 
 

@@ -12,7 +12,8 @@ from verne_post.base.arrays import Array
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
-from verne_post.model.moves import MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+from verne_post.model.moves import AXES, MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+from verne_post.model.splines import GrowingSplines, Splines
 
 #: In place of a tool axis where A and C words hold.
 _NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)
@@ -50,6 +51,7 @@ class Row(NamedTuple):
     frame: int
     control: int
     arc: int
+    spline: int
     tool_axis: tuple[float, ...]
 
 
@@ -73,6 +75,7 @@ class Recorder:
     #: Rows and arcs that no longer change, and their numbers.
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
     arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
+    splines: GrowingSplines = field(default_factory=lambda: GrowingSplines(len(AXES)))
     settled: int = 0
     settled_arcs: int = 0
 
@@ -81,9 +84,10 @@ class Recorder:
         return self.frames.setdefault(frame, len(self.frames))
 
     def add(
-        self, modes: Modes, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None
-    ) -> None:
-        """Record one motion or dwell."""
+        self, modes: Modes, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None,
+        spline: int = -1,
+    ) -> None:  # fmt: skip
+        """Record one motion or dwell; ``spline`` is the number of its piece."""
         arc_row = -1
         if arc is not None:
             arc_row = self.settled_arcs + len(self.arcs)
@@ -91,8 +95,14 @@ class Recorder:
         spindle = modes.spindle_speed if modes.spindle_on else 0.0
         control = self.controls.setdefault(modes.control, len(self.controls))
         row = Row(line, kind, end, feed, modes.feed_mode, spindle, self.frame_index(modes.frame), control, arc_row,
-                  modes.tool_axis or _NO_TOOL_AXIS)  # fmt: skip
+                  spline, modes.tool_axis or _NO_TOOL_AXIS)  # fmt: skip
         self._keep(row)
+
+    def keep_pieces(self, pieces: Splines) -> int:
+        """Keep pieces of B-splines, and return the number of the first; :meth:`add` records the motion along each."""
+        first = self.splines.count
+        self.splines.extend(pieces)
+        return first
 
     def _keep(self, row: Row) -> None:
         self.rows.append(row)
@@ -129,7 +139,7 @@ class Recorder:
             self._flush(len(self.rows))
         shared = (
             modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, self.frame_index(modes.frame),
-            self.controls.setdefault(modes.control, len(self.controls)), -1, modes.tool_axis or _NO_TOOL_AXIS,
+            self.controls.setdefault(modes.control, len(self.controls)), -1, -1, modes.tool_axis or _NO_TOOL_AXIS,
         )  # fmt: skip
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
@@ -209,7 +219,7 @@ class Recorder:
         self._settle()
         table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
         return Moves(
-            arcs=arcs, frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
+            arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters,
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

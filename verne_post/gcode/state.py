@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from verne_post.gcode.compensation import Compensation
+from verne_post.gcode.splines import SplineDraft
 from verne_post.model.moves import FeedMode, Frame, PathControl
 from verne_post.model.part_setup import Tool, Vector9
 
@@ -110,6 +111,10 @@ class State:
     initial_level: bool = False
     cycle: Cycle | None = None
     compensation: Compensation | None = None
+    #: A spline whose control points are being read.
+    spline: SplineDraft | None = None
+    #: After G5: the number of motions so far, and where a G5 that follows goes on (I and J, mm).
+    spline_leg: tuple[int, float, float] | None = None
     #: Where the tool's centre is while compensation holds, and until the next motion after it.
     centre: list[float] | None = None
     #: False after G40, until a straight move has led back to the programmed contour.

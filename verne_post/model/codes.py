@@ -206,7 +206,7 @@ CODES: Final[dict[str, Code]] = _table(
         "no restart (block search) at this line",
         "error",
         "--from-line names a line that the program does not execute exactly once by itself, or one inside cutter "
-        "compensation or a canned cycle.",
+        "compensation, a canned cycle or the control points of a spline.",
         "Use the line that the message names.",
     ),
     (
@@ -216,6 +216,15 @@ CODES: Final[dict[str, Code]] = _table(
         "A canned cycle goes on after G90 or G91 has changed, with R or a depth that was given before: the number now means "
         "something else, or is kept where another control would read it again. The message has both depths.",
         "Give R and the bottom of the hole again after every change of G90 and G91.",
+    ),
+    (
+        "VP031",
+        "impossible spline",
+        "error",
+        "The control points, weights and knots of a spline do not make a curve that can be followed: their numbers do not fit, "
+        "knots fall, a weight is not positive, the curve does not begin where the tool is, or it stops or turns back at a "
+        "point of its own (a cusp).",
+        "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
     (
         "VP032",

@@ -155,11 +155,12 @@ class Contour:
 
     @property
     def continuous(self) -> Mask:
-        """Sections with a corner blend in them (n_sections,)."""
+        """Sections whose curvature changes (n_sections,): with a corner blend or a spline in them."""
         continuous = np.zeros(self.n_sections, dtype=bool)
         for first, last in blocks(len(self)):
             block = slice(first, last)
-            continuous[self.section[block][self.blended[block] | (self.curve[block] >= 0)]] = True
+            changes = self.blended[block] | (self.curve[block] >= 0) | (self.path.spline[self.segment[block]] >= 0)
+            continuous[self.section[block][changes]] = True
         return continuous
 
     @property

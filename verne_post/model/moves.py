@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
 from verne_post.model.part_setup import Vector9
+from verne_post.model.splines import Splines, no_splines
 
 AXES: Final = "XYZABCUVW"
 ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -28,6 +29,7 @@ class MoveKind(IntEnum):
     FEED = 1
     ARC = 2
     DWELL = 3
+    SPLINE = 4
 
 
 class FeedMode(IntEnum):
@@ -192,6 +194,8 @@ class Moves:
         Index into ``controls``.
     arc : ndarray of int32, shape (n,)
         Index into ``arcs``, -1 for other moves.
+    spline : ndarray of int32, shape (n,)
+        Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are moves that follow each other.
     tool_axis : ndarray, shape (n, 3)
         Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
         A and C of ``end`` are then one of the pairs that give this axis.
@@ -204,6 +208,9 @@ class Moves:
         What a parameter file would keep after the program.
     findings : tuple of Finding
         Warnings about the text.
+    splines : Splines
+        Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
+        move before it ends, and each ends at its ``end``.
     """
 
     line: NDArray[np.int32]
@@ -215,6 +222,7 @@ class Moves:
     frame: NDArray[np.int32]
     control: NDArray[np.int32]
     arc: NDArray[np.int32]
+    spline: NDArray[np.int32]
     tool_axis: Array
     arcs: Arcs
     frames: tuple[Frame, ...]
@@ -225,6 +233,7 @@ class Moves:
     fixes_c: int | None = None
     parameters: Mapping[int, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
+    splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))
 
     def __len__(self) -> int:
         return len(self.line)
@@ -247,5 +256,6 @@ class Moves:
 #: What Moves keep for every move: type, and width where it is not one number.
 MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,), "spindle": (float,),
-    "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "tool_axis": (float, 3),
+    "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "spline": (np.int32,),
+    "tool_axis": (float, 3),
 }  # fmt: skip

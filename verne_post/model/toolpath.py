@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, blocks
+from verne_post.model.splines import Splines
 
 Ints = NDArray[np.int32]
 
@@ -24,6 +25,7 @@ class SegmentKind(IntEnum):
     LINE = 0
     ARC = 1
     JOINT = 2
+    SPLINE = 3
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,46 @@ class GreatCircles:
 
 
 @dataclass(frozen=True)
+class SplineSegments:
+    """Geometry of spline segments in the table frame: m pieces of rational B-splines of tip and nominal angles.
+
+    The curve is what ``pieces`` say; the rest is derived from them. Along a segment u is the share of the tip's arc length.
+
+    Attributes
+    ----------
+    pieces : Splines
+        Control points (p, 5): tip, mm, and how far the nominal angles have turned since the start of the segment, rad.
+    length : ndarray, shape (m,)
+        Arc length of the tip, mm.
+    turn : ndarray, shape (m,)
+        Rotation over the piece: of the direction of the tip, and of both table angles, rad.
+    bend : ndarray, shape (m,)
+        Largest curvature of the tip path, rad/mm.
+    controls : ndarray, shape (p, 6)
+        Bezier control points of each piece, seen from its first control point: coordinates times weights, and weights.
+    first_part : ndarray of int64, shape (m,)
+        First row of what follows, for each piece.
+    low, high : ndarray, shape (r,)
+        Parts of a piece by u, one after the other.
+    parameter : ndarray, shape (r, 16)
+        Chebyshev coefficients of the Bezier curve's parameter on each part.
+    """
+
+    pieces: Splines
+    length: Array
+    turn: Array
+    bend: Array
+    controls: Array
+    first_part: NDArray[np.int64]
+    low: Array
+    high: Array
+    parameter: Array
+
+    def __len__(self) -> int:
+        return len(self.length)
+
+
+@dataclass(frozen=True)
 class ToolPath:
     """All motion of a program.
 
@@ -89,11 +131,13 @@ class ToolPath:
     feed_time : ndarray, shape (n,)
         Seconds that the segment takes at the programmed feed rate, 0 for rapids.
     length : ndarray, shape (n,)
-        Metric length: tip path and rotation together, mm.
+        Metric length: tip path and rotation together, of splines the tip path alone, mm.
     arc : ndarray of int32, shape (n,)
         Row of ``arcs``, -1 for other segments.
+    spline : ndarray of int32, shape (n,)
+        Row of ``splines``, -1 for other segments.
     circle : ndarray of int32, shape (n,)
-        Row of ``circles``, -1 where A and C are linear along the segment.
+        Row of ``circles``, -1 where A and C are linear along the segment, or those of a spline.
     free : ndarray of bool, shape (n,)
         Programmed with a tool axis: the table may stand on either side.
     joints : ndarray, shape (k, 2, n_joints)
@@ -121,6 +165,8 @@ class ToolPath:
     length: Array
     arc: Ints
     arcs: ArcSegments
+    spline: Ints
+    splines: SplineSegments
     circle: Ints
     circles: GreatCircles
     free: Mask
@@ -189,7 +235,7 @@ class ToolPath:
         return numbers.column()
 
     def part(self, first: int, last: int) -> "ToolPath":
-        """Segments ``first`` to ``last`` (excluded) as a path without dwells; arcs, great circles and joints keep their rows."""
+        """Segments ``first`` to ``last`` (excluded) as a path without dwells; arcs, splines, great circles and joints keep their rows."""
         return replace(
             self, **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},
             dwell_section=self.dwell_section[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],
@@ -199,7 +245,7 @@ class ToolPath:
 #: What a tool path keeps for every segment: type, and width where it is not one number.
 SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
-    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
+    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
     "move": (np.int32,), "section": (np.int32,),
 }  # fmt: skip
 

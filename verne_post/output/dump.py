@@ -17,7 +17,9 @@ from verne_post.model.moves import FeedMode, MoveKind, Moves
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_KINDS = {MoveKind.RAPID: "rapid", MoveKind.FEED: "feed", MoveKind.ARC: "arc", MoveKind.DWELL: "dwell"}
+_KINDS = {
+    MoveKind.RAPID: "rapid", MoveKind.FEED: "feed", MoveKind.ARC: "arc", MoveKind.DWELL: "dwell", MoveKind.SPLINE: "spline",
+}  # fmt: skip
 _MODES = {FeedMode.PER_MINUTE: "per_min", FeedMode.INVERSE: "inverse", FeedMode.PER_REVOLUTION: "per_rev"}
 #: Points of an element along which the tool turns: at most this far apart, mm and rad.
 _STEP_MM = 10.0
@@ -52,6 +54,10 @@ def _move(table: Moves, row: int) -> dict[str, object]:
         record["center"] = table.arcs.center[arc].tolist()
         record["turns"] = int(table.arcs.turns[arc])
         record["sweep"] = float(table.arcs.sweep[arc])
+    if kind == MoveKind.SPLINE:
+        piece = table.splines.select(table.spline[row : row + 1])
+        record["degree"] = int(piece.degree[0])
+        record |= {"points": piece.points.tolist(), "weights": piece.weights.tolist(), "knots": piece.knots.tolist()}
     return record
 
 

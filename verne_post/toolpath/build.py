@@ -22,6 +22,7 @@ from verne_post.model.moves import Frame, MoveKind, Moves
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, ToolPath, sections_at
 from verne_post.toolpath.segments import PlacedMoves, make_segments
+from verne_post.toolpath.splines import GrowingSplineSegments, find_ends, place_pieces
 
 #: Columns of the arcs and great circles of a tool path.
 _ARCS: Final = {
@@ -68,7 +69,8 @@ def build_path(
     Raises
     ------
     InputError
-        VP007 where a great circle is not defined, or does not lead to the programmed angles.
+        VP007 where a great circle is not defined, or does not lead to the programmed angles; VP031 where a spline stops at
+        a point.
     """
     first = _ToolPose(
         _place(coordinates, moves.start[None], moves.start_frame), np.array([moves.start_frame.tool_length])
@@ -87,7 +89,7 @@ def build_path(
     )
     first = _ToolPose(np.concatenate([first.pose[:, :3], start[:1, 3:]], axis=1), first.length)
     # a turn of the table may have become superfluous
-    needed = _moves_at_all(end - start) | (moves.kind[placed.row] == MoveKind.ARC)
+    needed = _moves_at_all(end - start) | _is_curved(moves.kind[placed.row])
     return _assemble_path(PlacedMoves(moves, placed.row, start, end).select(needed), first, coordinates, orientation)
 
 
@@ -104,6 +106,8 @@ def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) 
         for index in np.unique(number):
             in_frame = np.flatnonzero(number == index)
             end[in_frame] = _place(coordinates, moves.end[rows[in_frame]], moves.frames[index])
+        splined = np.flatnonzero(kind == MoveKind.SPLINE)
+        end[splined] = find_ends(place_pieces(moves, rows[splined], coordinates))  # where the placed curves really end
         kept = _find_kept(end - _find_starts(last, end, length), kind, end, length, last_kept)
         start = _find_starts_after_kept(last_kept, end, length, kept)
         last = _ToolPose(end[-1:], length[-1:])
@@ -146,6 +150,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
     dwell = moves.dwells
     dwell_before = np.searchsorted(placed.row, dwell)
     segments, arcs, circles = GrowingTable(**SEGMENT_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
+    splines = GrowingSplineSegments()
     section = n_arcs = n_circles = 0
     for begin, stop in blocks(len(placed)):
         seen = max(begin - 1, 0)  # whether a segment continues depends on the one before
@@ -155,13 +160,11 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         at = dwell_before[(dwell_before > 0) & (dwell_before >= begin) & (dwell_before < stop)]
         block.continues[at - begin] = False
         sections = np.cumsum(~block.continues) + section
-        arc, circle = block.columns["arc"], block.columns["circle"]
-        segments.extend(
-            **block.columns
-            | {"arc": np.where(arc < 0, -1, arc + n_arcs), "circle": np.where(circle < 0, -1, circle + n_circles)},
-            section=sections - 1,
-        )
+        before = {"arc": n_arcs, "spline": splines.count, "circle": n_circles}
+        numbers = {name: np.where((row := block.columns[name]) < 0, -1, row + n) for name, n in before.items()}
+        segments.extend(**block.columns | numbers, section=sections - 1)
         arcs.extend(**vars(block.arcs))
+        splines.extend(block.splines)
         circles.extend(**vars(block.circles))
         section = int(sections[-1])
         n_arcs, n_circles = n_arcs + len(block.arcs.sweep), n_circles + len(block.circles.angle)
@@ -169,6 +172,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
     return ToolPath(
         **columns,
         arcs=ArcSegments(**arcs.columns()),
+        splines=splines.segments(),
         circles=GreatCircles(**circles.columns()),
         joints=np.empty((0, 2, 0)),
         dwell_section=sections_at(columns["section"], dwell_before),
@@ -207,14 +211,20 @@ def _moves_at_all(delta: Array) -> Mask:
     return tip | (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
 
 
+def _is_curved(kind: NDArray[np.int8]) -> Mask:
+    """Moves that have a length even where they end where they begin."""
+    return np.asarray((kind == MoveKind.ARC) | (kind == MoveKind.SPLINE))
+
+
 def _find_kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, before: _ToolPose) -> Mask:
-    """Moves (n,) that become segments: those that end away from the end of the last segment, however short each is, and arcs.
+    """Moves (n,) that become segments: those that end away from the end of the last segment, however short each is, and curves.
 
     ``delta`` leads from move to move; ``before`` is the end of the last segment before these moves.
     """
-    kept = (kind != MoveKind.DWELL) & (_moves_at_all(delta) | (kind == MoveKind.ARC))
+    curved = _is_curved(kind)
+    kept = (kind != MoveKind.DWELL) & (_moves_at_all(delta) | curved)
     # what has been left out since the last segment is no longer than the bound: only short moves depend on it
-    short = (delta != 0).any(axis=1) & ~_moves_at_all(delta / 2) & (kind != MoveKind.DWELL) & (kind != MoveKind.ARC)
+    short = (delta != 0).any(axis=1) & ~_moves_at_all(delta / 2) & (kind != MoveKind.DWELL) & ~curved
     if not short.any():
         return kept
     last = -1  # the last segment; row -1: the one before these

@@ -7,6 +7,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import wrap_angle
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
+from verne_post.toolpath.splines import spline_derivatives, spline_poses
 
 
 def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
@@ -16,7 +17,7 @@ def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
 
 
 def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """Tip and nominal angles at parameter u of segments (LINE and ARC).
+    """Tip and nominal angles at parameter u of segments (LINE, ARC and SPLINE).
 
     Parameters
     ----------
@@ -37,6 +38,10 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
     if len(path.arcs.sweep):
         curved = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
         poses[curved, :3] = arc_tip(path.arcs, path.arc[segment[curved]], u[curved])
+    if len(path.splines):
+        curved = np.flatnonzero(path.kind[segment] == SegmentKind.SPLINE)
+        poses[curved] = spline_poses(path.splines, path.spline[segment[curved]], u[curved])
+        poses[curved, 3:] += start[curved, 3:]
     if len(path.circles.angle):
         swung = np.flatnonzero(path.circle[segment] >= 0)
         poses[swung, 3:] = circle_angles(path, segment[swung], u[swung])
@@ -86,6 +91,10 @@ def pose_derivatives(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Ar
     if len(curved):
         row = path.arc[segment[curved]]
         first[curved, :3], second[curved, :3], third[curved, :3] = arc_derivatives(path.arcs, row, u[curved])
+    curved = np.flatnonzero(path.kind[segment] == SegmentKind.SPLINE)
+    if len(curved):
+        row = path.spline[segment[curved]]
+        first[curved], second[curved], third[curved] = spline_derivatives(path.splines, row, u[curved])
     swung = np.flatnonzero(path.circle[segment] >= 0)
     if len(swung):
         around = u[swung, None] + _OFFSETS

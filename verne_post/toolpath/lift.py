@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.toolpath.splines import lift_splines
 
 
 def lift_path(path: ToolPath, distance: float, *, along_tool: bool) -> ToolPath:
@@ -22,5 +23,5 @@ def lift_path(path: ToolPath, distance: float, *, along_tool: bool) -> ToolPath:
     up = np.array([0.0, 0.0, distance, 0.0, 0.0])
     return replace(
         path, start=path.start + up, end=path.end + up, first_pose=path.first_pose + up,
-        arcs=replace(path.arcs, center=path.arcs.center + up[:3]),
+        arcs=replace(path.arcs, center=path.arcs.center + up[:3]), splines=lift_splines(path.splines, up[:3]),
     )  # fmt: skip

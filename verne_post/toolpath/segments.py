@@ -13,8 +13,9 @@ from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MIN
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind
+from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind, SplineSegments
 from verne_post.toolpath.evaluate import arc_derivatives
+from verne_post.toolpath.splines import make_spline_segments, place_pieces, spline_derivatives, turn_pieces
 
 Rows = NDArray[np.intp]
 
@@ -62,7 +63,7 @@ class Segments:
     ----------
     columns : dict
         Columns of a ToolPath (n,) by name, but for the sections.
-    arcs, circles : ArcSegments, GreatCircles
+    arcs, splines, circles : ArcSegments, SplineSegments, GreatCircles
         Those of these segments.
     continues : ndarray of bool, shape (n,)
         The segment continues the one before without a stop.
@@ -70,17 +71,19 @@ class Segments:
 
     columns: dict[str, NDArray[Any]]
     arcs: ArcSegments
+    splines: SplineSegments
     circles: GreatCircles
     continues: Mask
 
     def without_first(self) -> "Segments":
-        """All but the first."""
+        """All but the first; the table of splines keeps what only that one has."""
         arc, circle = self.columns["arc"], self.columns["circle"]
         arcs, circles = int(arc[0] >= 0), int(circle[0] >= 0)
         rest = {name: column[1:] for name, column in self.columns.items()}
         return Segments(
             rest | {"arc": arc[1:] - arcs, "circle": circle[1:] - circles},
             ArcSegments(**{name: column[arcs:] for name, column in vars(self.arcs).items()}),
+            self.splines,
             GreatCircles(**{name: column[circles:] for name, column in vars(self.circles).items()}),
             self.continues[1:],
         )
@@ -92,7 +95,7 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     Raises
     ------
     InputError
-        VP007, as :func:`~verne_post.toolpath.build.build_path`.
+        VP007 and VP031, as :func:`~verne_post.toolpath.build.build_path`.
     """
     moves, row = placed.moves, placed.row
     curved = np.flatnonzero(moves.kind[row] == MoveKind.ARC)
@@ -101,14 +104,23 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     arc[curved] = np.arange(len(curved))
     kind = np.full(len(row), SegmentKind.LINE, dtype=np.int8)
     kind[curved] = SegmentKind.ARC
+    splined = np.flatnonzero(moves.kind[row] == MoveKind.SPLINE)
+    pieces = turn_pieces(place_pieces(moves, row[splined], coordinates), placed.start[splined], placed.end[splined])
+    splines = make_spline_segments(pieces, moves.line[row[splined]])
+    spline = np.full(len(row), -1, dtype=np.int32)
+    spline[splined] = np.arange(len(splined))
+    kind[splined] = SegmentKind.SPLINE
     free = np.isfinite(moves.tool_axis[row, 0])
     circle, circles = _find_great_circles(placed, free, orientation)
     delta = placed.end - placed.start
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[curved] = _measure_arcs(arcs)
+    tip_length[splined] = splines.length
     angle = np.linalg.norm(delta[:, 3:], axis=1)
     axis_angle = angle.copy()
     axis_angle[circle >= 0] = circles.angle
+    length = np.hypot(tip_length, ROTARY_METRIC_MM * angle)
+    length[splined] = splines.length  # so that one length counts for neighbouring pieces, however the table turns
     columns = {
         "line": moves.line[row],
         "kind": kind,
@@ -116,14 +128,15 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
         "end": placed.end,
         "tool_length": placed.tool_length,
         "feed_time": _find_feed_times(moves, row, tip_length, axis_angle),
-        "length": np.hypot(tip_length, ROTARY_METRIC_MM * angle),
+        "length": length,
         "arc": arc,
+        "spline": spline,
         "circle": circle,
         "free": free,
         "joint": np.full(len(row), -1, dtype=np.int32),
         "move": row,
     }
-    return Segments(columns, arcs, circles, _find_continuations(placed, columns, arcs))
+    return Segments(columns, arcs, splines, circles, _find_continuations(placed, columns, arcs, splines))
 
 
 def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tuple[NDArray[np.int32], GreatCircles]:
@@ -207,24 +220,30 @@ def _find_feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -
     return np.where(moves.kind[row] == MoveKind.RAPID, 0.0, SECONDS_PER_MINUTE * distance / feed)
 
 
-def _find_continuations(placed: PlacedMoves, columns: dict[str, NDArray[Any]], arcs: ArcSegments) -> Mask:
-    """Which segments (n,) continue the one before without a stop: in shape, in rotation per length and in feed."""
+def _find_continuations(
+    placed: PlacedMoves, columns: dict[str, NDArray[Any]], arcs: ArcSegments, splines: SplineSegments
+) -> Mask:
+    """Which segments (n,) continue the one before without a stop: in shape, in rotation per length and in feed.
+
+    Beside splines the third derivative may differ: a spline of degree 3 has no more between its own pieces.
+    """
     continues = np.zeros(len(placed), dtype=bool)
     if len(placed) < 2:
         return continues
     moves, row, start, end = placed.moves, placed.row, placed.start, placed.end
     kind, length, circle, tool = (columns[name] for name in ("kind", "length", "circle", "tool_length"))
     slope = (end - start) / length[:, None]
+    slope[:, 3:] *= ROTARY_METRIC_MM
     jump = slope[1:] - slope[:-1]
-    curved = kind == SegmentKind.ARC
-    beside_arc = np.flatnonzero(curved[1:] | curved[:-1])  # segments with an arc on one side of the corner at their end
-    leaving, arriving = (_differentiate_tip(slope, columns, arcs, beside_arc + k, u) for k, u in ((1, 0.0), (0, 1.0)))
-    tip_jump = leaving - arriving
-    jump[beside_arc, :3] = tip_jump[:, 0]
-    jump[:, 3:] *= ROTARY_METRIC_MM
     smooth = np.asarray((np.abs(jump) < CONTINUATION).all(axis=1))
-    smooth[beside_arc] &= (np.abs(tip_jump[:, 1:]) < CONTINUATION).all(axis=(1, 2))
-    same_kind = (kind[1:] == kind[:-1]) & (circle[1:] < 0) & (circle[:-1] < 0)
+    curved, splined = kind == SegmentKind.ARC, kind == SegmentKind.SPLINE
+    # segments with an arc or a spline on one side of the corner at their end
+    beside = np.flatnonzero((curved | splined)[1:] | (curved | splined)[:-1])
+    leaving, arriving = (_differentiate(slope, columns, arcs, splines, beside + k, u) for k, u in ((1, 0.0), (0, 1.0)))
+    fits = np.asarray((np.abs(leaving - arriving) < CONTINUATION).all(axis=2))
+    smooth[beside] = fits[:, :2].all(axis=1) & (fits[:, 2] | (splined[beside] | splined[beside + 1]))
+    same_kind = (kind[1:] == kind[:-1]) | splined[1:] | splined[:-1]
+    same_kind &= (circle[1:] < 0) & (circle[:-1] < 0)
     pace = columns["feed_time"] / length
     same_pace = np.abs(pace[1:] - pace[:-1]) <= CONTINUATION * pace[1:]
     exact_stop = np.array([control.mode == PathMode.EXACT_STOP for control in moves.controls])[moves.control[row]]
@@ -233,15 +252,19 @@ def _find_continuations(placed: PlacedMoves, columns: dict[str, NDArray[Any]], a
     return continues
 
 
-def _differentiate_tip(
-    slope: Array, columns: dict[str, NDArray[Any]], arcs: ArcSegments, segment: Rows, u: float
+def _differentiate(
+    slope: Array, columns: dict[str, NDArray[Any]], arcs: ArcSegments, splines: SplineSegments, segment: Rows, u: float
 ) -> Array:
-    """First to third derivative (m, 3, 3) of the tip by metric length at parameter u of segments (m,)."""
-    arc, length = columns["arc"], columns["length"]
-    derivatives = np.zeros((len(segment), 3, 3))
-    derivatives[:, 0] = slope[segment, :3]
-    curved = np.flatnonzero(arc[segment] >= 0)
-    at = np.full(len(curved), u)
-    for order, derivative in enumerate(arc_derivatives(arcs, arc[segment[curved]], at), start=1):
-        derivatives[curved, order - 1] = derivative / length[segment[curved], None] ** order
+    """First to third derivative (m, 3, 5) of tip and angles by metric length at parameter u of segments (m,), in mm."""
+    derivatives = np.zeros((len(segment), 3, 5))
+    derivatives[:, 0] = slope[segment]
+    for name, width in (("arc", 3), ("spline", 5)):
+        curved = np.flatnonzero(columns[name][segment] >= 0)
+        row, length = columns[name][segment[curved]], columns["length"][segment[curved], None]
+        at = np.full(len(curved), u)
+        by_u = arc_derivatives(arcs, row, at) if name == "arc" else spline_derivatives(splines, row, at)
+        for order, derivative in enumerate(by_u, start=1):
+            derivatives[curved, order - 1, :width] = derivative / length**order
+        if name == "spline":
+            derivatives[curved, :, 3:] *= ROTARY_METRIC_MM
     return derivatives

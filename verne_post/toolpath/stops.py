@@ -30,7 +30,7 @@ def insert_stops(
     rows = {name: np.insert(getattr(moves, name), at, getattr(moves, name)[at - 1], axis=0) for name in MOVE_COLUMNS}
     new = at + np.arange(len(at))
     rows["line"][new] = [line for _before, line in stops]
-    rows["kind"][new], rows["feed"][new], rows["arc"][new] = MoveKind.DWELL, STOP_SECONDS, -1
+    rows["kind"][new], rows["feed"][new], rows["arc"][new], rows["spline"][new] = MoveKind.DWELL, STOP_SECONDS, -1, -1
     events = tuple(
         replace(event, before=event.before + int(np.searchsorted(at, event.before, side="left")))
         for event in moves.events

@@ -110,6 +110,8 @@ def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Pla
         tied &= np.abs(here - there).max(axis=1, initial=0.0) < TIED
     kept = rows[tied & (path.kind[rows] != SegmentKind.JOINT)]
     swept = np.where(path.arc[kept] >= 0, np.abs(path.arcs.sweep[path.arc[kept]]) if len(path.arcs.sweep) else 0.0, 0.0)
+    splined = np.flatnonzero(path.spline[kept] >= 0)
+    swept[splined] = path.splines.turn[path.spline[kept[splined]]]
     turn = np.abs(path.end[kept, 3:] - path.start[kept, 3:]).sum(axis=1)
     wanted = np.max([path.length[kept] / STEP_MM, turn / STEP_ANGLE, 4 * swept], axis=0)
     parts = np.clip(np.ceil(wanted), 1, MOST_POINTS).astype(int)

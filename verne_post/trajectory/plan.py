@@ -94,8 +94,9 @@ class ContourSection:
         self.joints, self.first, self.cycle = joints, first, cycle
         contour = joints.contour
         self.breaks = running_sums(contour.length[first:last])
-        turned = Growing(float)  # by arcs, over each element, rad
-        for begin, end in blocks(last, first) if len(contour.path.arcs.sweep) else ():
+        turned = Growing(float)  # by curves, over each element, rad
+        curves = len(contour.path.arcs.sweep) + len(contour.path.splines)
+        for begin, end in blocks(last, first) if curves else ():
             turned.extend(turn_rate(contour, np.arange(begin, end)) * contour.length[begin:end])
         self.turned = running_sums(turned.column())
 

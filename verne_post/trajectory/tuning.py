@@ -227,6 +227,9 @@ JUMP_SHARE: Final = 0.9
 
 #: Largest turn of an arc from row to row, rad: at half a turn nobody could tell the sense of it.
 MOST_TURN: Final = 0.42 * 2 * np.pi
+#: A radian of a spline counts as so many of an arc. A spline may turn anywhere between two rows, and by 1.75 rad at most for
+#: its length to stay below 1.6 of the step, as that of an arc of half a turn does.
+SPLINE_TURN: Final = 1.5
 #: The path between two rows is no farther from the straight step between them than this share of the step, or of the step
 #: before where that is longer. Half way between two rows of even speed nothing is farther than half a step from both.
 BULGE: Final = 0.45

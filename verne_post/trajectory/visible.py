@@ -27,12 +27,14 @@ LEAST: Final = 0.5 * np.array([[PATH_TIP_MM], [PATH_AXIS_DEG * RAD_PER_DEG]])
 
 
 def turn_rate(contour: Contour, element: Ints) -> Array:
-    """Rad by which arcs turn in a mm of s on elements (n,); 0 on straight segments."""
+    """Rad by which curves turn in a mm of s on elements (n,), splines at the most; 0 on straight segments."""
     path, segment = contour.path, contour.segment[element]
     arc = path.arc[segment]
     result = np.zeros(len(segment))
     curved = np.flatnonzero(arc >= 0)
     result[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
+    splined = np.flatnonzero(path.spline[segment] >= 0)
+    result[splined] = tuning.SPLINE_TURN * path.splines.bend[path.spline[segment[splined]]]
     return result
 
 

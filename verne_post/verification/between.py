@@ -81,7 +81,7 @@ class BetweenRowsCheck:
     def _places(self, row: Ints, segment: Ints, part: Array) -> tuple[Ints, Ints, Array]:
         """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
         path = self.reference.path
-        straight = (path.arc[segment] < 0) & (path.circle[segment] < 0)
+        straight = (path.arc[segment] < 0) & (path.spline[segment] < 0) & (path.circle[segment] < 0)
         last = np.diff(row, append=-1) != 0
         touch, within = ragged(np.where(straight, ~last, len(_PLACES)))
         share = np.where(straight[touch], _PLACES[-1], np.array(_PLACES)[within])

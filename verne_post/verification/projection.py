@@ -1,4 +1,4 @@
-"""Where on its programmed segment a measured pose is, and how far off: closed-form projections.
+"""Where on its programmed segment a measured pose is, and how far off: projections, in closed form but for splines.
 
 The evaluation of the segments is independent of the tool path's, so that an error there shows as a deviation.
 """
@@ -12,6 +12,14 @@ from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.poses import JointPoses
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
+from verne_post.verification.splines import (
+    MeasuredSplines,
+    lengths_at,
+    measure_splines,
+    parameters_at,
+    project,
+    spline_points,
+)
 
 #: Weight of a radian against a millimetre in the projection.
 RADIAN_MM: Final = 50.0
@@ -53,7 +61,10 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, 
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         u[arc] = _arc_u(path, segment[arc], measured.select(arc), _first_rows(arc, fresh), u_before)
-    on_circle = np.flatnonzero(path.circle[segment] >= 0)
+    spline = np.flatnonzero(path.spline[segment] >= 0)
+    if len(spline):
+        u[spline] = _spline_u(path, segment[spline], measured.select(spline), _first_rows(spline, fresh), u_before)
+    on_circle = np.flatnonzero((path.circle[segment] >= 0) & (path.spline[segment] < 0))
     if len(on_circle):
         axis = tool_axis(measured.angles[on_circle])
         u[on_circle] = _great_circle_u(path, segment[on_circle], measured.tip[on_circle], axis)
@@ -107,6 +118,19 @@ def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_bef
     return u
 
 
+def _measure(path: ToolPath, segment: Ints) -> tuple[MeasuredSplines, Ints]:
+    """The splines among segments (n,), measured, and the piece of each."""
+    pieces, piece = np.unique(path.spline[segment], return_inverse=True)
+    return measure_splines(path.splines.pieces.select(pieces), RADIAN_MM), piece
+
+
+def _spline_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
+    """As :func:`unwrapped_u`, on splines."""
+    splines, piece = _measure(path, segment)
+    pose = np.concatenate([measured.tip, measured.angles - path.start[segment, 3:]], axis=1)
+    return project(splines, piece, pose, fresh, u_before, RADIAN_MM)
+
+
 def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array) -> Array:
     """Nearest u on straight segments whose tool axis follows a great circle."""
     start, delta = path.start[segment, :3], path.end[segment, :3] - path.start[segment, :3]
@@ -134,6 +158,10 @@ def metric_lengths(path: ToolPath) -> Array:
     length = np.where(path.kind == SegmentKind.JOINT, 0.0, path.length)
     arc = np.flatnonzero(path.arc >= 0)
     length[arc] = _arc_lengths(path, arc, np.ones(len(arc)))
+    spline = np.flatnonzero(path.spline >= 0)
+    if len(spline):
+        splines, piece = _measure(path, spline)
+        length[spline] = splines.total_metric(piece)
     on_circle = np.flatnonzero(path.circle >= 0)
     tip = row_norm(path.end[on_circle, :3] - path.start[on_circle, :3])
     length[on_circle] = np.hypot(tip, RADIAN_MM * _great_circle(path, on_circle)[2])
@@ -145,6 +173,13 @@ def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) ->
     length = u * metric_length[segment]
     arc = np.flatnonzero(path.arc[segment] >= 0)
     length[arc] = _arc_lengths(path, segment[arc], u[arc])
+    spline = np.flatnonzero(path.spline[segment] >= 0)
+    if len(spline):
+        splines, piece = _measure(path, segment[spline])
+        inside = np.clip(u[spline], 0.0, 1.0)
+        at = parameters_at(splines, piece, inside, RADIAN_MM)
+        beyond = (u[spline] - inside) * splines.total(piece)
+        length[spline] = lengths_at(splines, piece, at, RADIAN_MM)[1] + beyond
     return np.asarray(length)
 
 
@@ -168,6 +203,10 @@ def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     tip = row_norm(delta[:, :3])
     arc = np.flatnonzero(path.arc >= 0)
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
+    spline = np.flatnonzero(path.spline >= 0)
+    if len(spline):
+        splines, piece = _measure(path, spline)
+        tip[spline] = splines.total(piece)
     by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         tip_pace = np.where(by_tip, path.feed_time / tip, 0.0)
@@ -210,6 +249,14 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         tip[arc] = _arc_point(path.arcs, path.arc[segment[arc]], u[arc])[0]
+    spline = np.flatnonzero(path.spline[segment] >= 0)
+    if len(spline):
+        mine = segment[spline]
+        splines, piece = _measure(path, mine)
+        point = spline_points(
+            splines.pieces, piece, parameters_at(splines, piece, np.clip(u[spline], 0.0, 1.0), RADIAN_MM)
+        )
+        tip[spline], angles[spline] = point[:, :3], path.start[mine, 3:] + point[:, 3:]
     on_circle = np.flatnonzero(path.circle[segment] >= 0)
     if len(on_circle):
         angles[on_circle] = _great_circle_angles(path, segment[on_circle], u[on_circle])

@@ -18,7 +18,7 @@ from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
 from verne_post.gcode.frame_codes import whole
 from verne_post.gcode.initial_state import initial_state
-from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.nurbs_codes import NURBS, NurbsCodes
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, Feature, MoveKind, PathControl, PathMode
@@ -63,7 +63,7 @@ _LISTING: Final = re.compile(
 _HEADER_LINES: Final = 200
 _OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))", re.IGNORECASE)
 _OWN_CODES: Final = re.compile(
-    rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P))(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
+    rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
 
@@ -81,7 +81,7 @@ def _make_table() -> CodeTable:
     groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
     del groups["lathe diameter"], groups["spindle mode"]
     groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
-    groups["motion"] = (0, 10, 20, 30, *_CYCLES)
+    groups["motion"] = (0, 10, 20, 30, NURBS, *_CYCLES)
     groups["arc distance"] = ()
     groups["tool length"] = (430, 434, 435, 490, *_TWINS)
     groups["cutter compensation"] = (400, 410, 420)
@@ -108,12 +108,14 @@ def _make_table() -> CodeTable:
             **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
         refused_m={29: "rigid tapping", 97: "local subprogram calls"},
-        words_of_g={**RS274.words_of_g, 430: "HD", _ADDITIONAL: "P", _PLANE: "IJK", 50: "P", 51: "PQR", 80: "P", 640: ""},
+        words_of_g={
+            **RS274.words_of_g, 430: "HD", _ADDITIONAL: "P", _PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "",
+        },
         words_of_m=RS274.words_of_m,
     )  # fmt: skip
 
 
-class FanucInterpreter(Interpreter):
+class FanucInterpreter(NurbsCodes):
     """The interpreter of RS274/NGC, which gets blocks in its words."""
 
     table: ClassVar[CodeTable] = _make_table()

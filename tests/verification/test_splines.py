@@ -1,0 +1,208 @@
+"""Splines from text to verified rows, and verification that sees what is wrong beside them."""
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import verne_post
+from verne_post import convert
+from verne_post.app.assemble import assemble
+from verne_post.app.verify import verify_setpoints
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
+from verne_post.model.setpoints import SetpointBlock
+from verne_post.model.splines import Splines
+from verne_post.output.rounding import choose_setpoint_format
+from verne_post.verification import splines
+
+MACHINES = {name: verne_post.load_machine(name) for name in ("verne", "serial")}
+RADIAN_MM = 50.0
+
+
+def options(**more):
+    return Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))}, **more)
+
+
+def program(body, mode="G61", feed=2000):
+    return f"%\nO1 (A)\nG21 G90 G94 G17 {mode}\nG0 X0 Y0 Z40 A0 C0\nF{feed}\n{body}M30\n%\n".encode()
+
+
+def nurbs(points, order=4, knots=None, weights=None):
+    """G6.2 through control points (n, 5): X Y Z A C, the first X0 Y0 Z40 A0 C0."""
+    n = len(points)
+    inner = np.arange(1, n - order + 1)
+    knots = np.concatenate([[0] * order, inner, [n - order + 1] * order]) if knots is None else knots
+    weights = np.ones(n) if weights is None else weights
+    words = ["X%.6f Y%.6f Z%.6f A%.6f C%.6f" % tuple(point) for point in points]
+    lines = [f"K{knots[k]:.6f} {words[k]} R{weights[k]:.6f}" for k in range(n)]
+    return f"G6.2 P{order} " + "\n".join([*lines, *(f"K{knot:.6f}" for knot in knots[n:])]) + "\n"
+
+
+def made(source, machine, **more):
+    result = convert(source, machine, options(**more))
+    assert result.ok, [item.message for item in result.findings]
+    return result
+
+
+def judge(values, line, source, machine, **more):
+    asked = assemble(source, machine, options(**more))
+    fmt = choose_setpoint_format(machine, asked.cycle, None, accept_rounding=False)
+    return verify_setpoints(asked, iter([SetpointBlock(0, values, line, fmt)]))
+
+
+WAVES = nurbs([(0, 0, 40, 0, 0), (10, 20, 41, -3, 5), (30, 25, 42, -8, 20), (50, 0, 44, -10, 30), (70, -20, 43, -8, 30),
+               (90, 0, 40, -5, 30)], weights=np.array([1, 1, 0.5, 2, 1, 1]))  # fmt: skip
+LOOP = nurbs([(0, 0, 40, 0, 0), (60, 40, 40, 0, 0), (-40, 40, 40, 0, 0), (20, 0, 40, 0, 0)])
+
+
+# --- verification measures by itself ----------------------------------------------------------------
+
+
+def test_nothing_of_planning_is_used():
+    tree = ast.parse(Path(splines.__file__).read_text("utf-8"))
+    imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert not any("bsplines" in name or "toolpath" in name for name in imported)
+    names = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    assert not names & {"controls", "parameter", "first_part", "turn", "bend"}  # what planning has derived
+
+
+def one(points, weights, knots, degree):
+    return Splines(np.array([degree], np.int32), np.array([0]), np.array([0]), np.array(points, float),
+                   np.array(weights, float), np.array(knots, float))  # fmt: skip
+
+
+def test_lengths_of_a_circle_and_a_parabola():
+    half = np.sqrt(0.5)
+    quarter = one([[3, 0, 0, 0, 0], [3, 3, 0, 0, 0], [0, 3, 0, 0, 0]], [1, half, 1], [0, 0, 2, 2], 2)
+    parabola = one([[0, 0, 0, 0, 0], [1, 0, 0, 0, 0], [2, 4, 0, 0, 0]], [1, 1, 1], [0, 0, 1, 1], 2)
+    first = np.zeros(1, int)
+    assert splines.measure_splines(quarter, RADIAN_MM).total(first)[0] == pytest.approx(1.5 * np.pi, rel=1e-11)
+    exact = np.sqrt(17.0) + np.arcsinh(4.0) / 4.0
+    assert splines.measure_splines(parabola, RADIAN_MM).total(first)[0] == pytest.approx(exact, rel=1e-11)
+
+
+def test_shares_of_length_and_back():
+    measured = splines.measure_splines(one([[0, 0, 0, 0, 0], [1, 8, 0, 0.1, 0], [4, -5, 2, 0.2, 1], [9, 0, 0, 0, 1.5]],
+                                           [1, 2, 0.3, 1], [0, 0.2, 1, 1.5, 1.5, 2], 3), RADIAN_MM)  # fmt: skip
+    u = np.linspace(-0.05, 1.05, 45)
+    piece = np.zeros(len(u), int)
+    at = splines.parameters_at(measured, piece, np.clip(u, 0, 1), RADIAN_MM)
+    point, slope = splines.spline_slopes(measured.pieces, piece, at)
+    point += (
+        (u - np.clip(u, 0, 1))[:, None]
+        * measured.total(piece)[:, None]
+        * (slope / np.linalg.norm(slope[:, :3], axis=1, keepdims=True))
+    )
+    fresh = np.zeros(len(u), bool)
+    fresh[0] = True
+    np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM), u, atol=1e-9)
+
+
+def test_a_crossing_is_passed_both_times():
+    """At the crossing of a loop both places are equally near: the row before decides."""
+    measured = splines.measure_splines(one([[0, 0, 0, 0, 0], [60, 40, 0, 0, 0], [-40, 40, 0, 0, 0], [20, 0, 0, 0, 0]],
+                                           [1] * 4, [0, 0, 0, 1, 1, 1], 3), RADIAN_MM)  # fmt: skip
+    u = np.linspace(0.0, 1.0, 5001)
+    piece = np.zeros(len(u), int)
+    point = splines.spline_points(measured.pieces, piece, splines.parameters_at(measured, piece, u, RADIAN_MM))
+    fresh = np.zeros(len(u), bool)
+    fresh[0] = True
+    np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM), u, atol=1e-9)
+
+
+# --- rows ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("mode", ["G61", "G64"])
+def test_rows_are_verified_and_on_the_curve(name, mode):
+    result = made(program(WAVES + "G1 X95\n", mode), MACHINES[name])
+    source = program(WAVES + "G1 X95\n", mode)
+    verdict = judge(result.setpoints.values, result.setpoints.line, source, MACHINES[name])
+    assert verdict.feed_ratio == pytest.approx(1.0, abs=1e-3)
+    if mode == "G61":
+        assert verdict.tip_deviation_mm < 1e-5
+
+
+@pytest.mark.parametrize("cycle", [0.0005, 0.02, 0.1, 0.5])
+def test_cycles_of_any_length(cycle):
+    """At half a second a loop takes a handful of rows, which must still tell of it."""
+    made(program(LOOP, feed=20_000), MACHINES["verne"], cycle=cycle)
+
+
+def test_moved_rows_and_rows_left_out_are_refused():
+    source, machine = program(WAVES), MACHINES["verne"]
+    rows = made(source, machine).setpoints
+    assert not judge(rows.values, rows.line, source, machine).findings
+    n = len(rows.values)
+    for column, shift in ((0, 0.004), (3, 0.002), (4, 0.003)):
+        moved = rows.values.copy()
+        moved[:, column] += shift * np.sin(np.linspace(0.0, np.pi, n)) ** 4  # as smooth as the motion
+        assert any(item.code == "VP411" for item in judge(moved, rows.line, source, machine).findings), column
+    kept = np.r_[0 : n // 2, n // 2 + 40 : n]
+    assert judge(rows.values[kept], rows.line[kept], source, machine).findings
+
+
+@pytest.mark.parametrize(
+    "other", [WAVES.replace("R2.0", "R2.01"), WAVES.replace("X50.0", "X50.05"), WAVES.replace("C20.0", "C20.1")]
+)
+def test_rows_of_another_curve_are_refused(other):
+    machine = MACHINES["verne"]
+    rows = made(program(other), machine).setpoints
+    assert any(item.code == "VP411" for item in judge(rows.values, rows.line, program(WAVES), machine).findings)
+
+
+def test_rows_of_another_feed_are_refused():
+    machine = MACHINES["verne"]
+    rows = made(program(WAVES, feed=2010), machine).setpoints
+    assert any(item.code == "VP404" for item in judge(rows.values, rows.line, program(WAVES), machine).findings)
+
+
+def test_a_circle_of_weights_takes_the_time_of_the_arc():
+    """Exactly the same tip path and feed: the rows take the same time to a cycle or two."""
+    half = np.sqrt(0.5)
+    corners = [(0, 0), (10, 0), (10, 10), (10, 20), (0, 20), (-10, 20), (-10, 10), (-10, 0), (0, 0)]
+    circle = nurbs([(x, y, 40, 0, 0) for x, y in corners], 3, np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4.0]),
+                   np.array([1, half] * 4 + [1]))  # fmt: skip
+    machine = MACHINES["serial"]
+    spline, arc = (made(program(body), machine).setpoints for body in (circle, "G3 X0 Y0 J10\n"))
+    assert len(spline.values) == pytest.approx(len(arc.values), rel=0.02)
+
+
+def test_degree_one_is_straight_moves_to_the_last_digit():
+    points = [(0, 0, 40, 0, 0), (10, 5, 41, -2, 5), (20, -5, 42, -3, 9)]
+    machine = MACHINES["verne"]
+    spline = made(program(nurbs(points, 2)), machine).setpoints
+    lines = made(program("".join("G1 X%g Y%g Z%g A%g C%g\n" % point for point in points[1:])), machine).setpoints
+    np.testing.assert_array_equal(spline.values, lines.values)
+
+
+@settings(max_examples=12)
+@given(seed=st.integers(0, 1_000_000), order=st.integers(3, 4), power=st.floats(-1.0, 1.0), name=st.sampled_from(sorted(MACHINES)),
+       mode=st.sampled_from(["G61", "G64"]))  # fmt: skip
+def test_random_splines_under_random_limits(seed, order, power, name, mode):
+    """Control points, knots, weights and limits by chance: what is made is verified."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(order, 12))
+    points = np.zeros((n, 5))
+    points[:, :2] = np.cumsum(rng.normal(size=(n, 2)) * 6.0, axis=0)
+    points[:, 2] = 40.0 + rng.normal(size=n)
+    points[:, 3] = -np.abs(np.cumsum(rng.normal(size=n)))
+    points[:, 4] = np.cumsum(rng.normal(size=n) * 4.0)
+    points[0] = [0, 0, 40, 0, 0]
+    inner = np.cumsum(rng.uniform(0.2, 2.0, n - order + 1))
+    knots = np.concatenate([np.zeros(order), inner, [inner[-1]] * (order - 1)])
+    weights = np.exp(0.5 * rng.normal(size=n))
+    machine = MACHINES[name]
+    limits = machine.limits
+    factor = 10.0**power
+    machine = replace(machine, cycle=0.004, limits=replace(
+        limits, velocity=limits.velocity * factor, acceleration=limits.acceleration * factor, jerk=limits.jerk * factor
+    ))  # fmt: skip
+    result = convert(program(nurbs(points, order, knots, weights), mode), machine, options())
+    assert result.ok or {item.code for item in result.findings} <= {"VP101", "VP102", "VP210"}, result.findings

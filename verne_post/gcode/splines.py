@@ -1,0 +1,208 @@
+"""B-splines of programs: what makes them curves, and the pieces that are recorded.
+
+A B-spline is cut at its knots. Each piece is one motion, of the source line of its last control point: that block has
+completed what the piece needs. What cannot be followed along exactly is refused; nothing is replaced by chords.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends
+from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.gcode.block import BlockError
+from verne_post.model.splines import Splines
+
+#: A higher degree than any control has; the basis of a piece is evaluated by its degree.
+MAX_DEGREE: Final = 15
+_ROTARY: Final = [3, 4, 5]
+
+
+@dataclass(frozen=True)
+class BSpline:
+    """A rational B-spline in program coordinates, n control points.
+
+    Attributes
+    ----------
+    degree : int
+        1 and more: the order less one.
+    points : sequence of 9 floats each
+        mm and degrees; the first is where the tool is.
+    weights : sequence of float
+    knots : sequence of float
+        n + degree + 1, never falling; ``degree`` equal ones at least at both ends, beside the very first and the very last.
+    lines : sequence of int
+        Source line of each control point.
+    """
+
+    degree: int
+    points: Sequence[Sequence[float]]
+    weights: Sequence[float]
+    knots: Sequence[float]
+    lines: Sequence[int]
+
+
+@dataclass
+class SplineDraft:
+    """A spline whose control points are being read, block by block.
+
+    Attributes
+    ----------
+    code : int
+        The code that has begun it.
+    line : int
+    order : int
+    points : list of 9 floats each
+    weights, knots : list of float
+    lines : list of int
+        Of each control point.
+    """
+
+    code: int
+    line: int
+    order: int
+    points: list[list[float]] = field(default_factory=list)
+    weights: list[float] = field(default_factory=list)
+    knots: list[float] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+
+    def add(self, point: list[float], weight: float, line: int) -> None:
+        """Add a control point."""
+        self.points.append(point)
+        self.weights.append(weight)
+        self.lines.append(line)
+
+
+@dataclass(frozen=True, eq=False)
+class CutSpline:
+    """The motions (m,) that follow a B-spline.
+
+    Attributes
+    ----------
+    pieces : Splines
+    line : list of int
+    end : list of 9 floats each
+    straight : ndarray of bool, shape (m,)
+        The piece is a straight move, however its parameter runs.
+    length : float
+        Of the tip, mm.
+    """
+
+    pieces: Splines
+    line: list[int]
+    end: list[list[float]]
+    straight: Mask
+    length: float
+
+
+def uniform_knots(count: int, degree: int) -> list[float]:
+    """Knots of a B-spline with evenly spaced ones that begins and ends at its control points (``count`` of them)."""
+    inner = count - degree
+    return [float(min(max(k - degree, 0), inner)) for k in range(count + degree + 1)]
+
+
+def cut_spline(spline: BSpline) -> CutSpline:
+    """Cut a B-spline into the motions that follow it.
+
+    Raises
+    ------
+    BlockError
+        VP031, with the line where that is known.
+    """
+    _check(spline)
+    degree, knots = spline.degree, np.array(spline.knots, dtype=float)
+    all_points, all_weights = np.array(spline.points, dtype=float), np.array(spline.weights, dtype=float)
+    last = np.arange(degree, len(all_points))
+    last = last[knots[last] < knots[last + 1]]  # of the control points that a piece depends on
+    owner = last[:, None] + np.arange(-degree, 1)
+    knot = last[:, None] + np.arange(1 - degree, degree + 1)
+    kept = np.array([not _stands(spline, all_points[rows]) for rows in owner], dtype=bool)
+    last, owner, knot = last[kept], owner[kept], knot[kept]
+    if not len(last):
+        raise BlockError("VP031", "all control points of the spline are one place", None, spline.lines[0])
+    points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
+    controls = bezier_controls(points - points[:, :1], weights, knots)
+    parts = find_even_parts(controls, 3)
+    straight = ~parts.regular | (degree == 1)
+    for piece in np.flatnonzero(straight).tolist():
+        if not _is_straight(points[piece]):
+            raise _refuse_singular(points[piece], spline.lines[int(last[piece])])
+    length = np.where(straight, np.linalg.norm(points[:, -1, :3] - points[:, 0, :3], axis=1), parts.length)
+    ends = piece_ends(points, weights, knots)
+    n = len(last)
+    pieces = Splines(
+        np.full(n, degree, dtype=np.int32), (degree + 1) * np.arange(n), 2 * degree * np.arange(n),
+        points.reshape(-1, points.shape[2]), weights.ravel(), knots.ravel(),
+    )  # fmt: skip
+    return CutSpline(pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, float(length.sum()))
+
+
+def _check(spline: BSpline) -> None:
+    """Numbers of control points, weights and knots that make a curve."""
+    degree, n, line = spline.degree, len(spline.points), spline.lines[0] if spline.lines else None
+    if not 1 <= degree <= MAX_DEGREE:
+        raise BlockError("VP031", f"a spline of degree {degree}; it is 1 to {MAX_DEGREE}", None, line)
+    if n <= degree:
+        text = f"{n} control points make no spline of degree {degree}; it needs {degree + 1} at least, the place where it begins included"
+        raise BlockError("VP031", text, None, line)
+    for weight, of_line in zip(spline.weights, spline.lines, strict=True):
+        if not (weight > 0 and np.isfinite(weight)):
+            raise BlockError("VP031", f"the weight {weight:g} of a control point; weights are positive", None, of_line)
+    knots = spline.knots
+    if len(knots) != n + degree + 1:
+        text = f"{len(knots)} knots for {n} control points of degree {degree}; expected {n + degree + 1}"
+        raise BlockError("VP031", text, None, line)
+    for k, (before, after) in enumerate(pairwise(knots)):
+        if not after >= before:
+            of_line = spline.lines[min(k + 1, n - 1)]
+            raise BlockError("VP031", f"the knot {after:g} comes after {before:g}; knots do not fall", None, of_line)
+    if knots[degree] == knots[n]:
+        raise BlockError(
+            "VP031", f"all knots are {knots[0]:g}; between the first and the last they must rise", None, line
+        )
+    if knots[1] != knots[degree] or knots[n] != knots[n + degree - 1]:
+        text = "the spline does not begin at its first control point and end at its last: the first and the last "
+        raise BlockError("VP031", f"{text}{degree + 1} knots must be equal each", None, line)
+    for k in range(1, n):
+        if knots[k] == knots[k + degree]:
+            text = f"the knot {knots[k]:g} stands {degree + 1} times beside the first and the last, which tears the curve; at most {degree} are possible"
+            raise BlockError("VP031", text, None, spline.lines[min(k + degree, n - 1)])
+
+
+def _stands(spline: BSpline, points: Array) -> bool:
+    """Whether a piece is one place; it must not turn the table there."""
+    away = np.abs(points - points[0]).max(axis=0)
+    if away[[0, 1, 2, 6, 7, 8]].max() > ZERO_LENGTH_MM:
+        return False
+    if away[_ROTARY].max() > DEG_PER_RAD * ZERO_ANGLE:
+        text = f"the control points near {_name_place(points[0])} turn the rotary axes and move no linear axis; write G1 for that"
+        raise BlockError("VP031", text, None, spline.lines[0])
+    return True
+
+
+def _is_straight(points: Array) -> bool:
+    """Whether control points (m, 9) stand on a straight line in the order in which they come."""
+    span = points[-1] - points[0]
+    square = float(span @ span)
+    if square == 0.0:
+        return False
+    share = (points - points[0]) @ span / square
+    aside = np.abs(points - points[0] - share[:, None] * span).max()
+    return bool(aside <= STRAIGHT_MM and (np.diff(share) >= 0).all() and np.linalg.norm(span[:3]) > ZERO_LENGTH_MM)
+
+
+def _refuse_singular(points: Array, line: int) -> BlockError:
+    text = (
+        f"the spline stops or turns back at a point between {_name_place(points[0])} and {_name_place(points[-1])}: it has no "
+        "direction there. Control points that coincide, or a loop that closes, do that"
+    )
+    return BlockError("VP031", text, None, line)
+
+
+def _name_place(point: Array) -> str:
+    return " ".join(f"{letter}{value:.6g}" for letter, value in zip("XYZ", point, strict=False))

@@ -1,0 +1,255 @@
+"""Splines as verification sees them: de Boor's algorithm on control points and knots, and lengths by quadrature.
+
+Nothing of what planning has derived from a spline is used, only its control points, weights and knots.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.model.splines import Splines
+
+#: Gauss-Legendre nodes of a panel, from 0 to 1, and their weights.
+_NODES, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(8))
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+#: A piece is measured in so many panels, and in twice as many until its length changes by no more than this share.
+_PANELS, _MOST_PANELS = 4, 4096
+_SETTLED: Final = 1e-9
+#: Newton steps to the parameter at a length: the speed hardly changes within a panel.
+_STEPS: Final = 5
+#: Rows are looked at so many at a time: each is compared with all panels of its piece.
+_ROWS: Final = 1024
+#: Nearest places of one row that are refined, steps of each at most, and the step (a share of the piece) after which the
+#: next would be nothing: they square the error.
+_CANDIDATES, _REFINEMENTS, _REFINED = 3, 12, 1e-7
+#: Places of one curve that are this near to being equally far from a row (mm) are told apart by the row before.
+_EQUALLY_FAR_MM: Final = 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredSplines:
+    """Some pieces of B-splines (m,), measured along.
+
+    Attributes
+    ----------
+    pieces : Splines
+        Tip (mm) and turn of the angles since the start (rad).
+    first : ndarray of int64, shape (m + 1,)
+        First row of each piece in what follows; a piece has one row more than panels.
+    at : ndarray, shape (r,)
+        Parameter of the B-spline.
+    length, metric : ndarray, shape (r,)
+        Length from the start of the piece to there: of the tip, and of tip and angles together, mm.
+    pose : ndarray, shape (r, 5)
+    """
+
+    pieces: Splines
+    first: Ints
+    at: Array
+    length: Array
+    metric: Array
+    pose: Array
+
+    def total(self, piece: Ints) -> Array:
+        """Length of the tip (n,) over pieces (n,), mm."""
+        return self.length[self.first[piece + 1] - 1]
+
+    def total_metric(self, piece: Ints) -> Array:
+        """Length of tip and angles (n,) over pieces (n,), mm."""
+        return self.metric[self.first[piece + 1] - 1]
+
+
+def measure_splines(pieces: Splines, radian_mm: float) -> MeasuredSplines:
+    """Measure pieces; a radian of the angles counts for so many mm of their metric length."""
+    panels = np.zeros(len(pieces), dtype=np.int64)
+    lengths: list[tuple[Ints, Array]] = []  # of pieces, over each of their panels
+    left, count = np.arange(len(pieces)), _PANELS
+    coarse = _measure_panels(pieces, left, count, radian_mm)
+    while len(left):
+        count *= 2
+        fine = _measure_panels(pieces, left, count, radian_mm)
+        total = fine[0].sum(axis=1)
+        settled = (np.abs(coarse[0].sum(axis=1) - total) <= _SETTLED * total) | (count >= _MOST_PANELS)
+        lengths.append((left[settled], fine[:, settled]))
+        panels[left[settled]] = count
+        left, coarse = left[~settled], fine[:, ~settled]
+    first = np.append(0, np.cumsum(panels + 1))
+    sums = np.zeros((2, int(first[-1])))
+    for piece, parts in lengths:
+        rows = first[piece][:, None] + np.arange(1, parts.shape[2] + 1)
+        sums[:, rows] = np.cumsum(parts, axis=2)
+    owner, place = ragged(panels + 1)
+    low, high = _ends(pieces, owner)
+    at = low + (high - low) * (place / panels[owner])
+    return MeasuredSplines(pieces, first, at, sums[0], sums[1], spline_points(pieces, owner, at))
+
+
+def _ends(pieces: Splines, piece: Ints) -> tuple[Array, Array]:
+    """Knots (n,) between which pieces (n,) run."""
+    middle = pieces.first_knot[piece] + pieces.degree[piece]
+    return pieces.knots[middle - 1], pieces.knots[middle]
+
+
+def _measure_panels(pieces: Splines, piece: Ints, count: int, radian_mm: float) -> Array:
+    """Lengths (2, n, count) over the panels of pieces (n,): of the tip, and of tip and angles together."""
+    low, high = _ends(pieces, piece)
+    width = ((high - low) / count)[:, None]
+    at = (low[:, None] + np.arange(count) * width)[:, :, None] + _NODES * width[:, :, None]
+    many = np.repeat(piece, count * len(_NODES))
+    slope = spline_slopes(pieces, many, at.ravel())[1].reshape(*at.shape, 5)
+    speed, turn = np.linalg.norm(slope[..., :3], axis=3), radian_mm * np.linalg.norm(slope[..., 3:], axis=3)
+    return np.stack([speed @ _WEIGHTS, np.hypot(speed, turn) @ _WEIGHTS]) * width
+
+
+# --- evaluation ------------------------------------------------------------------------------
+
+
+def spline_points(pieces: Splines, piece: Ints, at: Array) -> Array:
+    """Poses (n, 5) of pieces (n,) at parameters (n,) of the B-spline."""
+    return spline_slopes(pieces, piece, at)[0]
+
+
+def spline_slopes(pieces: Splines, piece: Ints, at: Array) -> tuple[Array, Array]:
+    """Poses (n, 5) as :func:`spline_points`, and their derivatives by the parameter.
+
+    De Boor's triangle runs in homogeneous coordinates down to its last two points, whose difference is the derivative.
+    """
+    point, slope = np.empty((len(piece), 5)), np.empty((len(piece), 5))
+    for degree, where in pieces.by_degree(piece):
+        points, weights, knots = pieces.of_degree(piece[where], degree)
+        x = at[where, None]
+        origin = points[:, :1]
+        row = np.concatenate([(points - origin) * weights[:, :, None], weights[:, :, None]], axis=2)
+        for level in range(1, degree):
+            row = _climb(row, x, knots, level, degree)
+        begin, end = knots[:, degree - 1], knots[:, degree]
+        rise = degree * (row[:, 1] - row[:, 0]) / (end - begin)[:, None]
+        top = _climb(row, x, knots, degree, degree)[:, 0]
+        weight = top[:, -1:]
+        here = top[:, :-1] / weight
+        point[where] = here + origin[:, 0]
+        slope[where] = (rise[:, :-1] - rise[:, -1:] * here) / weight
+    return point, slope
+
+
+def _climb(row: Array, x: Array, knots: Array, level: int, degree: int) -> Array:
+    """One level of de Boor's triangle: (n, j, k) -> (n, j - 1, k)."""
+    begin, end = knots[:, level - 1 : degree], knots[:, degree : 2 * degree - level + 1]
+    share = ((x - begin) / (end - begin))[:, :, None]
+    return np.asarray((1.0 - share) * row[:, :-1] + share * row[:, 1:])
+
+
+def lengths_at(splines: MeasuredSplines, piece: Ints, at: Array, radian_mm: float) -> tuple[Array, Array]:
+    """Lengths (n,) from the start of pieces (n,) to parameters (n,): of the tip, and of tip and angles together, mm."""
+    low, high = _ends(splines.pieces, piece)
+    panels = splines.first[piece + 1] - splines.first[piece] - 1
+    panel = np.clip(((at - low) / (high - low) * panels).astype(int), 0, panels - 1)
+    row = splines.first[piece] + panel
+    width = at - splines.at[row]
+    inner = splines.at[row][:, None] + _NODES * width[:, None]
+    slope = spline_slopes(splines.pieces, np.repeat(piece, len(_NODES)), inner.ravel())[1].reshape(*inner.shape, 5)
+    speed, turn = np.linalg.norm(slope[..., :3], axis=2), radian_mm * np.linalg.norm(slope[..., 3:], axis=2)
+    return splines.length[row] + speed @ _WEIGHTS * width, splines.metric[row] + np.hypot(
+        speed, turn
+    ) @ _WEIGHTS * width
+
+
+def parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_mm: float) -> Array:
+    """Parameters (n,) of pieces (n,) at shares u (n,) of the length of the tip, 0 to 1."""
+    result = np.empty(len(u))
+    low, high = _ends(splines.pieces, piece)
+    for begin in range(0, len(u), _ROWS):
+        some = slice(begin, begin + _ROWS)
+        mine, wanted = piece[some], u[some] * splines.total(piece[some])
+        row = _find_panel(splines, mine, wanted)
+        before, after = splines.length[row], splines.length[row + 1]
+        share = np.clip((wanted - before) / np.maximum(after - before, np.finfo(float).tiny), 0.0, 1.0)
+        at = splines.at[row] + share * (splines.at[row + 1] - splines.at[row])
+        for _ in range(_STEPS):
+            slope = spline_slopes(splines.pieces, mine, at)[1]
+            missing = wanted - lengths_at(splines, mine, at, radian_mm)[0]
+            at = np.clip(at + missing / row_norm(slope[:, :3]), low[some], high[some])
+        result[some] = at
+    return result
+
+
+def _find_panel(splines: MeasuredSplines, piece: Ints, length: Array) -> Ints:
+    """Row of the panel of pieces (n,) in which a length (n,) of the tip is reached."""
+    first, last = splines.first[piece], splines.first[piece + 1] - 2
+    while (last > first).any():  # bisection
+        middle = (first + last + 1) // 2
+        beyond = splines.length[middle] > length
+        first, last = np.where(beyond, first, middle), np.where(beyond, middle - 1, last)
+    return np.asarray(first)
+
+
+# --- projection ------------------------------------------------------------------------------
+
+
+def project(
+    splines: MeasuredSplines, piece: Ints, pose: Array, fresh: Mask, u_before: float, radian_mm: float
+) -> Array:
+    """Share u (n,) of the length of the tip at the places of pieces (n,) that are nearest to poses (n, 5).
+
+    Beyond both ends the curve goes on straight. Where a curve comes near itself, the place counts that goes on from the row
+    before; ``fresh`` (n,) marks first rows of a segment, and ``u_before`` is that of the row before the first.
+    """
+    weight = np.array([1.0, 1.0, 1.0, radian_mm, radian_mm])
+    u, away = np.zeros((len(piece), _CANDIDATES)), np.full((len(piece), _CANDIDATES), np.inf)
+    for begin in range(0, len(piece), _ROWS):
+        some = slice(begin, begin + _ROWS)
+        at, local = _find_candidates(splines, piece[some], pose[some], weight)
+        rows, place = np.nonzero(local)
+        found = _refine(splines, piece[some][rows], pose[some][rows], at[rows, place], weight, radian_mm)
+        u[begin + rows, place], away[begin + rows, place] = found
+    best = np.argmin(away, axis=1)
+    result = u[np.arange(len(u)), best]
+    several = (away <= away.min(axis=1, keepdims=True) + _EQUALLY_FAR_MM) & (np.abs(u - result[:, None]) > _SETTLED)
+    for row in np.flatnonzero(several.any(axis=1)).tolist():
+        before = (u_before if row == 0 else result[row - 1]) if not fresh[row] else 0.0
+        near = np.flatnonzero(away[row] <= away[row].min() + _EQUALLY_FAR_MM)
+        result[row] = u[row, near[np.argmin(np.abs(u[row, near] - before))]]
+    return result
+
+
+def _find_candidates(splines: MeasuredSplines, piece: Ints, pose: Array, weight: Array) -> tuple[Array, Mask]:
+    """Parameters (n, candidates) near the places of pieces (n,) that are locally nearest to poses (n, 5), and which are."""
+    count = splines.first[piece + 1] - splines.first[piece]
+    owner, place = ragged(count)
+    row = splines.first[piece][owner] + place
+    away = row_norm((splines.pose[row] - pose[owner]) * weight)
+    before, after = np.append(np.inf, away[:-1]), np.append(away[1:], np.inf)
+    local = ((place == 0) | (away <= before)) & ((place == count[owner] - 1) | (away < after))
+    # the nearest local minima of every row; each has one at least
+    order = np.lexsort((np.where(local, away, np.inf), owner))
+    begin = np.cumsum(count) - count
+    chosen = order[begin[:, None] + np.minimum(np.arange(_CANDIDATES), count[:, None] - 1)]
+    return splines.at[row[chosen]], local[chosen]
+
+
+def _refine(
+    splines: MeasuredSplines, piece: Ints, pose: Array, at: Array, weight: Array, radian_mm: float
+) -> tuple[Array, Array]:
+    """Shares u and distances (n,) of the nearest places of pieces (n,) near parameters (n,)."""
+    low, high = _ends(splines.pieces, piece)
+    for _ in range(_REFINEMENTS):  # Gauss-Newton
+        point, slope = spline_slopes(splines.pieces, piece, at)
+        off, slope = (pose - point) * weight, slope * weight
+        better = np.clip(at + np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1), low, high)
+        at, step = better, np.abs(better - at) / (high - low)
+        if step.max(initial=0.0) < _REFINED:
+            break
+    point, slope = spline_slopes(splines.pieces, piece, at)
+    total = splines.total(piece)
+    u = lengths_at(splines, piece, at, radian_mm)[0] / total
+    # beyond an end along the direction that the curve has there
+    off, slope = (pose - point) * weight, slope * weight
+    along = np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1)
+    ahead = np.where(at >= high, np.maximum(along, 0.0), np.where(at <= low, np.minimum(along, 0.0), 0.0))
+    u += ahead * row_norm(slope[:, :3]) / np.maximum(total, ZERO_LENGTH_MM)
+    return u, row_norm(off - ahead[:, None] * slope)
