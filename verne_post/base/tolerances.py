@@ -105,6 +105,9 @@ EVEN_PARAMETER: Final = 2e-13
 WHOLE_NUMBER: Final = 1e-4
 #: A canned cycle drills where the tool points: 1 - cosine of the angle between them (0.08 degrees; angles with two decimals).
 DRILL_TILT: Final = 1e-6
+#: Without tool-centre-point control the tip goes on a curve of the workpiece while the table turns; straight pieces of it
+#: are this near to it (mm): half the tolerance at corners.
+ROTARY_CHORD_MM: Final = 0.005
 #: A table that stands closer to A 0 and C 0 than this (deg) is not turned: half the last of four decimals.
 UPRIGHT_DEG: Final = 5e-5
 #: Cutter compensation: directions that differ by less than this (rad) continue each other without a corner.

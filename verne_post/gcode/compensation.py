@@ -52,6 +52,9 @@ class Compensation:
         End of the segment as programmed, nine axes.
     line : int
         Source line of the segment.
+    perpendicular : bool
+        The entry move ends beside the start of the first segment of the contour, however long it is; else beside its
+        own end.
     """
 
     code: int
@@ -61,6 +64,7 @@ class Compensation:
     rows: list[int] = field(default_factory=list)
     corner: list[float] = field(default_factory=list)
     line: int = 0
+    perpendicular: bool = False
 
     # --- the three things that may come ---------------------------------------------------------
 
@@ -70,11 +74,13 @@ class Compensation:
         p, q = (start[u], start[v]), (end[u], end[v])
         length = math.dist(p, q)
         if length == 0.0:
+            if self.segment is None and self.perpendicular:
+                self._begin(Offset(p, p, (1.0, 0.0), entry=True))
             return self._point_at(end, self.segment.end if self.segment else p)
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
         target = self._beside(q, t)
         if self.segment is None:
-            if length <= abs(self.radius):
+            if length <= abs(self.radius) and not self.perpendicular:
                 raise BlockError(
                     "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
                     f"radius, {abs(self.radius):.4f} mm",
@@ -126,6 +132,10 @@ class Compensation:
         """Settle the corner between the last segment and one that leaves in direction t2; returns where that starts."""
         segment = self.segment
         assert segment is not None
+        if segment.entry and self.perpendicular:
+            target = self._beside(corner, t2)
+            self._end_at(recorder, target)
+            return target
         t1 = segment.direction
         cross, dot = t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1]
         turn = math.atan2(cross, dot)
@@ -162,11 +172,11 @@ class Compensation:
             return corner[0] + share * (n1[0] + n2[0]), corner[1] + share * (n1[1] + n2[1])
         if segment.center is None:
             assert center is not None
-            meetings = _line_and_circle(line1, center, radius)
+            meetings = line_and_circle(line1, center, radius)
         elif center is None:
-            meetings = _line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
+            meetings = line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
         else:
-            meetings = _two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
+            meetings = two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
         if not meetings:
             raise self._gouge_error()
         return min(meetings, key=lambda point: math.dist(point, corner))
@@ -186,6 +196,10 @@ class Compensation:
             if (taken - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
                 raise self._gouge_error()
             sweep = math.degrees(-segment.sense * min(taken, segment.sweep))
+        self._end_at(recorder, end, sweep)
+
+    def _end_at(self, recorder: Recorder, end: Point, sweep: float | None = None) -> None:
+        """Let what has been recorded of the last segment end elsewhere; an arc turns so many degrees more."""
         u, v, *_ = PLANES[self.plane]
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
@@ -230,7 +244,8 @@ def _angle(start: Point, end: Point, center: Point, sense: int) -> float:
     return (sense * (last - first)) % _FULL
 
 
-def _line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:
+def line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:
+    """Points that a line (a point and a unit direction) and a circle share."""
     (u, v), (du, dv) = line
     wu, wv = u - center[0], v - center[1]
     half = wu * du + wv * dv
@@ -241,7 +256,8 @@ def _line_and_circle(line: tuple[Point, Point], center: Point, radius: float) ->
     return [(u + s * du, v + s * dv) for s in (-half - root, -half + root)]
 
 
-def _two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
+def two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
+    """Points that two circles share."""
     distance = math.dist(c1, c2)
     if not abs(r1 - r2) - CORNER_REACH_MM <= distance <= r1 + r2 + CORNER_REACH_MM or distance == 0.0:
         return []

@@ -261,6 +261,13 @@ class MotionCodes(MachineCodes):
             arc = center_arc(start, end, state.plane, clockwise, offsets, state.absolute_centers, turns - 1, tolerance)
         else:
             raise BlockError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+        self._record_arc(block.line, start, end, arc, self._named_axes(block), absolute=state.absolute)
+
+    def _record_arc(
+        self, line: int, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool
+    ) -> None:
+        """Record an arc; under cutter compensation beside it."""
+        state = self.state
         if not state.arc_may_follow:
             raise BlockError(
                 "VP026", "the move after the end of cutter compensation (G40) must be straight, not an arc"
@@ -270,11 +277,11 @@ class MotionCodes(MachineCodes):
             self._check_compensated(start, end)
             target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
         feed = self._feed_of((arc_length(arc, start, end), True))
-        self.recorder.add(state, block.line, MoveKind.ARC, target, feed, arc)
+        self.recorder.add(state, line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:
-            state.compensation.settle(self.recorder.count - 1, block.line, end)
+            state.compensation.settle(self.recorder.count - 1, line, end)
             state.centre = target
-        self._arrive(end, self._named_axes(block), absolute=state.absolute)
+        self._arrive(end, axes, absolute=absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
 

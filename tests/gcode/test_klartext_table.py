@@ -1,0 +1,124 @@
+"""docs/heidenhain.md: every example of its tables is executed, without effect, or refused, as the table says."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from verne_post.app.assemble import machine_setup
+from verne_post.gcode.read import interpret_program
+from verne_post.model.findings import InputError
+from verne_post.model.options import Options
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "heidenhain.md"
+BEFORE = """BEGIN PGM TABLE MM
+TOOL CALL 1 Z S1000 F700
+L X+1 Y+2 Z+30 A+0 C+0 R0 FMAX M3
+CC X+0 Y+0
+CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=99 Q202=5 Q210=0 Q203=0 Q204=9 Q211=0
+L X+20 Y+0 F500""".splitlines()
+AFTER = """L X+60 Y+7
+L X+70 Y+30 R0
+L Z+40 FMAX
+M30
+END PGM TABLE MM""".splitlines()
+
+
+def rows(title):
+    """Words and statements of the examples of one table."""
+    section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
+    found = []
+    for line in section.splitlines():
+        cells = re.split(r"(?<!\\)\|", line)
+        if len(cells) == 5 and "---" not in line and "`" in cells[2]:
+            words, example, _why = (cell.strip().replace("\\|", "|") for cell in cells[1:4])
+            found.append(pytest.param(example.strip("`").split(" / "), id=words))
+    return found
+
+
+@pytest.fixture(scope="module")
+def outcome(machine, tool):
+    """Everything that a program does, as comparable values, and its findings."""
+    options = Options(
+        tools={1: tool(1, 80.0, 8.0), 2: tool(2, 60.0, 6.0)}, subroutines={"other": b"L X+44 FMAX\nEND PGM OTHER MM"},
+        dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
+    )  # fmt: skip
+
+    def run(statements):
+        text = "\n".join([*BEFORE, *statements, *AFTER]).encode()
+        try:
+            moves = interpret_program(text, machine_setup(machine, options))
+        except InputError as error:
+            return None, error.findings
+        shown = [
+            np.round(column, 9).tolist()
+            for column in (moves.kind, moves.end, np.nan_to_num(moves.feed), moves.feed_mode, moves.spindle, np.nan_to_num(moves.vector))
+        ]
+        frames = [moves.frames[index] for index in moves.frame]
+        controls = [moves.controls[index] for index in moves.control]
+        arcs = [np.round(column, 9).tolist() for column in (moves.arcs.center, moves.arcs.sweep)]
+        events = [(event.kind, event.before, event.data) for event in moves.events]
+        return (shown, frames, controls, arcs, events), ()
+
+    return run
+
+
+@pytest.mark.parametrize("example", rows("Executed"))
+def test_executed(outcome, example):
+    done, findings = outcome(example)
+    assert findings == ()
+    plain, _none = outcome([])
+    assert done != plain
+    without_first, _findings = outcome(example[1:])
+    assert done != without_first
+
+
+@pytest.mark.parametrize("example", rows("Without effect"))
+def test_without_effect(outcome, example):
+    done, findings = outcome(example)
+    assert findings == ()
+    assert done == outcome([])[0]
+
+
+@pytest.mark.parametrize("example", rows("Refused"))
+def test_refused(outcome, example):
+    done, findings = outcome(example)
+    assert done is None
+    first = findings[0]
+    assert len(BEFORE) < first.line <= len(BEFORE) + len(example)
+    assert first.code in {"VP002", "VP006", "VP007", "VP012", "VP017", "VP026", "VP027"}
+    words = re.findall(r"[A-Z0-9+]{2,}|\d+", example[first.line - len(BEFORE) - 1])
+    assert any(word in first.message for word in words), first.message
+
+
+def test_the_tables_name_every_function_and_cycle():
+    """No number of an M function or cycle that the code knows is missing in the page."""
+    from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS, REFUSED_CYCLES
+    from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
+    from verne_post.gcode.klartext.settings import SETTINGS
+
+    def numbers(title, pattern):
+        section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
+        found = set()
+        for cells in (line.split("|") for line in section.splitlines() if line.startswith("| ") and "---" not in line):
+            for first, last in re.findall(pattern, cells[1]):
+                found |= set(range(int(first), int(last or first) + 1))
+        return found
+
+    functions = r"M(\d+)(?: to M(\d+))?"
+    assert numbers("Executed", functions) == {*AT_BEGIN, *AT_END, *OWN}
+    assert numbers("Without effect", functions) == set(WITHOUT_EFFECT)
+    assert numbers("Refused", functions) == set(REFUSED)
+    cycles = r"(?<![\w.=])(\d+)(?: to (\d+))?(?!\.?\d)"
+
+    def cycle_numbers(title):
+        section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
+        found = set()
+        for cells in (line.split("|") for line in section.splitlines() if line.startswith("| cycle")):
+            for first, last in re.findall(cycles, cells[1]):
+                found |= set(range(int(first), int(last or first) + 1))
+        return found
+
+    assert cycle_numbers("Executed") == {*MACHINING, *PATTERNS, *SETTINGS}
+    assert set(REFUSED_CYCLES) <= cycle_numbers("Refused")

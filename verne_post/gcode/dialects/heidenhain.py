@@ -1,0 +1,43 @@
+"""Heidenhain Klartext (iTNC 530, TNC 640): straight lines, circles, contours, planes, cycles, Q parameters.
+
+Each statement is executed on the interpreter's own state: the same frames, checks and moves as in any other program.
+docs/heidenhain.md lists the statements.
+"""
+
+import re
+from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.dialect import Dialect
+from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.klartext.flow import execute_klartext
+from verne_post.gcode.scan import whole_lines
+from verne_post.gcode.setup import Setup
+
+_HEADER: Final = re.compile(rb"(?:[ \t\r]*(?:;[^\n]*)?\n)*[ \t]*\d*[ \t]*BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE)
+_COMMENT: Final = re.compile(rb";[^\n]*")
+_VALUE: Final = rb"[ \t]*[+-]?[ \t]*(?:[0-9.,]|Q[LR]?[0-9])"
+#: What gives A and C a position without naming them.
+_TURNS: Final = re.compile(rb"PLANE|CYCL[ \t]+DEF[ \t]+19|(?<![A-Z])LN[ \t]")
+#: What gives X and Y a position without naming them.
+_PLACES: Final = re.compile(rb"(?<![A-Z])I?P[RA][ \t]*[+-]?[0-9Q.,]|CYCL[ \t]+DEF[ \t]+22[01]")
+
+
+def _recognise(source: Text) -> bool:
+    """BEGIN PGM is the first statement."""
+    return _HEADER.match(source[: 1 << 16]) is not None
+
+
+def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
+    """True when the letter with a value stands anywhere outside comments: it may give the axis a position."""
+    sought = re.compile(rb"(?<![A-Z])I?" + letter.encode() + _VALUE)
+    other = _TURNS if letter in "AC" else _PLACES if letter in "XY" else None
+    for whole in (source, *setup.subroutines.values()):
+        for part in whole_lines(whole):
+            text = _COMMENT.sub(b"", part).upper()
+            if sought.search(text) or (other is not None and other.search(text)):
+                return True
+    return False
+
+
+DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, execute_klartext, _names_axis)

@@ -1,0 +1,112 @@
+"""Definitions of cycles: CYCL DEF lines -> numbers, and which Q parameters each machining cycle needs."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
+from verne_post.gcode.klartext.statements import Statement
+
+#: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
+FMAX_VALUE: Final = 99_999.0
+_PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUTO|AUTO|FU|FZ))(?![A-Z0-9])")
+_HEAD: Final = re.compile(r"[ \t]*(\d+)(?:\.(\d+))?(?![\d.])")
+
+_HOLE: Final = (200, 201, 203, 204)
+#: Machining cycles: parameters that they need, and those with a default (parameter -> value).
+MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
+    200: ((*_HOLE, 206, 202, 210), {211: 0.0, 395: 0.0}),
+    201: ((*_HOLE, 206, 211, 208), {}),
+    202: ((*_HOLE, 206, 211, 208, 214), {336: 0.0, 357: 0.2}),
+    203: ((*_HOLE, 206, 202, 210, 212, 213, 205, 211, 208, 256), {395: 0.0}),
+    204: ((200, 203, 204, 249, 250, 251, 252, 253, 254, 255, 214), {336: 0.0}),
+    205: ((*_HOLE, 206, 202, 212, 205, 258, 259, 257, 256, 211), {379: 0.0, 253: 750.0, 208: FMAX_VALUE, 395: 0.0}),
+    206: ((*_HOLE, 206, 211), {}),
+    208: ((*_HOLE, 206, 334, 335), {342: 0.0, 351: 1.0, 370: 0.0}),
+    240: ((200, 343, 201, 344, 206, 211, 203, 204), {}),
+}  # fmt: skip
+#: Patterns, which run the cycle that is defined at once.
+PATTERNS: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
+    220: ((216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), {365: 0.0}),
+    221: ((225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301), {}),
+}
+REFUSED_CYCLES: Final = {
+    1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",
+    3: "slot milling of older controls", 4: "pocket milling of older controls", 5: "circular pocket of older controls",
+    6: "rough-out of older controls", 12: "program call as a cycle; write CALL PGM", 14: "contour geometry of SL cycles",
+    15: "SL cycle", 16: "SL cycle", 17: "rigid tapping: setpoints here do not turn the spindle", 18: "thread cutting",
+    **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), "SL cycles"),
+    26: "axis-specific scaling: circles would become ellipses", **dict.fromkeys((27, 28, 29, 39), "cylinder surface"),
+    30: "3-D data from files", 207: "rigid tapping: setpoints here do not turn the spindle",
+    209: "rigid tapping: setpoints here do not turn the spindle", 225: "engraving", 230: "multipass milling",
+    231: "ruled surface", 232: "face milling", 233: "face milling", 239: "weighs the workpiece", 241: "single-lip deep-hole drilling",
+    251: "rectangular pocket", 252: "circular pocket", 253: "slot", 254: "circular slot", 256: "rectangular stud",
+    257: "circular stud", 258: "polygon stud", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling"),
+    **dict.fromkeys(range(400, 500), "touch probe"), **dict.fromkeys(range(800, 900), "turning and gear cycles"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Head:
+    """CYCL DEF 7.1: number of the cycle, of its line (None for cycles of Q parameters), and what follows."""
+
+    number: int
+    part: int | None
+    rest: str
+    at: int
+
+
+def read_head(statement: Statement) -> Head:
+    """The number after CYCL DEF."""
+    match = _HEAD.match(statement.rest)
+    if match is None:
+        raise statement.error("VP001", "CYCL DEF needs the number of the cycle", 0)
+    part = None if match.group(2) is None else int(match.group(2)[:3])
+    return Head(int(match.group(1)[:6]), part, statement.rest[match.end() :], match.end())
+
+
+def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_feed: float) -> dict[int, float]:
+    """Q parameters of a definition: ``Q200=+2``; MAX and AUTO as feed rates.
+
+    Raises
+    ------
+    BlockError
+        For what is no parameter; the name of the cycle comes first and may be any text.
+    """
+    values: dict[int, float] = {}
+    first = re.search(r"(?:^|[ \t])Q\d+[ \t]*=", head.rest)
+    at = first.start() if first is not None else len(head.rest)
+    text = head.rest
+    while at < len(text) and text[at:].strip():
+        at += len(text[at:]) - len(text[at:].lstrip())
+        match = _PARAMETER.match(text, at)
+        if match is None:
+            raise statement.error("VP001", f"CYCL DEF {head.number}: {text[at:][:20]!r} is not of the form Q200=2")
+        number, value, word = int(match.group(1)[:6]), match.group(2), match.group(3)
+        if number in values:
+            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} stands twice")
+        if word in ("FU", "FZ"):
+            raise statement.error(
+                "VP002", f"CYCL DEF {head.number}: Q{number}={word}: feed rates of cycles are in mm/min"
+            )
+        if word in ("AUTO", "FAUTO"):
+            if not auto_feed:
+                raise statement.error("VP009", f"CYCL DEF {head.number}: Q{number}=AUTO, and TOOL CALL has given no F")
+            values[number] = auto_feed
+        else:
+            values[number] = FMAX_VALUE if word else read_value(value, numbers)
+        at = match.end()
+    return values
+
+
+def complete(
+    statement: Statement, number: int, given: dict[int, float], needs: tuple[int, ...], defaults: dict[int, float]
+) -> dict[int, float]:
+    """The parameters of a cycle, with defaults; refuses missing ones and those that it does not have."""
+    for name in given:
+        if name not in needs and name not in defaults:
+            raise statement.error("VP006", f"CYCL DEF {number}: Q{name} is not a parameter that is executed here")
+    for name in needs:
+        if name not in given:
+            raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}")
+    return {**defaults, **given}

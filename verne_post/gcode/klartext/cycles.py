@@ -1,0 +1,325 @@
+"""Machining cycles of Klartext, 200 to 208 and 240: the moves of one hole. Heights along Z of the input system."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from verne_post.base.tolerances import DRILL_TILT, ZERO_LENGTH_MM
+from verne_post.gcode.cycle_codes import MAX_PECKS
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.frame_codes import MAX_DWELL_S
+from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
+from verne_post.gcode.klartext.elements import make_arc
+from verne_post.gcode.klartext.planes import KlartextPlanes
+from verne_post.model.moves import MoveKind, PathControl, PathMode
+
+_Q = dict[int, float]
+#: Q214: direction in which a boring tool leaves the wall.
+_DIRECTIONS: Final = {0: (0.0, 0.0), 1: (-1.0, 0.0), 2: (0.0, -1.0), 3: (1.0, 0.0), 4: (0.0, 1.0)}
+
+
+class KlartextCycles(KlartextPlanes):
+    """Planes, and the moves of machining cycles."""
+
+    def run_hole(self, number: int, q: _Q) -> None:
+        """One hole at the present place.
+
+        Raises
+        ------
+        BlockError
+        """
+        state = self.state
+        self.check_nothing_waits("a cycle call")
+        self._refuse_compensation(f"cycle {number}")
+        self._require_known(self.block, [0, 1, 2], f"cycle {number}")
+        self._check_hole(number, q)
+        control, feed, mode = state.control, state.feed, state.feed_mode
+        if control.mode == PathMode.BLEND:
+            state.control = PathControl(PathMode.EXACT_PATH)
+        try:
+            HOLES[number](self, q)
+        finally:
+            state.control, state.feed, state.feed_mode = control, feed, mode
+        self.last_rapid = True
+
+    def _check_hole(self, number: int, q: _Q) -> None:
+        state = self.state
+        tool = self.setup.coordinates.tool_axis(state.position, state.frame)
+        if tool is not None and tool[2] < 1.0 - DRILL_TILT:
+            raise BlockError(
+                "VP017", f"cycle {number} drills along Z, but the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}): it "
+                "would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
+            )  # fmt: skip
+        for name in (200, 204, 258, 259):
+            if q.get(name, 0.0) < 0:
+                raise BlockError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
+        for name in (210, 211, 255):
+            if not 0 <= q.get(name, 0.0) <= MAX_DWELL_S:
+                raise BlockError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
+        if q.get(395):
+            raise BlockError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
+        if q.get(201, -1.0) > 0:
+            raise BlockError("VP007", f"Q201={q[201]:g}: a depth is negative, below Q203")
+
+    # --- moves in heights of the input system --------------------------------------------------------------
+
+    def _z(self, height: float) -> float:
+        """Input height as Z of the frame, mm."""
+        return height * float(self.factors[2]) * self._length(1.0)
+
+    def _to(self, height: float, feed: float) -> None:
+        """Along Z; a feed rate of 0 or MAX is rapid traverse."""
+        rapid = not 0 < feed < FMAX_VALUE
+        end = list(self.state.position)
+        end[2] = self._z(height)
+        self._go_straight(end, rapid, feed)
+
+    def _go_straight(self, end: list[float], rapid: bool, feed: float = 0.0) -> None:
+        kind = MoveKind.RAPID if rapid else MoveKind.FEED
+        if not rapid:
+            self.state.feed = self.feed_of_word(feed)
+            self._change_feed_mode_to_minutes()
+            self._check_feed(self.block, 10)
+        self._motion_start(kind, absolute=True, machine=False)
+        self._record(self.block.line, kind, end, [0, 1, 2], absolute=True)
+
+    def _change_feed_mode_to_minutes(self) -> None:
+        self._change_feed_mode(type(self.state.feed_mode).PER_MINUTE)
+
+    def _start_height(self, q: _Q) -> tuple[float, float]:
+        """Rapid to the set-up clearance over the surface; returns it and the height of the surface."""
+        surface = q[203]
+        clear = surface + q[200]
+        self._to(clear, 0.0)
+        return clear, surface
+
+    def _leave(self, q: _Q, clear: float) -> None:
+        """To the second set-up clearance, where it lies higher."""
+        second = q[203] + q[204]
+        if second > clear:
+            self._to(second, 0.0)
+
+    def _wait(self, seconds: float) -> None:
+        if seconds:
+            self._record_dwell(self.block, seconds)
+
+    def _check_pecks(self, depth: float, step: float) -> None:
+        if step <= 0:
+            raise BlockError("VP007", f"Q202={step:g}: a plunging depth is greater than 0")
+        if depth / step > MAX_PECKS:
+            raise BlockError("VP007", f"more than {MAX_PECKS} pecks in one hole")
+
+    # --- cycles ------------------------------------------------------------------------------------------------
+
+    def _drill(self, q: _Q) -> None:
+        """200: pecks with full retract."""
+        clear, surface = self._start_height(q)
+        bottom, step = surface + q[201], q[202]
+        depth = surface
+        if q[201] < 0:
+            self._check_pecks(-q[201], step)
+            while depth - step > bottom + ZERO_LENGTH_MM:
+                depth -= step
+                self._to(depth, q[206])
+                self._to(clear, 0.0)
+                self._wait(q[210])
+                self._to(depth + q[200], 0.0)
+        if q[201] != 0:
+            self._to(bottom, q[206])
+            self._wait(q[211])
+        self._to(clear, 0.0)
+        self._leave(q, clear)
+
+    def _ream(self, q: _Q) -> None:
+        """201: back at Q208, or at Q206 where that is 0."""
+        clear, surface = self._start_height(q)
+        if q[201] != 0:
+            self._to(surface + q[201], q[206])
+            self._wait(q[211])
+            self._to(clear, q[208] or q[206])
+        self._leave(q, clear)
+
+    def _bore(self, q: _Q) -> None:
+        """202: orients the spindle at the bottom and leaves the wall by Q357, where Q214 says to which side."""
+        direction = _DIRECTIONS.get(int(q[214])) if q[214] == int(q[214]) else None
+        if direction is None:
+            raise BlockError("VP007", f"Q214={q[214]:g}: directions are 0 to 4")
+        self._need_spindle(202)
+        clear, surface = self._start_height(q)
+        self._to(surface + q[201], q[206])
+        self._wait(q[211])
+        backwards = self.state.spindle_reversed
+        self._stop_oriented(q[336])
+        hole = list(self.state.position)
+        self._beside(hole, direction, q[357])
+        self._to(clear, q[208] or q[206])
+        self._leave(q, clear)
+        back = list(self.state.position)
+        back[:2] = hole[:2]
+        if any(direction):
+            self._go_straight(back, rapid=True)
+        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+
+    def _beside(self, hole: list[float], direction: tuple[float, float], distance: float) -> None:
+        if any(direction):
+            end = list(self.state.position)
+            for axis in (0, 1):
+                end[axis] = hole[axis] + direction[axis] * distance * float(self.factors[axis]) * self._length(1.0)
+            self._go_straight(end, rapid=True)
+
+    def _need_spindle(self, number: int) -> None:
+        if not (self.state.spindle_on and self.state.spindle_speed > 0):
+            raise BlockError("VP017", f"cycle {number} needs a turning spindle; give S and M3 first")
+
+    def _stop_oriented(self, angle: float) -> None:
+        self._switch_spindle(self.block.line, on=False)
+        self.recorder.event(self.block.line, "orient", angle=angle)
+
+    def _drill_universal(self, q: _Q) -> None:
+        """203: chip breaks by Q256, a full retract after Q213 of them, plunges that get smaller by Q212."""
+        clear, surface = self._start_height(q)
+        bottom, step, depth, breaks = surface + q[201], q[202], surface, 0
+        if q[201] < 0:
+            self._check_pecks(-q[201], min(step, q[205]) if q[212] and q[205] > 0 else step)
+            while depth - step > bottom + ZERO_LENGTH_MM:
+                depth -= step
+                self._to(depth, q[206])
+                if breaks < q[213]:
+                    breaks += 1
+                    self._to(depth + q[256], 0.0)
+                else:
+                    breaks = 0
+                    self._to(clear, q[208] or q[206])
+                    self._wait(q[210])
+                    self._to(depth + q[200], 0.0)
+                step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
+        if q[201] != 0:
+            self._to(bottom, q[206])
+            self._wait(q[211])
+        self._to(clear, q[208] or q[206])
+        self._leave(q, clear)
+
+    def _bore_back(self, q: _Q) -> None:
+        """204: a counterbore from below."""
+        direction = _DIRECTIONS.get(int(q[214])) if q[214] == int(q[214]) else None
+        if direction is None or not any(direction):
+            raise BlockError("VP007", f"Q214={q[214]:g}: cycle 204 needs a direction, 1 to 4")
+        self._need_spindle(204)
+        clear, surface = self._start_height(q)
+        below = surface - q[250]
+        hole, backwards = list(self.state.position), self.state.spindle_reversed
+        self._stop_oriented(q[336])
+        self._beside(hole, direction, q[251])
+        self._to(below - q[200] - q[252], q[253])
+        centre = [*hole[:2], *self.state.position[2:]]
+        self._go_straight(centre, rapid=False, feed=q[253])
+        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+        self._to(below + q[249] - q[252], q[254])
+        self._wait(q[255])
+        self._to(below - q[200] - q[252], q[253])
+        self._stop_oriented(q[336])
+        self._beside(hole, direction, q[251])
+        self._to(clear, q[253])
+        self._leave(q, clear)
+        self._go_straight([*hole[:2], *self.state.position[2:]], rapid=True)
+        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+
+    def _peck_universal(self, q: _Q) -> None:
+        """205: pecks with chip breaks, advanced stop distances Q258 to Q259, a deeper start Q379."""
+        clear, surface = self._start_height(q)
+        bottom = surface + q[201]
+        depth = surface - abs(q[379])
+        if depth < surface:
+            self._to(depth + q[200], q[253])
+        step, total, broken = q[202], max(depth - bottom, 0.0), 0.0
+        if total > 0:
+            smallest = max(q[205], 0.0) if q[212] else step
+            self._check_pecks(total, min(step, smallest) or step)
+            count = max(math.ceil(total / step) - 1, 1)
+            done = 0
+            while depth - step > bottom + ZERO_LENGTH_MM:
+                depth -= step
+                broken += step
+                self._to(depth, q[206])
+                if q[257] > 0 and broken + ZERO_LENGTH_MM >= q[257]:
+                    self._to(depth + q[256], 0.0)
+                    broken = 0.0
+                else:
+                    stop = q[258] + (q[259] - q[258]) * min(done / count, 1.0)
+                    self._to(clear, q[208] or q[206])
+                    self._to(depth + stop, 0.0)
+                done += 1
+                step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
+        if q[201] != 0:
+            self._to(bottom, q[206])
+            self._wait(q[211])
+        self._to(clear, q[208] or q[206])
+        self._leave(q, clear)
+
+    def _tap(self, q: _Q) -> None:
+        """206: with a floating tap holder; the spindle turns back at the bottom."""
+        self._need_spindle(206)
+        clear, surface = self._start_height(q)
+        backwards = self.state.spindle_reversed
+        self._to(surface + q[201], q[206])
+        self._switch_spindle(self.block.line, on=True, backwards=not backwards)
+        self._wait(q[211])
+        self._to(clear, q[206])
+        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+        self._leave(q, clear)
+
+    def _mill_bore(self, q: _Q) -> None:
+        """208: a helix to the depth, one full circle there, back to the centre."""
+        if q[351] not in (1.0, -1.0):
+            raise BlockError("VP007", f"Q351={q[351]:g}: 1 for climb milling, -1 for up-cut")
+        radius = 0.5 * q[335] * self.unit - self.tool_radius()
+        if radius <= ZERO_LENGTH_MM or q[334] <= 0 or q[370]:
+            raise BlockError(
+                "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
+            )
+        clear, surface = self._start_height(q)
+        self._check_pecks(-q[201], q[334])
+        hole = (self.state.position[0], self.state.position[1])
+        sense = int(q[351]) * (-1 if self.flips else 1)
+        wall = (hole[0] + radius, hole[1])
+        self._arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[206])
+        depth, bottom = clear, surface + q[201]
+        turns = math.ceil((depth - bottom) / q[334] - 1e-9)
+        for turn in range(turns):
+            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[206])
+        self._arc(wall, hole, sense * 360.0, bottom, q[206])
+        self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[206])
+        self._to(clear, 0.0)
+        self._leave(q, clear)
+
+    def _arc(
+        self, place: tuple[float, float], center: tuple[float, float], sweep: float, height: float, feed: float
+    ) -> None:
+        self.state.feed = self.feed_of_word(feed)
+        self._change_feed_mode_to_minutes()
+        self._check_feed(self.block, 20)
+        start = list(self.state.position)
+        end = [place[0], place[1], self._z(height), *start[3:]]
+        self._record_arc(self.block.line, start, end, make_arc(start, 0, center, sweep), [0, 1, 2], absolute=True)
+
+    def _center(self, q: _Q) -> None:
+        """240: centring to a depth."""
+        if q[343]:
+            raise BlockError(
+                "VP002",
+                "cycle 240 with Q343=1 is not executed: the angle of the tool's point is not known; give the depth, Q343=0",
+            )
+        clear, surface = self._start_height(q)
+        if q[201] != 0:
+            self._to(surface + q[201], q[206])
+            self._wait(q[211])
+        self._to(clear, 0.0)
+        self._leave(q, clear)
+
+
+#: Moves of each machining cycle.
+HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
+    200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
+    204: KlartextCycles._bore_back, 205: KlartextCycles._peck_universal, 206: KlartextCycles._tap,
+    208: KlartextCycles._mill_bore, 240: KlartextCycles._center,
+}  # fmt: skip

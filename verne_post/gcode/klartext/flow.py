@@ -1,0 +1,244 @@
+"""The order in which the lines of a Klartext program are executed: labels, repeats, subprograms, and plain stretches."""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.gcode import plain
+from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.flow import MAX_DEPTH, MOVES_OF_BLOCK
+from verne_post.gcode.klartext.program import Jump, Klartext
+from verne_post.gcode.klartext.statements import KlartextText
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
+from verne_post.gcode.text import Chunk
+
+_A, _C = 3, 5
+#: Statements that a program may have after its end, but for subprograms: none is executed there.
+_NO_LINE: Final = 0
+
+
+@dataclass
+class _Call:
+    """One call: where it came from; ``program`` for CALL PGM; ``repeats`` counts what is left of each REP by its line."""
+
+    text: KlartextText
+    line: int
+    program: bool = False
+    shown: int | None = None
+    repeats: dict[int, int] = field(default_factory=dict)
+
+
+class KlartextFlow:
+    """Where a program goes on."""
+
+    def __init__(self, main: KlartextText, interpreter: Klartext) -> None:
+        self.main, self.interpreter = main, interpreter
+        self.text, self.line = main, 1
+        self.shown: int | None = None
+        self.ended = False
+        self._calls = [_Call(main, _NO_LINE)]
+        self._files: dict[str, KlartextText] = {}
+        self._reached: dict[KlartextText, int] = {}
+        self.repeated = 0
+
+    @property
+    def in_call(self) -> bool:
+        """True inside a subprogram."""
+        return len(self._calls) > 1
+
+    def count(self, text: KlartextText, first: int, last: int, moves: int) -> None:
+        """Count lines that have just been executed, if that was not for the first time.
+
+        Raises
+        ------
+        BlockError
+            VP024: more is repeated than is permitted.
+        """
+        seen = self._reached.get(text, 0)
+        if moves > MOVES_OF_BLOCK:
+            self.repeated += moves - MOVES_OF_BLOCK
+        if last > seen:
+            self._reached[text] = last
+        if first <= seen:
+            self.repeated += max(min(last, seen) - first + 1, moves)
+        if self.repeated > self.interpreter.setup.max_repeats:
+            raise BlockError(
+                "VP024", f"loops and calls have repeated {self.interpreter.setup.max_repeats} blocks and moves; if the program is meant to, "
+                "raise --max-repeats",
+            )  # fmt: skip
+
+    def follow(self, jump: Jump, line: int) -> None:
+        """Go where a statement of a line leads; ``self.line`` is already the next one.
+
+        Raises
+        ------
+        BlockError
+            VP023, VP024.
+        """
+        if jump.kind == "end":
+            if not self._leave_program():
+                self.ended = True
+        elif jump.kind == "return":
+            if self.in_call and not self._calls[-1].program:
+                self._leave()
+        elif jump.kind == "goto":
+            self.line = self._label(jump.name)
+        elif jump.kind == "call":
+            target = self._label(jump.name)
+            self._enter(_Call(self.text, self.line, shown=self.shown))
+            self.line = target
+        elif jump.kind == "repeat":
+            counters = self._calls[-1].repeats
+            left = counters.get(line, jump.repeats)
+            if left:
+                counters[line] = left - 1
+                self.line = self._label(jump.name)
+            else:
+                counters.pop(line, None)
+        else:
+            self._call_program(jump.name, line)
+
+    def _label(self, name: str) -> int:
+        labels = self.text.labels
+        if name not in labels:
+            raise BlockError("VP023", f"LBL {name} does not stand in the program")
+        return labels[name] + 1
+
+    def _enter(self, call: _Call) -> None:
+        if len(self._calls) > MAX_DEPTH:
+            raise BlockError("VP024", f"more than {MAX_DEPTH} calls inside each other")
+        self._calls.append(call)
+        if call.program:
+            self.interpreter.q.local.append({})
+
+    def _leave(self) -> None:
+        call = self._calls.pop()
+        self.text, self.line, self.shown = call.text, call.line, call.shown
+        if call.program:
+            self.interpreter.q.local.pop()
+
+    def _leave_program(self) -> bool:
+        """END PGM of a called program leads back; False in the program itself."""
+        while self.in_call:
+            was_program = self._calls[-1].program
+            self._leave()
+            if was_program:
+                return True
+        return False
+
+    def _call_program(self, name: str, line: int) -> None:
+        texts = self.interpreter.setup.subroutines
+        if name not in texts:
+            raise BlockError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
+        if name not in self._files:
+            self._files[name] = KlartextText(texts[name], self.interpreter.setup, name)
+        self._enter(_Call(self.text, self.line, program=True, shown=self.shown))
+        self.shown = self.shown or line
+        self.text, self.line = self._files[name], 1
+
+
+def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+    """Execute a Klartext program from its first line on, until it ends or a stop condition is met."""
+    execution = Execution(state, Recorder())
+    interpreter = Klartext(setup, state, execution.recorder)
+    main = KlartextText(source, setup)
+    flow = KlartextFlow(main, interpreter)
+    while not (interpreter.ended or flow.ended):
+        text, line = flow.text, flow.line
+        chunk = text.chunk(line)
+        if chunk is None:
+            what = (
+                f"the text ends inside a call{f' ({text.name})' if text.name else ''}"
+                if flow.in_call
+                else "the file ends"
+            )
+            execution.report_at_line("VP010", f"{what} without END PGM, M2 or M30", flow.shown or max(text.n_lines, 1))
+            break
+        in_main = text is main and not flow.in_call
+        if in_main and stop.before_line is not None and line >= stop.before_line and line == stop.before_line:
+            break
+        restart = may_restart(state) and interpreter.pending is None and interpreter.approach is None
+        try:
+            if not _execute_stretch(flow, chunk, stop):
+                _execute_statement(flow)
+            if in_main and stop.trace is not None:
+                last = flow.line if flow.text is main and not flow.in_call and flow.line > line else line + 1
+                stop.trace.add(line, last, may_restart=restart)
+        except BlockError as error:
+            if not execution.report(error, line, shown_line=flow.shown, file=text.name) or stop.first_error:
+                break
+        if stop.all_known and all_known(state, setup):
+            break
+        if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
+            break
+    return execution
+
+
+def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> bool:
+    """Execute a stretch of plain lines at once; False where there is none."""
+    interpreter, in_main = flow.interpreter, flow.text is flow.main
+    row = flow.line - chunk.first_line
+    last = chunk.ends[row]
+    if stop.after_line is not None and in_main and flow.line <= stop.after_line:
+        last = min(last, stop.after_line + 1 - chunk.first_line)
+    if stop.before_line is not None and in_main and flow.line < stop.before_line:
+        last = min(last, stop.before_line - chunk.first_line)
+    if last < chunk.ends[row] or last == len(chunk.ends) or flow.text.is_corner_next(chunk.first_line + last):
+        last -= 1  # RND or CHF may begin at its end
+    if (
+        last - row < plain.MIN_LINES
+        or not _is_ready(interpreter)
+        or not plain.is_ready(interpreter.state, chunk.lines, row)
+    ):
+        return False
+    if not interpreter.tcp or interpreter.along_vectors or any(interpreter.wraps.values()) or interpreter.shortest:
+        turns = (chunk.lines.row[row:last, [_A, _C]] >= row).any(axis=1)
+        if turns.any():
+            last = row + int(turns.argmax())
+    if last - row < plain.MIN_LINES:
+        return False
+    interpreter.block.line = flow.shown or flow.line
+    done = plain.execute(chunk.lines, row, last, interpreter, flow.shown)
+    if done > row:
+        first, flow.line = flow.line, flow.line + done - row
+        interpreter.last_rapid, interpreter.direction = bool(interpreter.state.motion == 0), None
+        flow.count(flow.text, first, flow.line - 1, 0)
+    return done > row
+
+
+def _is_ready(interpreter: Klartext) -> bool:
+    """True where plain lines are nothing but straight moves."""
+    return (
+        interpreter.pending is None
+        and interpreter.approach is None
+        and interpreter.side is None
+        and not interpreter.modal
+        and not interpreter.state.inch
+        and not interpreter.per_turn
+        and not interpreter.as_spatial
+        and bool((interpreter.factors == 1.0).all())
+        and (interpreter.tcp or interpreter.maps.tilt is None)
+    )
+
+
+def _execute_statement(flow: KlartextFlow) -> None:
+    text, line, interpreter = flow.text, flow.line, flow.interpreter
+    moves = interpreter.recorder.count
+    flow.line += 1
+    statement = text.statement(line)
+    assert statement is not None
+    flow.line = statement.last + 1
+    shown = flow.shown or line
+    if not (statement.deleted and interpreter.setup.block_delete):
+        following = flow.line
+        interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
+        if interpreter.jump is not None and not interpreter.ended:
+            if interpreter.jump.kind == "end":
+                interpreter.check_nothing_waits("END PGM")
+                if not flow.in_call:
+                    interpreter.recorder.event(shown, "end", code="END PGM")
+            flow.follow(interpreter.jump, line)
+    flow.count(text, line, line, interpreter.recorder.count - moves)

@@ -1,0 +1,197 @@
+"""Values of Klartext: numbers with point or comma, Q parameters, and formulas with their functions."""
+
+import math
+import re
+from collections.abc import Callable
+from typing import Final, Protocol
+
+from verne_post.gcode.expressions import MAX_NESTING, MAX_NUMBER, BlockError
+
+#: A number or a parameter with a sign, as words have it.
+VALUE: Final = r"[+-]?[ \t]*(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+)"
+_TOKEN: Final = re.compile(r"[ \t]*(\d+[.,]?\d*|[.,]\d+|Q[LRS]?\d+|[A-Z]+|[-+*/^()%])")
+_EQUAL: Final = 1e-9
+_FULL_TURN: Final = 360.0
+
+
+class Numbers(Protocol):
+    """Where Q parameters are looked up."""
+
+    def value(self, name: str) -> float:
+        """Value of Q1, QL1 or QR1; raises BlockError (VP025) for one that has none."""
+
+
+def _square_root(x: float) -> float:
+    if x < 0:
+        raise ValueError("SQRT of a negative number")
+    return math.sqrt(x)
+
+
+def _logarithm(x: float) -> float:
+    if x <= 0:
+        raise ValueError("LN or LOG of a number that is not positive")
+    return math.log(x)
+
+
+def _arc(function: Callable[[float], float]) -> Callable[[float], float]:
+    def compute(x: float) -> float:
+        if abs(x) > 1:
+            raise ValueError("ASIN or ACOS of a number beyond 1")
+        return math.degrees(function(x))
+
+    return compute
+
+
+_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
+    "SIN": lambda x: math.sin(math.radians(x)), "COS": lambda x: math.cos(math.radians(x)),
+    "TAN": lambda x: math.tan(math.radians(x)), "ASIN": _arc(math.asin), "ACOS": _arc(math.acos),
+    "ATAN": lambda x: math.degrees(math.atan(x)), "SQ": lambda x: x * x, "SQRT": _square_root, "ABS": abs,
+    "INT": lambda x: float(math.trunc(x)), "FRAC": lambda x: x - math.trunc(x), "NEG": lambda x: -x, "LN": _logarithm,
+    "LOG": lambda x: _logarithm(x) / math.log(10.0), "EXP": math.exp, "SGN": lambda x: float((x > 0) - (x < 0)),
+}  # fmt: skip
+
+
+def read_value(text: str, numbers: Numbers) -> float:
+    """A signed number or parameter, as it stands after the letter of a word.
+
+    Raises
+    ------
+    BlockError
+        VP001 for anything else, VP007 for a number beyond any machine.
+    """
+    text = text.strip()
+    sign = -1.0 if text.startswith("-") else 1.0
+    body = text.lstrip("+-").strip()
+    if body.startswith("Q"):
+        return sign * numbers.value(body)
+    return sign * _number(body)
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        raise BlockError("VP001", f"{text[:20]!r} is not a number") from None
+    if not abs(value) <= MAX_NUMBER:
+        raise BlockError("VP007", f"{text[:20]} is beyond any machine")
+    return value
+
+
+def evaluate(text: str, numbers: Numbers) -> float:
+    """The value of a formula: ``Q2 + 3 * SIN Q4``.
+
+    Raises
+    ------
+    BlockError
+        VP001 for what is no formula, VP007 for a value that does not exist, VP025 for a parameter without a value.
+    """
+    formula = _Formula(text, numbers)
+    try:
+        value = formula.sum(0)
+    except (ValueError, ZeroDivisionError, OverflowError) as error:
+        raise BlockError("VP007", f"{text.strip()[:60]}: {str(error) or 'not a number'}") from None
+    if formula.at < len(formula.tokens):
+        raise BlockError("VP001", f"{formula.tokens[formula.at]!r} in a formula where an operator belongs")
+    if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:
+        raise BlockError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
+    return float(value)
+
+
+class _Formula:
+    """Reads a formula from left to right: functions and powers first, then products, then sums."""
+
+    def __init__(self, text: str, numbers: Numbers) -> None:
+        self.numbers, self.at = numbers, 0
+        self.tokens: list[str] = []
+        place = 0
+        text = text.rstrip()
+        while place < len(text):
+            match = _TOKEN.match(text, place)
+            if match is None:
+                raise BlockError("VP001", f"{text[place:].strip()[:10]!r} in a formula")
+            self.tokens.append(match.group(1))
+            place = match.end()
+
+    def _take(self, *sought: str) -> str | None:
+        if self.at < len(self.tokens) and self.tokens[self.at] in sought:
+            self.at += 1
+            return self.tokens[self.at - 1]
+        return None
+
+    def sum(self, depth: int) -> float:
+        """Terms with + and -."""
+        if depth > MAX_NESTING:
+            raise BlockError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
+        value = self._product(depth)
+        while (operator := self._take("+", "-")) is not None:
+            term = self._product(depth)
+            value = value + term if operator == "+" else value - term
+        return value
+
+    def _product(self, depth: int) -> float:
+        value = self._power(depth)
+        while (operator := self._take("*", "/", "%")) is not None:
+            factor = self._power(depth)
+            if operator != "*" and factor == 0:
+                raise BlockError("VP007", "a division by zero")
+            value = (
+                value * factor if operator == "*" else value / factor if operator == "/" else math.fmod(value, factor)
+            )
+        return value
+
+    def _power(self, depth: int) -> float:
+        value = self._operand(depth + 1)
+        while self._take("^") is not None:
+            result = value ** self._operand(depth + 1)
+            if isinstance(result, complex):
+                raise BlockError("VP007", f"{value:g} has no such power")
+            value = result
+        return value
+
+    def _operand(self, depth: int) -> float:
+        if depth > MAX_NESTING:
+            raise BlockError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
+        if (sign := self._take("+", "-")) is not None:
+            value = self._operand(depth + 1)
+            return -value if sign == "-" else value
+        if self.at == len(self.tokens):
+            raise BlockError("VP001", "the formula ends where a value belongs")
+        token = self.tokens[self.at]
+        self.at += 1
+        if token == "(":
+            value = self.sum(depth + 1)
+            if self._take(")") is None:
+                raise BlockError("VP001", "a bracket of the formula is not closed")
+            return value
+        if token == "PI":
+            return math.pi
+        if token in _FUNCTIONS:
+            return _FUNCTIONS[token](self._operand(depth + 1))
+        if token.startswith("Q") and token[-1].isdigit():
+            return self.numbers.value(token)
+        if token[0].isdigit() or token[0] in ".,":
+            return _number(token)
+        raise BlockError("VP001", f"{token!r} is not a value or a function of a formula")
+
+
+def combine(function: int, first: float, second: float) -> float:
+    """FN 1 to 8 and 13: the result of the function for its operands; 5 to 7 take one."""
+    if function == 4 and second == 0:
+        raise BlockError("VP007", "FN 4: a division by zero")
+    if function == 5:
+        if first < 0:
+            raise BlockError("VP007", "FN 5: the square root of a negative number")
+        return math.sqrt(first)
+    if function == 13:
+        return math.degrees(math.atan2(first, second)) % _FULL_TURN
+    return {
+        1: lambda: first + second, 2: lambda: first - second, 3: lambda: first * second, 4: lambda: first / second,
+        6: lambda: math.sin(math.radians(first)), 7: lambda: math.cos(math.radians(first)),
+        8: lambda: math.hypot(first, second),
+    }[function]()  # fmt: skip
+
+
+def holds(relation: str, first: float, second: float) -> bool:
+    """The condition of FN 9 to 12: EQU, NE, GT, LT."""
+    same = abs(first - second) <= _EQUAL
+    return {"EQU": same, "NE": not same, "GT": first > second and not same, "LT": first < second and not same}[relation]

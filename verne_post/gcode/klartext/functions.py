@@ -1,0 +1,294 @@
+"""Tools, feed rates and M functions of Klartext."""
+
+import re
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from verne_post.gcode.block import Block
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.words import MWord, Words, read_words
+from verne_post.gcode.offsets import vector9
+from verne_post.model.moves import ZERO9, FeedMode, MoveKind
+from verne_post.model.part_setup import Tool
+
+_NAMED_TOOL: Final = re.compile(r"[ \t]*(?:\"[^\"]*\"|QS\d+)")
+_TOOL_NUMBER: Final = re.compile(r"[ \t]*(\d+(?:[.,]\d+)?|Q[LR]?\d+)(?=[ \t]|$)")
+_TOOL_AXIS: Final = re.compile(r"[ \t]+([XYZUVW])(?=[ \t]|$)")
+_FULL_TURN: Final = 360.0
+
+
+class KlartextFunctions(KlartextContour):
+    """The contour, and what happens beside it.
+
+    Attributes
+    ----------
+    call_feed : float
+        F of TOOL CALL, which F AUTO takes.
+    per_turn : bool
+        M136: F in mm per turn.
+    spindle_angle : float
+        Cycle 13: where M19 orients the spindle.
+    calls : list of str
+        What a block asks for at its end: "cycle" (M99), "modal" (M89).
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)
+        self.call_feed = 0.0
+        self.per_turn = False
+        self.calls: list[str] = []
+        self.delta_length = 0.0
+        self.spindle_angle = 0.0
+
+    # --- feed ---------------------------------------------------------------------------------------------
+
+    def set_feed(self, statement: Statement, words: Words) -> None:
+        """F, F AUTO, FU."""
+        state = self.state
+        if words.automatic:
+            if not self.call_feed:
+                raise statement.error("VP009", "F AUTO, and TOOL CALL has given no F")
+            state.feed_mode, state.feed = FeedMode.PER_MINUTE, self.call_feed
+        per_turn, per_tooth, value = words.take("FU"), words.take("FZ"), words.take("F")
+        if per_tooth is not None:
+            raise statement.error(
+                "VP002", "FZ is not executed: the number of teeth is not known; write FU or F", words.columns["FZ"]
+            )
+        if per_turn is not None:
+            if per_turn <= 0:
+                raise statement.error("VP007", "FU must be greater than 0", words.columns["FU"])
+            self._change_feed_mode(FeedMode.PER_REVOLUTION)
+            state.feed = self._length(per_turn)
+        if value is not None:
+            self._change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
+            state.feed = self._length(value) if self.per_turn and value > 0 else self.feed_of_word(value)
+
+    def _change_feed_mode(self, mode: FeedMode) -> None:
+        if mode != self.state.feed_mode:
+            self._refuse_compensation("a change of feed mode")
+        self.state.feed_mode = mode
+
+    # --- tools ---------------------------------------------------------------------------------------------
+
+    def call_tool(self, statement: Statement) -> None:
+        """TOOL CALL 5 Z S2500 F500 DL+0.1 DR+0.05; without a number only S and F."""
+        self.check_nothing_waits("TOOL CALL")
+        text = statement.rest
+        if _NAMED_TOOL.match(text):
+            raise statement.error("VP012", "TOOL CALL by name: tool tables here have numbers only; write the number")
+        number, at = None, 0
+        found = _TOOL_NUMBER.match(text)
+        if found is not None:
+            at = found.end()
+            name = found.group(1)
+            number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
+            if number != int(number) or number < 0:
+                raise statement.error("VP002", f"tool {name}: stepped tools are not known here; a tool number is whole")
+        axis = _TOOL_AXIS.match(text if at else " " + text, at)
+        if axis is not None:
+            at = axis.end() - (0 if at else 1)
+            if axis.group(1) != "Z":
+                raise statement.error("VP017", f"tool axis {axis.group(1)}: the spindle of this machine points along Z")
+        words = read_words(replace(statement, rest=text[at:], begin=statement.begin + at), self.q)
+        speed, feed = words.take("S"), words.take("F")
+        delta = self._length(words.take("DL") or 0.0), self._length(words.take("DR") or 0.0)
+        if words.take("DR2"):
+            raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
+        words.check_used(statement)
+        if words.functions or words.compensation or words.rapid:
+            raise statement.error("VP006", "TOOL CALL takes a number, the axis, S, F, DL and DR")
+        if feed is not None:
+            self.call_feed = self.feed_of_word(feed)
+        if number is not None:
+            self._refuse_compensation("TOOL CALL")
+            self._change(int(number), *delta)
+        elif any(delta):
+            raise statement.error("VP006", "DL and DR belong to a tool number")
+        if speed is not None:
+            self._run(Block(statement.line, words={"S": speed}, columns={"S": 1}))
+
+    def _change(self, number: int, delta_length: float, delta_radius: float) -> None:
+        """The tool comes into the spindle, and its length counts at once."""
+        line, state = self.block.line, self.state
+        self.delta_radius, self.delta_length = delta_radius, delta_length
+        self._run(Block(line, [("M", 6.0, 1)], {"T": float(number)}, {"T": 1}))
+        if number == 0:
+            self._run(Block(line, [("G", 49.0, 1)]))
+        else:
+            self._run(Block(line, [("G", 43.0, 1)], {"H": float(number)}, {"H": 1}))
+        if delta_length:
+            length = state.frame.tool_length + delta_length
+            if self.setup.machine and length < 0:
+                raise BlockError(
+                    "VP007", f"tool {number} has the length {length:g} mm with DL; a length is not negative"
+                )
+            self._set_frame(replace(state.frame, tool=vector9((*state.frame.tool[:2], length, *state.frame.tool[3:]))))
+        self._show_tool()
+
+    def _show_tool(self) -> None:
+        """Q108, Q109 and Q114: radius, axis and length of the tool."""
+        state = self.state
+        number = state.loaded_tool or 0
+        if state.tools is not None and number in state.tools:
+            self.q.shown[108] = 0.5 * state.tools[number].diameter + self.delta_radius
+        self.q.shown |= {109: 2.0, 114: state.frame.tool_length}
+
+    def define_tool(self, statement: Statement) -> None:
+        """TOOL DEF 5 L+80 R+5; with the number alone the tool that comes next."""
+        found = _TOOL_NUMBER.match(statement.rest)
+        if found is None:
+            raise statement.error("VP005", "TOOL DEF needs the number of the tool")
+        name = found.group(1)
+        number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
+        if number != int(number) or number < 0:
+            raise statement.error("VP002", f"tool {name}: a tool number is whole")
+        rest = statement.rest[found.end() :]
+        sizes = {
+            letter: self._length(value)
+            for letter, value in _sizes(
+                replace(statement, rest=rest, begin=statement.begin + found.end()), self.q
+            ).items()
+        }
+        if not sizes:
+            return
+        if "L" not in sizes or sizes.get("R", 0.0) < 0:
+            raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
+        tools = dict(self.state.tools or {})
+        tools[int(number)] = Tool(
+            int(number), int(number), vector9((0.0, 0.0, sizes["L"], *ZERO9[3:])), 2 * sizes.get("R", 0.0)
+        )
+        self.state.tools = tools
+
+    # --- M functions ----------------------------------------------------------------------------------------
+
+    def _run(self, block: Block) -> None:
+        """Execute a block of RS274/NGC."""
+        super().execute(block)
+
+    def check_functions(self, words: Words) -> None:
+        """Refuse M functions that are not executed, before anything of the block is."""
+        for word in words.functions:
+            number = word.number
+            if number in REFUSED and self._meaning("M", number) is None:
+                raise BlockError("VP002", f"M{number} is not executed ({REFUSED[number]})", word.column)
+            known = number in AT_BEGIN or number in AT_END or number in OWN or number in WITHOUT_EFFECT
+            if not known and self._meaning("M", number) is None:
+                raise BlockError(
+                    "VP002", f"M{number} is not a function of the language; [remap] in the settings file can give it a meaning",
+                    word.column,
+                )  # fmt: skip
+
+    def begin_functions(self, words: Words) -> None:
+        """What M functions do at the beginning of their block; S of the block."""
+        speed = words.take("S")
+        codes = [code for word in words.functions for code in AT_BEGIN.get(word.number, ())]
+        if speed is not None or codes:
+            block = Block(self.block.line, [("M", float(code), 1) for code in codes])
+            if speed is not None:
+                block.words, block.columns = {"S": speed}, {"S": 1}
+            self._run(block)
+        for word in words.functions:
+            if word.number in REFUSED or (
+                word.number not in AT_BEGIN and word.number not in AT_END and word.number not in OWN
+            ):
+                self._execute_user_code(self.block, "M", word.number)
+            else:
+                self._begin_own(word)
+
+    def _begin_own(self, word: MWord) -> None:
+        number = word.number
+        if number == 94:
+            self._reduce_angles(word.axes)
+        elif number in (126, 116, 136):
+            setattr(self, {126: "shortest", 116: "metres", 136: "per_turn"}[number], True)
+        elif number == 19:
+            self._run(Block(self.block.line, [("M", 19.0, 1)], {"R": self.spindle_angle}, {"R": 1}))
+        elif number == 128:
+            self.set_tcp(on=True)
+        elif number == 99:
+            self.calls.append("cycle")
+        elif number == 89:
+            self.calls.append("modal")
+
+    def end_functions(self, words: Words) -> None:
+        """What M functions do at the end of their block."""
+        for word in words.functions:
+            number = word.number
+            if number == 140:
+                self._retract(word)
+            elif number == 129:
+                self.set_tcp(on=False)
+            elif number in (127, 117, 137):
+                setattr(self, {127: "shortest", 117: "metres", 137: "per_turn"}[number], False)
+        codes = [code for word in words.functions for code in AT_END.get(word.number, ())]
+        if codes:
+            self._run(Block(self.block.line, [("M", float(code), 1) for code in codes]))
+
+    def set_tcp(self, *, on: bool) -> None:
+        """M128 and M129: the machine stands still, its coordinates change their meaning."""
+        self.check_nothing_waits("M128" if on else "M129")
+        self._refuse_compensation("M128" if on else "M129")
+        self.tcp = on
+        self.refresh_frame()
+
+    def _reduce_angles(self, letters: str) -> None:
+        """M94: positions of A and C as numbers from 0 to less than a turn."""
+        for axis, letter in ((3, "A"), (5, "C")):
+            if (not letters or letter in letters) and letter in self.setup.axes:
+                self.wraps[axis] = _FULL_TURN * (self.state.position[axis] // _FULL_TURN)
+
+    def _retract(self, word: MWord) -> None:
+        """M140 MB: away along the tool axis."""
+        self.check_nothing_waits("M140")
+        if not word.to_limit and "MB" not in word.words:
+            raise BlockError("VP005", "M140 needs MB and a distance, or MB MAX", word.column)
+        distance = None if word.to_limit else self._length(word.words["MB"])
+        kind, feed = (
+            (MoveKind.RAPID, 0.0) if "F" not in word.words else (MoveKind.FEED, self.feed_of_word(word.words["F"]))
+        )
+        self.retract(distance, kind, feed)
+
+    def retract(self, distance: float | None, kind: MoveKind, feed: float = 0.0) -> None:
+        """Away along the tool axis, mm; None: to machine coordinate Z 0, if the tool is below it."""
+        state = self.state
+        self._refuse_compensation("a retract along the tool axis")
+        if distance is None:
+            machine = self.machine_position()
+            if machine[2] < 0:
+                machine[2] = 0.0
+                self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
+            return
+        if distance < 0:
+            raise BlockError("VP007", f"MB{distance:g} mm: a retract is not negative")
+        axis = self.setup.coordinates.tool_axis(state.position, state.frame)
+        end = list(state.position)
+        end[:3] = [
+            float(v) for v in np.array(end[:3]) + distance * (np.array([0.0, 0.0, 1.0]) if axis is None else axis)
+        ]
+        kept, state.feed = state.feed, feed or state.feed
+        self._motion_start(kind, absolute=True, machine=False)
+        self._record(self.block.line, kind, end, [0, 1, 2], absolute=True)
+        state.feed = kept
+
+    def _go_machine(self, kind: MoveKind, machine: np.ndarray, feed: float) -> None:
+        kept, self.state.feed = self.state.feed, feed or self.state.feed
+        self.move_machine(kind, machine, [2])
+        self.state.feed = kept
+        self.refresh_frame()
+
+
+def _sizes(statement: Statement, numbers: object) -> dict[str, float]:
+    """L and R of TOOL DEF."""
+    found: dict[str, float] = {}
+    text = statement.rest.replace("L", "LEN") if "LEN" not in statement.rest else statement.rest
+    words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
+    for name, letter in (("LEN", "L"), ("R", "R")):
+        if (value := words.take(name)) is not None:
+            found[letter] = value
+    words.check_used(statement)
+    return found

@@ -1,0 +1,133 @@
+"""Tool orientation of Klartext: LN with vectors, FUNCTION TCPM, axis positions as spatial angles, vector paths."""
+
+import math
+import re
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.tolerances import VECTOR_LENGTH
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.cycles import KlartextCycles
+from verne_post.gcode.klartext.paths import Target
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.transformations import spatial
+from verne_post.gcode.klartext.words import Words
+
+_A, _C = 3, 5
+_TCPM: Final = re.compile(
+    r"[ \t]*TCPM(?:[ \t]+F[ \t]+(TCP|CONT))?(?:[ \t]+AXIS[ \t]+(POS|SPAT))?(?:[ \t]+PATHCTRL[ \t]+(AXIS|VECTOR))?"
+    r"(?:[ \t]+REFPNT[ \t]+(TIP-TIP|TIP-CENTER|CENTER-CENTER))?(?:[ \t]+F(\d+[.,]?\d*))?[ \t]*$"
+)
+
+
+class KlartextOrientation(KlartextCycles):
+    """Cycles, and how the tool is oriented along moves.
+
+    ``as_spatial``: A, B, C are spatial angles (AXIS SPAT). ``along_vectors``: the axis goes along the great circle
+    (PATHCTRL VECTOR).
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)
+        self.as_spatial = self.along_vectors = False
+
+    def execute_function(self, statement: Statement) -> None:
+        """FUNCTION TCPM, RESET TCPM, MODE MILL; anything else is refused by name."""
+        text = " ".join(statement.rest.split())
+        if text == "RESET TCPM":
+            self.as_spatial = self.along_vectors = False
+            self.set_tcp(on=False)
+            return
+        if text == "MODE MILL":
+            return
+        match = _TCPM.match(statement.rest)
+        if match is None:
+            if text.startswith("TCPM"):
+                raise statement.error(
+                    "VP001", "expected FUNCTION TCPM F TCP|CONT AXIS POS|SPAT PATHCTRL AXIS|VECTOR", 0
+                )
+            raise statement.error("VP002", f"FUNCTION {text[:25]} is not executed", 0)
+        _feed, axis, path, reference, _limit = match.groups()
+        if reference not in (None, "TIP-TIP"):
+            raise statement.error("VP002", f"REFPNT {reference} is not executed: positions here are those of the tip")
+        self.as_spatial, self.along_vectors = axis == "SPAT", path == "VECTOR"
+        self.set_tcp(on=True)
+
+    def set_tcp(self, *, on: bool) -> None:
+        """M128 and M129; a tool vector without angles ends with them."""
+        if not on and self.state.vector is not None:
+            self._settle_vector()
+        super().set_tcp(on=on)
+
+    def _settle_vector(self) -> None:
+        """The angles that the axes of the machine have now count from here on."""
+        self.state.vector = None
+
+    def take_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
+        """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""
+        vector = self._normal(statement, words) if statement.keyword == "LN" else None
+        if vector is None and self.tcp and self.as_spatial:
+            vector = self._spatial_vector(statement, words)
+        return vector
+
+    def orient(self, target: Target, vector: np.ndarray | None) -> None:
+        """Complete a target: a tool axis becomes A and C, or a tool vector."""
+        state = self.state
+        if vector is not None:
+            if not self.setup.machine:
+                state.vector = self._frame_vector(vector)
+                return
+            end = self.setup.coordinates.point_axis(target.end, np.array(self._frame_vector(vector)), state.frame)
+            target.end[_A], target.end[_C] = end[_A], end[_C]
+            target.axes = sorted({*target.axes, _A, _C})
+            state.vector = self._frame_vector(vector) if self.along_vectors else None
+        elif target.turns:
+            if self.along_vectors and self.tcp and self.setup.machine:
+                axis = self.setup.coordinates.tool_axis(target.end, state.frame)
+                assert axis is not None
+                state.vector = (float(axis[0]), float(axis[1]), float(axis[2]))
+            else:
+                state.vector = None
+
+    def _frame_vector(self, vector: np.ndarray) -> tuple[float, float, float]:
+        """A direction of the input system in the frame, unit."""
+        turned = vector * np.sign(self.factors)
+        turned = turned / np.linalg.norm(turned)
+        return float(turned[0]), float(turned[1]), float(turned[2])
+
+    def _spatial_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
+        """AXIS SPAT: the tool axis of the spatial angles A, B, C; all three count from this block."""
+        given = {letter: words.take(letter) for letter in "ABC"}
+        if any("I" + letter in words.values for letter in "ABC"):
+            raise statement.error("VP002", "incremental spatial angles (AXIS SPAT) are not executed")
+        if all(value is None for value in given.values()):
+            return None
+        missing = [letter for letter, value in given.items() if value is None]
+        if missing:
+            raise statement.error("VP005", f"AXIS SPAT needs A, B and C; {missing[0]} is missing")
+        return spatial(*(value or 0.0 for value in given.values()))[:, 2]
+
+    def _normal(self, statement: Statement, words: Words) -> np.ndarray | None:
+        """LN: the tool axis T, or the normal N where T is not given and M128 holds."""
+        normal = [words.take(name) for name in ("NX", "NY", "NZ")]
+        tool = [words.take(name) for name in ("TX", "TY", "TZ")]
+        for names, values in (("NX, NY, NZ", normal), ("TX, TY, TZ", tool)):
+            if any(value is None for value in values) and any(value is not None for value in values):
+                raise statement.error("VP005", f"LN needs all of {names}, or none of them")
+        if normal[0] is not None and (self.delta_radius or self.delta_length):
+            raise statement.error(
+                "VP026", "LN with NX NY NZ and a tool with DL or DR: compensation along the normal is not executed"
+            )
+        chosen = tool if tool[0] is not None else normal
+        if chosen[0] is None:
+            raise statement.error("VP005", "LN needs NX NY NZ or TX TY TZ")
+        if not self.tcp:
+            if tool[0] is not None:
+                raise statement.error("VP017", "LN with TX TY TZ needs M128 or FUNCTION TCPM")
+            return None
+        vector = np.array(chosen, dtype=float)
+        size = float(np.linalg.norm(vector))
+        if not math.isfinite(size) or abs(size - 1.0) > VECTOR_LENGTH:
+            raise BlockError("VP007", f"the vector of LN has length {size:.6g}; it must be a unit vector")
+        return vector / size

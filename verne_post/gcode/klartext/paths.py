@@ -1,0 +1,277 @@
+"""Path functions of Klartext: words -> one contour element (L, LP, LN, C, CP, CR, CT, CTP), and the pole CC."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, ZERO_LENGTH_MM
+from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
+from verne_post.gcode.frame_codes import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
+from verne_post.gcode.klartext.elements import Element, center_of_sweep, make_arc, tangent_sweep
+from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.motion_codes import MAX_TURNS
+from verne_post.model.moves import AXES, MoveKind
+
+_ROTARY: Final = (3, 4, 5)
+_FULL_TURN: Final = 360.0
+_Builder = Callable[["KlartextPaths", Statement, Words, "Target"], Arc | None]
+
+
+@dataclass
+class Target:
+    """Where a path function leads.
+
+    ``start`` and ``end`` are nine axes of the frame (mm, degrees); ``axes`` those that are named.
+    """
+
+    start: list[float]
+    end: list[float]
+    axes: list[int]
+
+    @property
+    def turns(self) -> bool:
+        """True where a rotary axis is named."""
+        return any(axis in _ROTARY for axis in self.axes)
+
+
+class KlartextPaths(KlartextFrames):
+    """Frames, and what path functions mean in them.
+
+    Attributes
+    ----------
+    pole : dict
+        CC: index of each of its two axes -> input coordinate.
+    direction : tuple or None
+        Direction in XY in which the last element ended, for tangential arcs.
+    shortest : bool
+        M126.
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)  # type: ignore[arg-type]
+        self.pole: dict[int, float] = {}
+        self.direction: tuple[float, float] | None = None
+        self.shortest = False
+
+    # --- positions -------------------------------------------------------------------------------------
+
+    def now(self) -> list[float]:
+        """The programmed position (9) at which the next element begins."""
+        return self.state.position
+
+    def input_of(self, position: list[float]) -> list[float]:
+        """X, Y, Z of a position of the frame in input coordinates, in the unit of the program."""
+        return [
+            value / factor / self._length(1.0) for value, factor in zip(position, self.factors.tolist(), strict=False)
+        ]
+
+    def read_target(self, statement: Statement, words: Words) -> Target:
+        """Take the axis words."""
+        start = list(self.now())
+        end, axes = list(start), []
+        steps = [letter for letter in AXES if "I" + letter in words.values]
+        here = self.input_of(start)
+        for axis, letter in enumerate(AXES):
+            if letter not in words.values and "I" + letter not in words.values:
+                continue
+            if letter not in self.setup.axes:
+                at = words.columns[letter if letter in words.values else "I" + letter]
+                named = ", ".join(self.setup.axes)
+                raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {named}", at)
+            if axis in _ROTARY:
+                wrap = self.wraps.get(axis, 0.0)
+                value = words.coordinate(letter, start[axis] - wrap)
+                assert value is not None
+                end[axis] = self._wrapped(axis, value + wrap, start[axis], step=letter in steps)
+            elif axis < 3:
+                value = words.coordinate(letter, here[axis])
+                assert value is not None
+                here[axis] = value
+            else:
+                value = words.coordinate(letter, start[axis] / self._length(1.0))
+                assert value is not None
+                end[axis] = self._length(value)
+            bound = MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG
+            if self.setup.machine and abs(value) > bound:
+                raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
+            axes.append(axis)
+        if any(axis < 3 for axis in axes):
+            placed = self.place(here)  # type: ignore[arg-type]
+            for axis in axes:
+                if axis < 3:
+                    end[axis] = placed[axis]
+        if steps:
+            self._require_known(self.block, [AXES.index(letter) for letter in steps], "an incremental coordinate")
+        return Target(start, end, axes)
+
+    def _wrapped(self, axis: int, value: float, here: float, *, step: bool) -> float:
+        """M126: the shorter way for A and C."""
+        if not self.shortest or step or axis not in self.wraps:
+            return value
+        return value - _FULL_TURN * math.floor((value - here) / _FULL_TURN + 0.5)
+
+    def set_pole(self, statement: Statement, words: Words) -> None:
+        """CC: two coordinates; without any the last programmed position."""
+        here = self.input_of(self.now())
+        given = {
+            axis: value
+            for axis, letter in enumerate("XYZ")
+            if (value := words.coordinate(letter, here[axis])) is not None
+        }
+        words.check_used(statement)
+        if len(given) > 2:
+            raise statement.error("VP006", "CC takes two coordinates")
+        if not given:
+            given = {0: here[0], 1: here[1]}
+        elif len(given) == 1:
+            kept = {axis: value for axis, value in self.pole.items() if axis not in given}
+            if len(self.pole) != 2 or len(kept) != 1:
+                raise statement.error("VP005", "CC with one coordinate, and the other is not known from a CC before")
+            given |= kept
+        self._require_known(self.block, sorted(given), "CC")
+        self.pole = given
+
+    def _pole_plane(self, statement: Statement) -> tuple[int, int, int, int]:
+        """Number of the plane of the pole, and its axes."""
+        if len(self.pole) != 2:
+            raise statement.error("VP005", f"{statement.keyword} needs a pole; write CC before it")
+        plane = next(number for number, (u, v, *_) in PLANES.items() if {u, v} == set(self.pole))
+        u, v, w, *_ = PLANES[plane]
+        return plane, u, v, w
+
+    # --- elements ----------------------------------------------------------------------------------------
+
+    def build(self, statement: Statement, words: Words, target: Target) -> Arc | None:
+        """The arc of a path function, or None for a line; completes the target.
+
+        Raises
+        ------
+        BlockError
+        """
+        return BUILDERS[statement.keyword](self, statement, words, target)
+
+    def _line(self, statement: Statement, words: Words, target: Target) -> None:
+        return None
+
+    def _polar_line(self, statement: Statement, words: Words, target: Target) -> None:
+        self._polar_end(statement, words, target)
+
+    def _polar_end(self, statement: Statement, words: Words, target: Target) -> None:
+        """LP, CTP: the end by radius and angle about the pole."""
+        _plane, u, v, _w = self._pole_plane(statement)
+        if {u, v} & set(target.axes):
+            raise statement.error("VP003", f"{statement.keyword} takes PR and PA, and no coordinates of its plane")
+        self._require_known(self.block, [u, v], statement.keyword)
+        here = self.input_of(target.start)
+        du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
+        radius, angle = math.hypot(du, dv), math.degrees(math.atan2(dv, du))
+        given_radius, given_angle = words.coordinate("PR", radius), words.coordinate("PA", angle)
+        if given_radius is None and given_angle is None:
+            raise statement.error("VP005", f"{statement.keyword} needs PR or PA")
+        radius = radius if given_radius is None else given_radius
+        angle = angle if given_angle is None else given_angle
+        here[u] = self.pole[u] + radius * math.cos(math.radians(angle))
+        here[v] = self.pole[v] + radius * math.sin(math.radians(angle))
+        placed = self.place(here)  # type: ignore[arg-type]
+        target.end[u], target.end[v] = placed[u], placed[v]
+        target.axes = sorted({*target.axes, u, v})
+
+    def _sense(self, statement: Statement, words: Words, u: int, v: int) -> int:
+        """DR, as it turns in the frame."""
+        if words.rotation is None:
+            raise statement.error("VP005", f"{statement.keyword} needs DR+ or DR-")
+        return words.rotation * (-1 if self.factors[u] * self.factors[v] < 0 else 1)
+
+    def _circle(self, statement: Statement, words: Words, target: Target) -> Arc:
+        """C: about the pole."""
+        plane, u, v, _w = self._pole_plane(statement)
+        self._require_known(self.block, [0, 1, 2], "C")
+        if not {u, v} & set(target.axes):
+            raise statement.error("VP005", "C needs a coordinate of its end")
+        placed = self.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
+        letters = PLANES[plane][3:]
+        offsets = {letters[0]: placed[u], letters[1]: placed[v]}
+        tolerance = ARC_RADIUS_INCH_MM if self.state.inch else ARC_RADIUS_MM
+        clockwise = self._sense(statement, words, u, v) < 0
+        target.axes = sorted({*target.axes, u, v})
+        return center_arc(target.start, target.end, plane, clockwise, offsets, True, 0, tolerance)
+
+    def _polar_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
+        """CP: about the pole by an angle, with a height a helix."""
+        plane, u, v, _w = self._pole_plane(statement)
+        self._require_known(self.block, [0, 1, 2], "CP")
+        if {u, v} & set(target.axes):
+            raise statement.error("VP003", "CP takes PA or IPA, and no coordinates of its plane")
+        here = self.input_of(target.start)
+        du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
+        radius = math.hypot(du, dv)
+        if radius * self._length(1.0) < ZERO_LENGTH_MM:
+            raise statement.error("VP008", "CP from the pole itself: the radius is zero")
+        begin, step, angle = math.degrees(math.atan2(dv, du)), words.take("IPA"), words.take("PA")
+        if (step is None) == (angle is None):
+            raise statement.error("VP005", "CP needs PA or IPA, one of them")
+        if step is not None:
+            if words.rotation is not None and step * words.rotation < 0:
+                raise statement.error("VP008", f"CP IPA{step:g} turns against DR; both have the same sign")
+            sweep = step
+        else:
+            if words.rotation is None:
+                raise statement.error("VP005", "CP PA needs DR+ or DR-")
+            assert angle is not None
+            sweep = words.rotation * ((words.rotation * (angle - begin)) % _FULL_TURN)
+            if math.radians(abs(sweep)) * radius * self._length(1.0) < ARC_CHORD_MM:
+                sweep = words.rotation * _FULL_TURN
+        if sweep == 0 or abs(sweep) > MAX_TURNS * _FULL_TURN:
+            raise statement.error("VP008", f"CP with an angle of {sweep:g} degrees")
+        end = math.radians(begin + sweep)
+        here[u], here[v] = self.pole[u] + radius * math.cos(end), self.pole[v] + radius * math.sin(end)
+        placed = self.place(here)  # type: ignore[arg-type]
+        target.end[u], target.end[v] = placed[u], placed[v]
+        target.axes = sorted({*target.axes, u, v})
+        center = self.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
+        turned = sweep * (-1 if self.factors[u] * self.factors[v] < 0 else 1)
+        return make_arc(target.start, plane, (center[u], center[v]), turned)
+
+    def _radius_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
+        """CR: by its radius, negative for the long way."""
+        radius = words.take("R")
+        if radius is None:
+            raise statement.error("VP005", "CR needs R, the radius")
+        self._require_known(self.block, [0, 1, 2], "CR")
+        clockwise = self._sense(statement, words, 0, 1) < 0
+        return radius_arc(target.start, target.end, 0, clockwise, radius * self.unit, 0)
+
+    def _tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
+        """CT: goes on in the direction of the element before."""
+        self._require_known(self.block, [0, 1, 2], "CT")
+        if self.direction is None:
+            raise statement.error("VP017", "CT needs a line or an arc in X and Y right before it")
+        start, end = (target.start[0], target.start[1]), (target.end[0], target.end[1])
+        if math.dist(start, end) < ARC_CHORD_MM:
+            raise statement.error("VP008", "CT to the place where the tool is")
+        sweep = tangent_sweep(self.direction, (end[0] - start[0], end[1] - start[1]))
+        if sweep == 0.0:
+            return None
+        if abs(sweep) > _FULL_TURN - 1e-6:
+            raise statement.error("VP008", "CT straight back: no arc leads there")
+        target.axes = sorted({*target.axes, 0, 1})
+        return make_arc(target.start, 0, center_of_sweep(start, end, sweep), sweep)
+
+    def _polar_tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
+        self._polar_end(statement, words, target)
+        return self._tangent_circle(statement, words, target)
+
+    def element(self, target: Target, arc: Arc | None, kind: MoveKind) -> Element:
+        """The element that leads to a target at the feed rate in force."""
+        return Element(self.block.line, target.start, target.end, kind, self.state.feed, tuple(target.axes), arc)
+
+
+#: What makes the element of a path function.
+BUILDERS: Final[Mapping[str, _Builder]] = {
+    "L": KlartextPaths._line, "LN": KlartextPaths._line, "LP": KlartextPaths._polar_line, "C": KlartextPaths._circle,
+    "CP": KlartextPaths._polar_circle, "CR": KlartextPaths._radius_circle, "CT": KlartextPaths._tangent_circle,
+    "CTP": KlartextPaths._polar_tangent_circle,
+}  # fmt: skip

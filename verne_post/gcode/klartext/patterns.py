@@ -1,0 +1,234 @@
+"""Where cycles run: CYCL CALL, M99, M89, CYCL CALL POS, PATTERN DEF, and the patterns 220 and 221."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.gcode.cycle_codes import MAX_HOLES
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.cycle_words import (
+    MACHINING,
+    PATTERNS,
+    REFUSED_CYCLES,
+    complete,
+    read_head,
+    read_parameters,
+)
+from verne_post.gcode.klartext.formulas import VALUE, read_value
+from verne_post.gcode.klartext.settings import KlartextSettings
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.words import Words
+
+_ITEM: Final = re.compile(r"[ \t]*(POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)(\d+)[ \t]*\(([^()]*)\)")
+_ITEM_WORD: Final = re.compile(rf"[ \t]*(NUMX|NUMY|NUM|ROTX|ROTY|ROT|START|STEP|DX|DY|[XYZD])[ \t]*({VALUE})")
+_NEEDS: Final = {
+    "POS": ("X", "Y"), "ROW": ("X", "Y", "D", "NUM"), "PAT": ("X", "Y", "DX", "DY", "NUMX", "NUMY"),
+    "CIRC": ("X", "Y", "D", "START", "NUM"), "PITCHCIRC": ("X", "Y", "D", "START", "STEP", "NUM"),
+}  # fmt: skip
+_ALLOWED: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
+_FULL_TURN: Final = 360.0
+#: A place: X, Y, and the height that is added to the surface.
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DefinedCycle:
+    """A machining cycle with its parameters."""
+
+    number: int
+    q: dict[int, float]
+
+
+class KlartextPatterns(KlartextSettings):
+    """Settings, and where machining cycles run.
+
+    ``cycle`` is the machining cycle in force, ``modal`` whether M89 calls it after every positioning block.
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)
+        self.cycle: DefinedCycle | None = None
+        self.modal = False
+        self.places: list[Place] = []
+
+    # --- definitions ----------------------------------------------------------------------------------------
+
+    def define_cycle(self, statement: Statement) -> None:
+        """CYCL DEF: a setting takes effect, a machining cycle is kept, a pattern runs at once."""
+        head = read_head(statement)
+        number = head.number
+        if number in REFUSED_CYCLES:
+            raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", 0)
+        if self.execute_setting(statement, head):
+            return
+        table = MACHINING.get(number) or PATTERNS.get(number)
+        if table is None:
+            raise statement.error(
+                "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
+            )
+        given = read_parameters(statement, head, self.q, self.call_feed)
+        q = complete(statement, number, given, *table)
+        for name, value in given.items():
+            self.q.set(f"Q{name}", value)
+        if number in MACHINING:
+            self.cycle = DefinedCycle(number, q)
+            return
+        self.check_nothing_waits(f"CYCL DEF {number}")
+        self._run_pattern(statement, number, q)
+
+    def define_places(self, statement: Statement) -> None:
+        """PATTERN DEF POS1 (X+25 Y+33 Z+0) ...: the places of CYCL CALL PAT."""
+        text, at, places = statement.rest.rstrip(), 0, list[Place]()
+        while at < len(text):
+            match = _ITEM.match(text, at)
+            if match is None or match.group(1) == "FRAME":
+                shown = text[at:].strip()[:20]
+                raise statement.error(
+                    "VP002",
+                    f"PATTERN DEF {shown} is not executed; expected POS, ROW, PAT, CIRC or PITCHCIRC and values in brackets",
+                )
+            places += self._item_places(statement, match.group(1), match.group(3))
+            at = match.end()
+        if not places:
+            raise statement.error("VP005", "PATTERN DEF without places")
+        self.places = places
+
+    def _item_places(self, statement: Statement, kind: str, text: str) -> list[Place]:
+        values: dict[str, float] = {}
+        at, text = 0, text.rstrip()
+        while at < len(text):
+            match = _ITEM_WORD.match(text, at)
+            if match is None or match.group(1) in values:
+                raise statement.error(
+                    "VP001", f"PATTERN DEF {kind}: {text[at:].strip()[:15]!r} is not a value that fits there"
+                )
+            values[match.group(1)] = read_value(match.group(2), self.q)
+            at = match.end()
+        for name in _NEEDS[kind]:
+            if name not in values:
+                raise statement.error("VP005", f"PATTERN DEF {kind} needs {name}")
+        for name in values:
+            if name not in _NEEDS[kind] and name not in _ALLOWED[kind] and values[name]:
+                raise statement.error("VP002", f"PATTERN DEF {kind}: {name} is not executed")
+        x, y, z = values["X"], values["Y"], values.get("Z", 0.0)
+        counts = [_count(statement, values[name]) for name in ("NUM", "NUMX", "NUMY") if name in values]
+        if kind == "POS":
+            return [(x, y, z)]
+        if kind == "ROW":
+            return [(*_turn(x, y, k * values["D"], 0.0, values.get("ROT", 0.0)), z) for k in range(counts[0])]
+        if kind == "PAT":
+            rows, columns = counts[1], counts[0]
+            return [
+                (*_turn(x, y, k * values["DX"], row * values["DY"], values.get("ROT", 0.0)), z)
+                for row in range(rows) for k in (range(columns) if row % 2 == 0 else reversed(range(columns)))
+            ]  # fmt: skip
+        step = _FULL_TURN / counts[0] if kind == "CIRC" else values["STEP"]
+        return [(*_turn(x, y, 0.5 * values["D"], 0.0, values["START"] + k * step), z) for k in range(counts[0])]
+
+    # --- calls -------------------------------------------------------------------------------------------------
+
+    def call_cycle(self, z: float = 0.0) -> None:
+        """Run the defined cycle here; ``z`` raises its surface."""
+        if self.cycle is None:
+            raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+        q = self.cycle.q if not z else {**self.cycle.q, 203: self.cycle.q[203] + z}
+        self.run_hole(self.cycle.number, q)
+
+    def call_at(self, statement: Statement, words: Words) -> None:
+        """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle."""
+        here = self.input_of(self.state.position)
+        x, y = words.coordinate("X", here[0]), words.coordinate("Y", here[1])
+        z = words.coordinate("Z", 0.0)
+        if not words.rapid:
+            self.set_feed(statement, words)
+        words.check_used(statement)
+        if x is None and y is None and z is None:
+            raise statement.error("VP005", "CYCL CALL POS needs coordinates")
+        self._run_at((here[0] if x is None else x, here[1] if y is None else y, z or 0.0), rapid=words.rapid)
+
+    def call_places(self, statement: Statement, words: Words) -> None:
+        """CYCL CALL PAT: at every place of PATTERN DEF."""
+        if not words.rapid:
+            self.set_feed(statement, words)
+        words.check_used(statement)
+        if not self.places:
+            raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
+        rapid = words.rapid or not self.state.feed
+        for place in self.places:
+            self._run_at(place, rapid=rapid)
+
+    def _run_at(self, place: Place, *, rapid: bool) -> None:
+        """First up, where the tool is lower than the clearance of this place, then sideways, then the cycle."""
+        if self.cycle is None:
+            raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+        self._require_known(self.block, [0, 1, 2], "a cycle call")
+        self.check_nothing_waits("a cycle call")
+        self._refuse_compensation("a cycle call")
+        x, y, z = place
+        clear = self.cycle.q[203] + z + self.cycle.q[200]
+        if self.state.position[2] < self._z(clear):
+            self._to(clear, 0.0)
+        height = self.state.position[2]
+        placed = self.place([x, y, 0.0])  # type: ignore[arg-type]
+        end = [placed[0], placed[1], height, *self.state.position[3:]]
+        self.check_upright("a motion")
+        self._go_straight(end, rapid=rapid, feed=self._plain_feed())
+        self.call_cycle(z)
+
+    def _plain_feed(self) -> float:
+        """The feed rate in force as F would give it."""
+        return self.state.feed / (2.54 if self.state.inch else 1.0)
+
+    # --- 220, 221 -----------------------------------------------------------------------------------------------
+
+    def _run_pattern(self, statement: Statement, number: int, q: dict[int, float]) -> None:
+        if self.cycle is None:
+            raise statement.error("VP017", f"CYCL DEF {number}, and no machining cycle is defined before it")
+        if q.get(365):
+            raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
+        if q[301] not in (0.0, 1.0):
+            raise statement.error("VP007", f"Q301={q[301]:g}: 0 or 1")
+        places = _circle(statement, q) if number == 220 else _grid(statement, q)
+        kept = self.cycle
+        second = q[204] if q[301] else 0.0
+        self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: second})
+        try:
+            for place in places:
+                self._run_at(place, rapid=True)
+            if not q[301] and q[204] > q[200]:
+                self._to(q[203] + q[204], 0.0)
+        finally:
+            self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: q[204]})
+
+
+def _count(statement: Statement, value: float) -> int:
+    if value != round(value) or not 1 <= value <= MAX_HOLES:
+        raise statement.error("VP007", f"{value:g}: a number of holes is whole, from 1 to {MAX_HOLES}")
+    return round(value)
+
+
+def _turn(x: float, y: float, u: float, v: float, angle: float) -> tuple[float, float]:
+    """A place beside (x, y), turned about it by degrees."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    return x + c * u - s * v, y + s * u + c * v
+
+
+def _circle(statement: Statement, q: dict[int, float]) -> list[Place]:
+    """220: on a circle; without a step from the start angle to the stop angle."""
+    n, step = _count(statement, q[241]), q[247]
+    if step == 0:
+        span = q[246] - q[245]
+        whole = abs(abs(span) - _FULL_TURN) < 1e-9
+        step = span / n if whole else span / max(n - 1, 1)
+    return [(*_turn(q[216], q[217], 0.5 * q[244], 0.0, q[245] + k * step), 0.0) for k in range(n)]
+
+
+def _grid(statement: Statement, q: dict[int, float]) -> list[Place]:
+    """221: rows, to and fro, turned as a whole about the first place."""
+    columns, rows = _count(statement, q[242]), _count(statement, q[243])
+    _count(statement, float(columns * rows))
+    return [
+        (*_turn(q[225], q[226], k * q[237], row * q[238], q[224]), 0.0)
+        for row in range(rows) for k in (range(columns) if row % 2 == 0 else reversed(range(columns)))
+    ]  # fmt: skip

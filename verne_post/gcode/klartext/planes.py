@@ -1,0 +1,311 @@
+"""Tilted working planes of Klartext: PLANE, cycle 19, and how the rotary axes get there."""
+
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext import transformations
+from verne_post.gcode.klartext.formulas import VALUE, read_value
+from verne_post.gcode.klartext.functions import KlartextFunctions
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.transformations import Map
+from verne_post.model.moves import MoveKind
+
+Array = NDArray[np.float64]
+_A, _C = 3, 5
+_FULL_TURN: Final = 360.0
+#: Two ways for the rotary axes that differ by less (degrees) are equally long.
+_SAME_WAY: Final = 1e-6
+_WORD: Final = re.compile(
+    rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]+MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
+    rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
+)
+_KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
+
+
+@dataclass
+class PlaneWords:
+    """The words of a PLANE function."""
+
+    kind: str
+    values: dict[str, float]
+    flags: list[str]
+    columns: dict[str, int]
+
+    def triple(self, statement: Statement, *names: str) -> Array:
+        """Values that must all be given."""
+        missing = [name for name in names if name not in self.values]
+        if missing:
+            raise statement.error("VP005", f"PLANE {self.kind} needs {missing[0]}")
+        return np.array([self.values.pop(name) for name in names])
+
+    def flag(self, *names: str) -> str | None:
+        """Which of some flags stands there, taken."""
+        found = [name for name in self.flags if name in names]
+        for name in found:
+            self.flags.remove(name)
+        return found[0] if found else None
+
+
+class KlartextPlanes(KlartextFunctions):
+    """Functions, and tilted planes."""
+
+    def execute_plane(self, statement: Statement) -> None:
+        """PLANE SPATIAL, EULER, VECTOR, POINTS, RELATIVE, AXIAL, RESET.
+
+        Raises
+        ------
+        BlockError
+        """
+        self.check_nothing_waits("PLANE")
+        self._refuse_compensation("PLANE")
+        words = self._read_plane(statement)
+        move = words.flag("MOVE", "TURN", "STAY")
+        if move is None:
+            raise statement.error("VP005", f"PLANE {words.kind} needs MOVE, TURN or STAY")
+        sense, table = words.flag("SEQ+", "SEQ-", "SYM+", "SYM-"), words.flag("TABLE ROT", "COORD ROT") == "TABLE ROT"
+        tilt, angles = self._define(statement, words)
+        if (
+            self.maps.tilt is not None
+            and self.maps.inner.order
+            and tilt is not None
+            and words.kind not in ("RELATIV", "RELATIVE")
+        ):
+            raise statement.error(
+                "VP017", "a new plane while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
+                "reset them first",
+            )  # fmt: skip
+        if angles is None:
+            normal = (
+                self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
+            )
+            angles = self._choose_angles(normal, sense, tilt if table else None)
+        self._position(statement, words, move, angles, tilt)
+        if words.flags or words.values:
+            name = words.flags[0] if words.flags else next(iter(words.values))
+            raise statement.error("VP006", f"PLANE {words.kind} ... {move} does not use {name}")
+        self._show_angles(angles)
+
+    def _read_plane(self, statement: Statement) -> PlaneWords:
+        text = statement.rest.rstrip()
+        kind = _KIND.match(text)
+        if kind is None:
+            raise statement.error(
+                "VP002",
+                f"PLANE{text[:15]} is not executed; expected SPATIAL, EULER, VECTOR, POINTS, RELATIV, AXIAL or RESET",
+                0,
+            )
+        if kind.group(1) == "PROJECTED":
+            raise statement.error(
+                "VP002", "PLANE PROJECTED is not executed; write PLANE SPATIAL or VECTOR", kind.start(1)
+            )
+        words, at = PlaneWords(kind.group(1), {}, [], {}), kind.end()
+        while at < len(text):
+            match = _WORD.match(text, at)
+            if match is None:
+                raise statement.error(
+                    "VP001", f"{text[at:].strip()[:15]!r} is not a word of PLANE {words.kind}", at + 1
+                )
+            if match.group("flag"):
+                flag = " ".join(match.group("flag").split())
+                words.flags.append({"F MAX": "FMAX"}.get(flag, flag.replace("SEQ ", "SEQ").replace("SYM ", "SYM")))
+            else:
+                name = {"ABST": "DIST", "SET-UP": "DIST", "SETUP": "DIST"}.get(match.group("name"), match.group("name"))
+                if name in words.values:
+                    raise statement.error("VP004", f"{name} stands twice in the block", at)
+                words.values[name] = read_value(match.group("value"), self.q)
+            at = match.end()
+        return words
+
+    def _outer(self, tilt: Array | None) -> Map:
+        """What lies outside the inner maps, with another plane."""
+        outer = self.maps.outer.map() if self.maps.tilt is not None or tilt is None else self.maps.current.map()
+        matrix = outer.matrix / np.cbrt(abs(np.linalg.det(outer.matrix)))
+        turned = matrix if tilt is None else matrix @ tilt
+        if np.linalg.det(turned) < 0:
+            turned = turned * np.array([-1.0, 1.0, 1.0])
+        return Map(turned)
+
+    def _define(self, statement: Statement, words: PlaneWords) -> tuple[Array | None, tuple[float, float] | None]:
+        """The rotation of the plane (None: no plane), and the angles of A and C where they are given."""
+        kind = words.kind
+        tilt: Array | None
+        if kind == "RESET":
+            return None, None
+        if kind == "SPATIAL":
+            tilt = transformations.spatial(*words.triple(statement, "SPA", "SPB", "SPC"))
+        elif kind == "EULER":
+            tilt = transformations.euler(*words.triple(statement, "EULPR", "EULNU", "EULROT"))
+        elif kind == "VECTOR":
+            tilt = transformations.vectors(
+                words.triple(statement, "BX", "BY", "BZ"), words.triple(statement, "NX", "NY", "NZ")
+            )
+        elif kind == "POINTS":
+            corners = [words.triple(statement, *(f"P{number}{letter}" for letter in "XYZ")) for number in (1, 2, 3)]
+            tilt = transformations.points(*corners)
+        elif kind == "AXIAL":
+            return self._axial(statement, words)
+        else:
+            given = [name for name in ("SPA", "SPB", "SPC") if name in words.values]
+            if len(given) != 1:
+                raise statement.error("VP005", "PLANE RELATIV needs one of SPA, SPB, SPC")
+            step = transformations.rotation(["SPA", "SPB", "SPC"].index(given[0]), words.values.pop(given[0]))
+            if self.maps.inner.order and self.maps.tilt is not None:
+                raise statement.error(
+                    "VP017",
+                    "PLANE RELATIV while datum shift, mirror image, rotation or scaling hold in the plane; reset them first",
+                )
+            tilt = step if self.maps.tilt is None else self.maps.tilt @ step
+        if tilt is None:
+            raise statement.error("VP008", f"PLANE {kind}: the vectors or points do not define a plane")
+        return tilt, None
+
+    def _axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
+        """PLANE AXIAL: the plane of rotary axes at given positions."""
+        angles = {axis: self.state.position[axis] for axis in (_A, _C)}
+        given = False
+        for axis, letter in ((3, "A"), (4, "B"), (5, "C")):
+            for name in (letter, "I" + letter):
+                if name not in words.values:
+                    continue
+                if axis == 4 or letter not in self.setup.axes:
+                    raise statement.error(
+                        "VP011", f"{letter}: the machine has no such axis; it has {', '.join(self.setup.axes)}"
+                    )
+                value = words.values.pop(name)
+                angles[axis] = angles[axis] + value if name[0] == "I" else value + self.wraps[axis]
+                given = True
+        if not given:
+            raise statement.error("VP005", "PLANE AXIAL needs A or C")
+        return self.table_map(angles[_A], angles[_C]).matrix, (angles[_A], angles[_C])
+
+    # --- rotary axes -----------------------------------------------------------------------------------------
+
+    def _choose_angles(self, normal: Array, sense: str | None, table: Array | None) -> tuple[float, float]:
+        """A and C (program, degrees) that hold the tool along a direction of the workpiece.
+
+        The shorter way, positive A where both are as long; SEQ+ and SEQ- choose the sign of A.
+        """
+        state, coordinates = self.state, self.setup.coordinates
+        if not self.setup.machine:
+            return state.position[_A], state.position[_C]
+        base = replace(state.frame, feature=None)
+        here = [float(v) for v in coordinates.to_program(self.machine_position(), base)]
+        held = coordinates.point_axis(here, normal, base)
+        machine = coordinates.to_machine(np.array(held), base)
+        if abs(math.sin(RAD_PER_DEG * machine[_A])) <= POLE_SINE:
+            return self._upright_angles(held, base, table)
+        other = machine.copy()
+        other[_A], other[_C] = -machine[_A], machine[_C] + 0.5 * _FULL_TURN
+        ways = []
+        for pose in (machine, other):
+            if sense is not None and (pose[_A] > 0) != sense.endswith("+"):
+                continue
+            a, c = (float(v) for v in coordinates.to_program(pose, base)[[_A, _C]])
+            c -= _FULL_TURN * round((c - here[_C]) / _FULL_TURN)
+            ways.append((round((abs(a - here[_A]) + abs(c - here[_C])) / _SAME_WAY), -float(pose[_A]), a, c))
+        _way, _sign, a, c = min(ways)
+        return a, c
+
+    def _upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
+        """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
+        a = held[_A]
+        if table is None:
+            return a, 0.0
+        turn = math.degrees(math.atan2(table[1, 0], table[0, 0]))
+        for c in (-turn, turn):
+            if np.abs(self.table_map(a, c).matrix - table).max() < POLE_SINE**0.5:
+                return a, c
+        return a, -turn
+
+    def _show_angles(self, angles: tuple[float, float]) -> None:
+        """Q120 to Q122: the computed positions."""
+        self.q.shown |= {120: angles[0] - self.wraps[_A], 121: 0.0, 122: angles[1] - self.wraps[_C]}
+
+    def _position(
+        self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
+    ) -> None:
+        """STAY, TURN or MOVE, and the new plane."""
+        values = words.values
+        distance = values.pop("DIST", None)
+        back = words.flag("MB MAX")
+        retract = values.pop("MB", None)
+        rapid, feed = words.flag("FMAX") is not None, values.pop("F", None)
+        if distance is not None and (move != "MOVE" or distance < 0):
+            raise statement.error("VP006" if move != "MOVE" else "VP007", "DIST belongs to MOVE, and is not negative")
+        if move == "STAY":
+            if rapid or feed is not None or back or retract is not None:
+                raise statement.error("VP006", "STAY moves nothing: it takes no F and no MB")
+            self._set_tilt(tilt)
+            return
+        kind = MoveKind.RAPID if feed is None else MoveKind.FEED
+        kept = self.state.feed
+        if feed is not None:
+            self.state.feed = self.feed_of_word(feed)
+            self._check_feed(self.block, 10)
+        self._require_known(self.block, [0, 1, 2], f"PLANE ... {move}")
+        if back or retract is not None:
+            self.retract(None if back else self._length(retract or 0.0), kind)
+        targets = {_A: angles[0], _C: angles[1]} if self.setup.machine else {}
+        if move == "TURN":
+            if targets:
+                self.turn_axes(kind, targets, None)
+        else:
+            self._move_about_tip(kind, targets, self._length(distance or 0.0))
+        self.state.feed = kept
+        self._set_tilt(tilt)
+
+    def _set_tilt(self, tilt: Array | None) -> None:
+        """Another plane; what was set inside the old one without end goes on outside."""
+        maps = self.maps
+        if tilt is None and maps.tilt is not None and maps.inner.order:
+            if maps.outer.order:
+                raise BlockError("VP017", "PLANE RESET while datum shifts, mirror images, rotations or scalings hold inside and outside the plane; "
+                    "reset those of the plane first")  # fmt: skip
+            maps.outer, maps.inner = maps.inner, maps.outer
+        maps.tilt = tilt
+        self.refresh_frame()
+
+    def _move_about_tip(self, kind: MoveKind, targets: dict[int, float], distance: float) -> None:
+        """MOVE: the tool turns about the point that lies a distance before its tip; that point keeps its place on the workpiece."""
+        state, coordinates = self.state, self.setup.coordinates
+        if not targets:
+            return
+        base = replace(state.frame, feature=None)
+        self._set_frame(base)
+        start = np.array(state.position)
+        turn = np.array([targets[_A] - start[_A], targets[_C] - start[_C]])
+        n = 1 if not distance else max(math.ceil(float(np.abs(turn).max())), 1)
+        self.recorder.fix_c(self.block.line)
+        points = np.repeat(start[None], n, axis=0)
+        points[:, [_A, _C]] += np.arange(1, n + 1)[:, None] / n * turn
+        if distance:
+            held = coordinates.tool_axis(list(start), base)
+            assert held is not None
+            for point in points:
+                axis = coordinates.tool_axis([float(v) for v in point], base)
+                assert axis is not None
+                point[:3] = start[:3] + distance * (axis - held)
+        self.record_points(kind, points, [_A, _C], float(np.linalg.norm(turn)))
+        self.refresh_frame()
+
+    # --- cycle 19 ------------------------------------------------------------------------------------------------
+
+    def set_working_plane(self, angles: tuple[float, float, float] | None) -> None:
+        """Cycle 19: spatial angles; None, or all 0, ends it. The rotary axes stay."""
+        self._refuse_compensation("CYCL DEF 19")
+        tilt = None if angles is None or not any(angles) else transformations.spatial(*angles)
+        if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
+            raise BlockError("VP017", "cycle 19 while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
+                "reset them first")  # fmt: skip
+        normal = self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
+        chosen = self._choose_angles(normal, None, None)
+        self._set_tilt(tilt)
+        self._show_angles(chosen)

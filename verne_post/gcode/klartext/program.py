@@ -1,0 +1,394 @@
+"""Klartext statements -> the interpreter: which method executes which keyword; path functions in their order."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from verne_post.gcode.arcs import Arc
+from verne_post.gcode.block import Block
+from verne_post.gcode.klartext.formulas import VALUE, read_value
+from verne_post.gcode.klartext.paths import Target
+from verne_post.gcode.klartext.patterns import KlartextPatterns
+from verne_post.gcode.klartext.q_parameters import assign, execute_fn, label_of
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.words import Words, read_words
+from verne_post.model.moves import AXES, MoveKind
+
+_PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
+_APPROACH: Final = re.compile(r"[ \t]*(P?)(LT|LN|CT|LCT)(?![A-Z])")
+_LABEL: Final = re.compile(r"[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))(?=[ \t]|$)")
+_REPEAT: Final = re.compile(rf"[ \t]+REP[ \t]*({VALUE})(?:[ \t]*/[ \t]*\d+)?[ \t]*$")
+_MAX_REPEATS: Final = 65_534
+_C = 5
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Where the program goes on: a label, called or repeated so many times, or another program."""
+
+    kind: str  # "goto", "call", "repeat", "return", "program"
+    name: str = ""
+    repeats: int = 0
+
+
+class Klartext(KlartextPatterns):
+    """Executes statements.
+
+    ``jump`` is what the last one asks the flow for.
+    """
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)
+        self.jump: Jump | None = None
+
+    def execute_statement(self, statement: Statement, shown_line: int, *, corner_next: Callable[[], bool]) -> None:
+        """Execute one statement; ``corner_next`` tells whether RND or CHF follows.
+
+        Raises
+        ------
+        BlockError
+        """
+        self.jump = None
+        self.calls = []
+        self.block = Block(shown_line)
+        self.call = None
+        if statement.keyword in _PATHS:
+            self._execute_path(statement, corner_next)
+        elif statement.keyword:
+            STATEMENTS[statement.keyword](self, statement)
+        if self.ended:
+            self.check_nothing_waits("the end of the program")
+
+    # --- path functions ----------------------------------------------------------------------------------------
+
+    def _execute_path(self, statement: Statement, corner_next: Callable[[], bool]) -> None:
+        words = read_words(statement, self.q)
+        self.check_functions(words)
+        machine = next((word.number for word in words.functions if word.number in (91, 92, 130)), None)
+        if machine is not None:
+            self._execute_elsewhere(statement, words, machine)
+            return
+        if self.pending is None and self.approach is None:
+            self.begin_functions(words)
+        elif words.functions:
+            raise statement.error(
+                "VP017", "M functions beside the element after RND, CHF or APPR; write them in a block of their own"
+            )
+        vector = self.take_vector(statement, words)
+        target = self.read_target(statement, words)
+        self.orient(target, vector)
+        arc = self.build(statement, words, target)
+        self._finish_path(statement, words, target, arc, corner_next)
+        self.end_functions(words)
+        self._call_cycles(moved=bool(target.axes))
+
+    def _finish_path(
+        self, statement: Statement, words: Words, target: Target, arc: Arc | None, corner_next: Callable[[], bool]
+    ) -> None:
+        rapid = words.rapid
+        self.set_feed(statement, words)
+        if self.approach is not None and words.compensation is not None:
+            raise statement.error(
+                "VP017", f"{words.compensation} in the first element after APPR, which has said the side"
+            )
+        words.check_used(statement)
+        if rapid and arc is not None:
+            raise statement.error("VP017", "FMAX on an arc is not executed; give F")
+        kind = MoveKind.RAPID if rapid else MoveKind.FEED
+        if not target.axes:
+            if self.pending is not None or self.approach is not None:
+                raise statement.error("VP017", "a block without coordinates where RND, CHF or APPR needs an element")
+            self.set_side(statement, words.compensation)
+            return
+        if target.turns and not self.tcp and arc is None:
+            self._turn_table(statement, words, target, kind)
+            return
+        if target.turns and arc is not None:
+            raise statement.error("VP017", "a rotary axis beside an arc is not executed")
+        if self.pending is None or self.corner is None:
+            self.set_side(statement, words.compensation)
+        elif words.compensation is not None and words.compensation != (self.side or "R0"):
+            raise statement.error(
+                "VP017", f"{words.compensation} right after {self.corner.name}; change it one element later"
+            )
+        wait = corner_next()
+        if wait and target.turns:
+            raise statement.error("VP017", "RND or CHF after a move of a rotary axis")
+        self.add_element(self.element(target, arc, kind), wait=wait)
+
+    def _turn_table(self, statement: Statement, words: Words, target: Target, kind: MoveKind) -> None:
+        """A and C without tool-centre-point control."""
+        self.check_nothing_waits("a motion of a rotary axis")
+        if words.compensation not in (None, "R0"):
+            raise statement.error("VP017", f"{words.compensation} beside a rotary axis")
+        self.set_side(statement, words.compensation)
+        if kind == MoveKind.FEED:
+            self._check_feed(self.block, 10)
+        state = self.state
+        axes = target.axes
+        moves_tip = any(axis < 3 for axis in axes)
+        self._motion_start(kind, absolute=True, machine=False)
+        targets = {axis: target.end[axis] for axis in axes if 3 <= axis < 6}
+        if not self.setup.machine:
+            self._record(self.block.line, kind, target.end, axes, absolute=True)
+        elif moves_tip:
+            self.turn_axes(kind, targets, target.end[:3])
+        else:
+            self.turn_axes(kind, targets, None)
+        for axis in axes:
+            state.known[axis] = True
+        self.last_rapid, self.direction = kind == MoveKind.RAPID, None
+
+    def _execute_elsewhere(self, statement: Statement, words: Words, number: int) -> None:
+        """M91, M92: machine coordinates; M130: the untilted system. Straight lines, without compensation."""
+        name = f"M{number}"
+        if statement.keyword != "L":
+            raise statement.error("VP017", f"{name} goes with L")
+        self.check_nothing_waits(name)
+        self._refuse_compensation(name)
+        self.begin_functions(words)
+        kind = MoveKind.RAPID if words.rapid else MoveKind.FEED
+        self.set_feed(statement, words)
+        if words.compensation in ("RL", "RR"):
+            raise statement.error("VP017", f"{words.compensation} beside {name}")
+        self.set_side(statement, words.compensation)
+        if number == 130:
+            self._go_untilted(statement, words, kind)
+        else:
+            self._go_in_machine(statement, words, kind, number)
+        self.last_rapid, self.direction = words.rapid, None
+        self.end_functions(words)
+        self._call_cycles(moved=True)
+
+    def _go_untilted(self, statement: Statement, words: Words, kind: MoveKind) -> None:
+        kept, self.maps.tilt = self.maps.tilt, None
+        inner, self.maps.inner = self.maps.inner, type(self.maps.inner)()
+        self.refresh_frame()
+        try:
+            target = self.read_target(statement, words)
+            words.check_used(statement)
+            if target.turns:
+                raise statement.error("VP017", "a rotary axis beside M130 is not executed")
+            self.add_element(self.element(target, None, kind), wait=False)
+        finally:
+            self.maps.tilt, self.maps.inner = kept, inner
+            self.refresh_frame()
+
+    def _go_in_machine(self, statement: Statement, words: Words, kind: MoveKind, number: int) -> None:
+        home = self.state.home2
+        if number == 92 and home is None:
+            raise statement.error(
+                "VP015", "M92 counts from a position of the machine: add [home] g30 to the machine file"
+            )
+        machine, axes = self.machine_position(), []
+        for axis, letter in enumerate(AXES):
+            if letter not in words.values and "I" + letter not in words.values:
+                continue
+            if letter not in self.setup.axes:
+                raise statement.error(
+                    "VP011", f"{letter}: the machine has no such axis; it has {', '.join(self.setup.axes)}"
+                )
+            if "I" + letter in words.values:
+                raise statement.error("VP017", f"I{letter} beside M{number}: machine coordinates are absolute")
+            value = words.take(letter) or 0.0
+            value = self._length(value) if letter in "XYZUVW" else value
+            machine[axis] = value + (home[axis] if number == 92 and home is not None else 0.0)
+            axes.append(axis)
+        words.check_used(statement)
+        if not axes:
+            raise statement.error("VP005", f"M{number} needs coordinates")
+        if kind == MoveKind.FEED:
+            self._check_feed(self.block, 10)
+        self._motion_start(kind, absolute=True, machine=True)
+        if {0, 1, _C} & set(axes):
+            self.recorder.fix_c(self.block.line)
+        self.move_machine(kind, machine, axes)
+        for axis in {0, 1, 2, *axes}:
+            self.state.named[axis] = False
+        self.refresh_frame()
+
+    # --- corners, approach, departure -----------------------------------------------------------------------------
+
+    def _corner(self, statement: Statement) -> None:
+        rest = statement.rest
+        if statement.keyword == "CHF":
+            rest = "LEN" + rest.lstrip()
+        words = read_words(replace(statement, rest=rest), self.q)
+        if words.functions or words.compensation or words.rapid or words.automatic:
+            raise statement.error("VP006", f"{statement.keyword} takes a length and F")
+        self.set_corner(statement, words)
+
+    def _approach(self, statement: Statement) -> None:
+        match = _APPROACH.match(statement.rest)
+        if match is None:
+            raise statement.error(
+                "VP002", f"{statement.keyword}{statement.rest[:8]}: expected LT, LN, CT, LCT, or P before them", 0
+            )
+        polar, kind = match.groups()
+        words = read_words(
+            replace(statement, rest=statement.rest[match.end() :], begin=statement.begin + match.end()), self.q
+        )
+        self.check_functions(words)
+        if any(word.number in (91, 92, 130, 99, 89) for word in words.functions):
+            raise statement.error("VP017", f"M91, M92, M130, M89 and M99 do not go with {statement.keyword}")
+        self.begin_functions(words)
+        leaves = statement.keyword == "DEP"
+        target = self.read_target(statement, words)
+        if target.turns:
+            raise statement.error("VP017", f"a rotary axis beside {statement.keyword}")
+        if polar:
+            self.build(replace(statement, keyword="LP"), words, target)
+        flat = [axis for axis in target.axes if axis < 2]
+        if leaves and flat and kind != "LCT":
+            raise statement.error("VP006", f"DEP {kind} takes no X and Y")
+        if (not leaves or kind == "LCT") and len(flat) < 1:
+            raise statement.error("VP005", f"{statement.keyword} {kind} needs X and Y")
+        if leaves:
+            if words.compensation not in (None, "R0"):
+                raise statement.error("VP017", f"{words.compensation} beside DEP, which ends compensation")
+            height = target.end[2] if 2 in target.axes else None
+            point = [*target.end[:2], *self.state.position[2:]] if kind == "LCT" else None
+            self.depart(statement, words, kind, point, height)
+        else:
+            self._require_known(self.block, [0, 1, 2], "APPR")
+            self.start_approach(statement, words, kind, target.end)
+        self.end_functions(words)
+
+    # --- calls -------------------------------------------------------------------------------------------------------
+
+    def _call_cycles(self, *, moved: bool) -> None:
+        if "cycle" in self.calls:
+            self.modal = False
+            self.call_cycle()
+        elif "modal" in self.calls:
+            self.modal = True
+            self.call_cycle()
+        elif self.modal and moved:
+            self.call_cycle()
+
+    def _cycle_call(self, statement: Statement) -> None:
+        """CYCL CALL, PAT, POS."""
+        match = re.match(r"[ \t]*(PAT|POS)?(?![A-Z])", statement.rest)
+        where, at = (match.group(1), match.end()) if match is not None else (None, 0)
+        words = read_words(replace(statement, rest=statement.rest[at:], begin=statement.begin + at), self.q)
+        self.check_functions(words)
+        self.begin_functions(words)
+        if where == "POS":
+            self.call_at(statement, words)
+        elif where == "PAT":
+            self.call_places(statement, words)
+        else:
+            words.check_used(statement)
+            self.call_cycle()
+        self.end_functions(words)
+
+    def _block_of_words(self, statement: Statement) -> None:
+        """M, F, S, R0 alone in a block."""
+        words = read_words(statement, self.q)
+        self.check_functions(words)
+        self.check_nothing_waits("a block without coordinates")
+        self.begin_functions(words)
+        self.set_feed(statement, words)
+        self.set_side(statement, words.compensation)
+        words.check_used(statement)
+        self.end_functions(words)
+        self._call_cycles(moved=False)
+
+    # --- flow --------------------------------------------------------------------------------------------------------
+
+    def _named_label(self, match: re.Match[str]) -> str:
+        quoted, digits, text = match.groups()
+        return label_of(quoted, digits, text, self.q)
+
+    def _call_label(self, statement: Statement) -> None:
+        match = _LABEL.match(statement.rest)
+        if match is None:
+            raise statement.error("VP005", "CALL LBL needs a label", 0)
+        name = self._named_label(match)
+        rest = statement.rest[match.end() :]
+        if not rest.strip():
+            self.jump = Jump("call", name)
+            return
+        repeat = _REPEAT.match(rest)
+        if repeat is None:
+            raise statement.error(
+                "VP001", f"{rest.strip()[:15]!r} after CALL LBL; expected REP and a number", match.end()
+            )
+        count = read_value(repeat.group(1), self.q)
+        if count != round(count) or not 0 <= count <= _MAX_REPEATS:
+            raise statement.error("VP007", f"REP {count:g}: repeats are whole, up to {_MAX_REPEATS}")
+        self.jump = Jump("repeat", name, round(count))
+
+    def _label(self, statement: Statement) -> None:
+        match = _LABEL.match(statement.rest)
+        if match is None or match.group(3) or statement.rest[match.end() :].strip():
+            raise statement.error("VP001", "LBL needs a number, or a name in quotes", 0)
+        if self._named_label(match) == "0":
+            self.jump = Jump("return")
+
+    def _call_program(self, statement: Statement) -> None:
+        text = statement.rest.strip().strip('"')
+        name = re.split(r"[\\/:]", text)[-1].strip().lower()
+        name = name[:-2] if name.endswith(".h") else name
+        if not name or "." in name:
+            raise statement.error("VP023", f"CALL PGM {text[:30]}: expected the name of a Klartext program (.H)")
+        self.jump = Jump("program", name)
+
+    def _assign_parameter(self, statement: Statement) -> None:
+        assign(statement, self.q)
+
+    def _function_of_q(self, statement: Statement) -> None:
+        answer = execute_fn(statement, self.q)
+        if answer.label is not None:
+            self.jump = Jump("goto", answer.label)
+        if answer.message is not None:
+            self.recorder.event(self.block.line, "not executed", text=answer.message)
+
+    # --- head, end, stops ---------------------------------------------------------------------------------------------
+
+    def _begin_program(self, statement: Statement) -> None:
+        match = re.search(r"[ \t](MM|INCH)[ \t]*$", statement.rest)
+        if match is None:
+            raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
+        inch = match.group(1) == "INCH"
+        self.state.inch = inch
+        self.q.shown[113] = float(inch)
+
+    def _end_program(self, statement: Statement) -> None:
+        self.jump = Jump("end")
+
+    def _form(self, statement: Statement) -> None:
+        """BLK FORM: the stock, shown as an event."""
+        self.recorder.event(self.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
+
+    def _stop(self, statement: Statement) -> None:
+        words = read_words(statement, self.q)
+        self.check_functions(words)
+        words.check_used(statement)
+        self.check_nothing_waits("STOP")
+        self.begin_functions(words)
+        self._run(Block(statement.line, [("M", 0.0, 1)]))
+        self.end_functions(words)
+
+    def _pole(self, statement: Statement) -> None:
+        words = read_words(statement, self.q)
+        if words.functions or words.compensation or words.rapid:
+            raise statement.error("VP006", "CC takes two coordinates")
+        self.set_pole(statement, words)
+
+    def _refuse_selected(self, statement: Statement) -> None:
+        raise statement.error("VP002", "CALL SELECTED PGM is not executed; write CALL PGM", 0)
+
+
+#: What executes a statement.
+STATEMENTS: Final[Mapping[str, Callable[[Klartext, Statement], None]]] = {
+    "BEGIN PGM": Klartext._begin_program, "END PGM": Klartext._end_program, "BLK FORM": Klartext._form,
+    "TOOL CALL": Klartext.call_tool, "TOOL DEF": Klartext.define_tool, "CYCL DEF": Klartext.define_cycle,
+    "CYCL CALL": Klartext._cycle_call, "CALL LBL": Klartext._call_label, "CALL PGM": Klartext._call_program,
+    "CALL SELECTED PGM": Klartext._refuse_selected, "PLANE": Klartext.execute_plane, "FUNCTION": Klartext.execute_function,
+    "TRANS": Klartext.transform, "PATTERN DEF": Klartext.define_places, "STOP": Klartext._stop, "LBL": Klartext._label,
+    "FN": Klartext._function_of_q, "APPR": Klartext._approach, "DEP": Klartext._approach, "RND": Klartext._corner,
+    "CHF": Klartext._corner, "CC": Klartext._pole, **dict.fromkeys(("Q", "QL", "QR", "QS"), Klartext._assign_parameter),
+    **dict.fromkeys(("M", "F", "S", "R0", "RL", "RR"), Klartext._block_of_words),
+}  # fmt: skip

@@ -1,0 +1,225 @@
+"""Q, QL, QR and QS parameters: their values, what of the control they show, and the statements that set them."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
+from verne_post.gcode.klartext.statements import Statement, label_name
+
+_ASSIGNED: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
+_OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
+_JUMP: Final = re.compile(
+    rf"IF[ \t]+({VALUE})[ \t]+(EQU|NE|GT|LT)[ \t]+({VALUE})[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ \t]*$"
+)
+_DEFINED: Final = re.compile(
+    r"IF[ \t]+(Q[LRS]?\d+)[ \t]+IS[ \t]+(UNDEFINED|DEFINED)[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ \t]*$"
+)
+_RELATIONS: Final = {9: "EQU", 10: "NE", 11: "GT", 12: "LT"}
+_STRING_PART: Final = re.compile(
+    r"[ \t]*(?:\"([^\"]*)\"|(QS\d+)|TOCHAR[ \t]*\([ \t]*DAT[ \t]*("
+    + VALUE
+    + r")[ \t]*(?:DECIMALS[ \t]*(\d+))?[ \t]*\))[ \t]*"
+)
+#: So many numbers of Q, QL, QR, QS there are.
+_LAST: Final = {"Q": 1999, "QL": 499, "QR": 499, "QS": 1999}
+_MAX_STRING: Final = 10_000
+#: What the functions of FN that are not executed would do.
+REFUSED_FUNCTIONS: Final = {
+    17: "SYSWRITE changes data of the control", 19: "PLC: values of the machine", 20: "WAIT FOR: conditions of the machine",
+    26: "tables are not read", 27: "tables are not written", 28: "tables are not read", 29: "PLC: values of the machine",
+    37: "EXPORT: cycles of the user", 38: "SEND: data to other computers",
+}  # fmt: skip
+
+
+@dataclass
+class QParameters:
+    """Values of the parameters; ``shown`` are those of the control itself, by number, set by what the program does.
+
+    ``unknown`` are those that a read at the machine has set: their value is not known here.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    strings: dict[str, str] = field(default_factory=dict)
+    local: list[dict[str, float]] = field(default_factory=lambda: [{}])
+    shown: dict[int, float] = field(default_factory=dict)
+    unknown: set[str] = field(default_factory=set)
+
+    def value(self, name: str) -> float:
+        """Value of Q1, QL1, QR1; VP025 where it has none."""
+        kind, number = _split(name)
+        if kind == "QS":
+            raise BlockError("VP025", f"{name} is a text, not a number")
+        key = f"{kind}{number}"
+        if key in self.unknown:
+            raise BlockError("VP025", f"{key} was read at the machine (FN 18), so its value is not known here")
+        table = self.local[-1] if kind == "QL" else self.values
+        if key in table:
+            return table[key]
+        if kind == "Q" and number in self.shown:
+            return self.shown[number]
+        raise BlockError("VP025", f"{key} has no value; set it first")
+
+    def is_defined(self, name: str) -> bool:
+        """True for a parameter with a value."""
+        kind, number = _split(name)
+        key = f"{kind}{number}"
+        table = {"QL": self.local[-1], "QS": self.strings}.get(kind, self.values)
+        return key in table or (kind == "Q" and number in self.shown)  # type: ignore[operator]
+
+    def set(self, name: str, value: float) -> None:
+        """Set Q1, QL1 or QR1."""
+        kind, number = _split(name)
+        key = f"{kind}{number}"
+        self.unknown.discard(key)
+        (self.local[-1] if kind == "QL" else self.values)[key] = value
+
+    def text(self, name: str) -> str:
+        """Text of QS1; VP025 where it has none."""
+        kind, number = _split(name)
+        if f"{kind}{number}" not in self.strings:
+            raise BlockError("VP025", f"{name} has no text; set it first")
+        return self.strings[f"{kind}{number}"]
+
+    def forget(self, name: str) -> None:
+        """A value that only the machine knows."""
+        kind, number = _split(name)
+        self.unknown.add(f"{kind}{number}")
+
+
+def _split(name: str) -> tuple[str, int]:
+    kind = name.rstrip("0123456789")
+    digits = name[len(kind) :]
+    number = int(digits) if len(digits) < 6 else 10**6
+    if number > _LAST.get(kind, -1):
+        raise BlockError("VP025", f"{name[:12]}: there are {kind}0 to {kind}{_LAST.get(kind, 0)}")
+    return kind, number
+
+
+def assign(statement: Statement, parameters: QParameters) -> None:
+    """``Q1 = formula``, ``QS1 = "text" || QS2``."""
+    match = _ASSIGNED.match(statement.rest)
+    if match is None:
+        raise statement.error("VP001", "a parameter stands alone; expected Q1 = and a value", 0)
+    name = match.group(1) + match.group(2)
+    rest = statement.rest[match.end() :]
+    if not rest.strip():
+        raise statement.error("VP005", f"{name} = without a value")
+    if match.group(1) == "QS":
+        parameters.strings[f"QS{_split(name)[1]}"] = _string(rest, parameters)
+    elif rest.strip().startswith("TONUMB"):
+        parameters.set(name, _to_number(rest, parameters))
+    else:
+        parameters.set(name, evaluate(rest, parameters))
+
+
+def _string(text: str, parameters: QParameters) -> str:
+    joined, at = "", 0
+    while True:
+        match = _STRING_PART.match(text, at)
+        if match is None:
+            raise BlockError(
+                "VP002", f"{text[at:].strip()[:20]}: expected a text in quotes, QS parameters and TOCHAR, joined by ||"
+            )
+        literal, name, number, decimals = match.groups()
+        if literal is not None:
+            joined += literal
+        elif name is not None:
+            joined += parameters.text(name)
+        else:
+            joined += f"{read_value(number, parameters):.{min(int(decimals or 0), 9)}f}"
+        if len(joined) > _MAX_STRING:
+            raise BlockError("VP007", f"a text of more than {_MAX_STRING} characters")
+        at = match.end()
+        if at == len(text):
+            return joined
+        if not text.startswith("||", at):
+            raise BlockError("VP001", f"{text[at:].strip()[:20]!r} in a text formula; expected ||")
+        at += 2
+
+
+def _to_number(text: str, parameters: QParameters) -> float:
+    match = re.fullmatch(r"[ \t]*TONUMB[ \t]*\([ \t]*SRC_(QS\d+)[ \t]*\)[ \t]*", text)
+    if match is None:
+        raise BlockError("VP001", "expected TONUMB( SRC_QS1 )")
+    try:
+        return read_value(parameters.text(match.group(1)), parameters)
+    except BlockError as error:
+        raise BlockError("VP007", f"TONUMB: {error}") from None
+
+
+@dataclass(frozen=True)
+class FnAnswer:
+    """What a function of FN asks for: a jump to a label, or a message."""
+
+    label: str | None = None
+    message: str | None = None
+
+
+def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
+    """``FN 0: Q1 = +5`` to ``FN 18``.
+
+    Raises
+    ------
+    BlockError
+        VP002 for functions that are not executed, VP027 for FN 14, which stops the program.
+    """
+    match = re.match(r"[ \t]*(\d{1,2})[ \t]*:[ \t]*", statement.rest)
+    if match is None:
+        raise statement.error("VP001", "expected FN, a number and a colon", 0)
+    number, rest = int(match.group(1)), statement.rest[match.end() :].rstrip()
+    if number in _RELATIONS:
+        return FnAnswer(label=_jump(number, rest, parameters))
+    if number == 14:
+        raise BlockError("VP027", f"the program asks to stop: {rest.strip()}")
+    if number in (15, 16):
+        return FnAnswer(message=f"FN {number}: {rest}")
+    if number == 18:
+        read = re.match(r"SYSREAD[ \t]+(Q[LR]?\d+)[ \t]*=", rest)
+        if read is None:
+            raise BlockError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
+        parameters.forget(read.group(1))
+        return FnAnswer(message=f"FN 18: {rest}")
+    if number in REFUSED_FUNCTIONS:
+        raise BlockError("VP002", f"FN {number} is not executed ({REFUSED_FUNCTIONS[number]})")
+    if number == 0:
+        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})()"
+    elif number in (5, 6, 7):
+        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})()"
+    elif number in _OPERATORS:
+        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
+    else:
+        raise BlockError("VP002", f"FN {number} is not a function of the language")
+    found = re.fullmatch(pattern, rest)
+    if found is None:
+        raise BlockError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")
+    name, first, second = found.groups()
+    value = read_value(first, parameters)
+    if number:
+        value = combine(number, value, read_value(second, parameters) if second else 0.0)
+    parameters.set(name, value)
+    return FnAnswer()
+
+
+def _jump(number: int, rest: str, parameters: QParameters) -> str | None:
+    defined = _DEFINED.match(rest)
+    if defined is not None and number == 9:
+        name, wanted, quoted, digits, text = defined.groups()
+        return (
+            label_of(quoted, digits, text, parameters) if parameters.is_defined(name) == (wanted == "DEFINED") else None
+        )
+    match = _JUMP.match(rest)
+    if match is None or match.group(2) != _RELATIONS[number]:
+        raise BlockError("VP001", f"FN {number}: expected IF value {_RELATIONS[number]} value GOTO LBL label")
+    first, relation, second, quoted, digits, text = match.groups()
+    if not holds(relation, read_value(first, parameters), read_value(second, parameters)):
+        return None
+    return label_of(quoted, digits, text, parameters)
+
+
+def label_of(quoted: str | None, digits: str | None, text: str | None, parameters: QParameters) -> str:
+    """The label that a call or a jump names."""
+    if text is not None:
+        return label_name(parameters.text(text))
+    return label_name(quoted if quoted is not None else digits or "")

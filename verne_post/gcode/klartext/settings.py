@@ -1,0 +1,231 @@
+"""Cycles of Klartext that set modes: datum shift, mirror image, rotation, scaling, working plane, preset, tolerance, dwell."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Final
+
+from verne_post.gcode.block import Block
+from verne_post.gcode.klartext.cycle_words import Head, read_parameters
+from verne_post.gcode.klartext.formulas import VALUE, read_value
+from verne_post.gcode.klartext.orientation import KlartextOrientation
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.model.moves import PathControl, PathMode
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
+
+_COORDINATE: Final = re.compile(rf"[ \t]*(I?)([XYZABCUVW])[ \t]*({VALUE})(?=[ \t]|$)")
+_ROTATION: Final = re.compile(rf"[ \t]*(I?)ROT[ \t]*({VALUE})[ \t]*$")
+_SCALE: Final = re.compile(rf"[ \t]*SCL[ \t]*({VALUE})[ \t]*$")
+_LAST_NAMED_SYSTEM: Final = 9
+_Handler = Callable[["KlartextSettings", Statement, Head], None]
+
+
+class KlartextSettings(KlartextOrientation):
+    """Orientation, and cycles that set modes."""
+
+    def execute_setting(self, statement: Statement, head: Head) -> bool:
+        """One line of a setting cycle; False where the cycle is none."""
+        handler = SETTINGS.get(head.number)
+        if handler is None:
+            return False
+        self.check_nothing_waits(f"CYCL DEF {head.number}")
+        if head.part or head.number == 247:  # line 0 only names the cycle
+            handler(self, statement, head)
+        elif head.number in (8, 19, 32):  # what follows replaces it; without more it ends
+            self._begin_setting(head.number)
+        return True
+
+    def _begin_setting(self, number: int) -> None:
+        if number == 8:
+            self._change_maps("mirror image")
+            self.maps.current.mirrored = (False, False)
+            self.maps.current.set("mirror", active=False)
+            self.refresh_frame()
+        elif number == 19:
+            self.set_working_plane(None)
+        else:
+            self.state.control = PathControl()
+
+    def _change_maps(self, what: str) -> None:
+        self._refuse_compensation(what)
+
+    # --- maps ---------------------------------------------------------------------------------------------
+
+    def shift_datum(self, statement: Statement, text: str) -> None:
+        """``X+10 IY-5``: the datum shift of these axes."""
+        self._change_maps("a datum shift")
+        layer, at = self.maps.current, 0
+        shift = list(layer.shift)
+        text = text.rstrip()
+        while at < len(text):
+            match = _COORDINATE.match(text, at)
+            if match is None:
+                if text[at:].strip().startswith("#") or text[at:].strip().startswith("FILE"):
+                    raise statement.error(
+                        "VP002", "datum tables are not read; write the shift, or CYCL DEF 247 and --wcs"
+                    )
+                raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a coordinate of a datum shift")
+            step, letter, value = match.group(1), match.group(2), read_value(match.group(3), self.q)
+            at = match.end()
+            if letter not in "XYZ":
+                if value:
+                    raise statement.error(
+                        "VP002", f"a datum shift of {letter} is not executed; give A and C with their whole values"
+                    )
+                continue
+            axis = "XYZ".index(letter)
+            shift[axis] = self._length(value) + (shift[axis] if step else 0.0)
+        if self.maps.tilt is not None and "shift" in self.maps.outer.order:
+            raise statement.error(
+                "VP017", "a datum shift in a tilted plane while one from before the plane holds: which of them it would change differs "
+                "between controls; write PLANE RESET first",
+            )  # fmt: skip
+        layer.shift = (shift[0], shift[1], shift[2])
+        layer.set("shift", active=any(shift))
+        self.refresh_frame()
+
+    def _shift(self, statement: Statement, head: Head) -> None:
+        self.shift_datum(statement, head.rest)
+
+    def _mirror(self, statement: Statement, head: Head) -> None:
+        self.mirror(statement, head.rest)
+
+    def mirror(self, statement: Statement, text: str) -> None:
+        """``X Y``: the axes that are mirrored."""
+        self._change_maps("a mirror image")
+        letters = text.split()
+        wrong = [letter for letter in letters if letter not in ("X", "Y")]
+        if wrong:
+            raise statement.error(
+                "VP002", f"a mirror image of {wrong[0][:10]} is not executed; X and Y can be mirrored"
+            )
+        layer = self.maps.current
+        layer.mirrored = ("X" in letters, "Y" in letters)
+        layer.set("mirror", active=bool(letters))
+        self.refresh_frame()
+
+    def _rotation(self, statement: Statement, head: Head) -> None:
+        self.rotate(statement, head.rest)
+
+    def rotate(self, statement: Statement, text: str) -> None:
+        """``ROT+30``: about Z of the input system."""
+        self._change_maps("a rotation")
+        match = _ROTATION.match(text)
+        if match is None:
+            raise statement.error("VP001", "expected ROT and an angle in degrees")
+        layer = self.maps.current
+        layer.angle = read_value(match.group(2), self.q) + (layer.angle if match.group(1) else 0.0)
+        layer.set("rotation", active=layer.angle % 360.0 != 0.0)
+        self.refresh_frame()
+
+    def _scaling(self, statement: Statement, head: Head) -> None:
+        self.scale(statement, head.rest)
+
+    def scale(self, statement: Statement, text: str) -> None:
+        """``SCL0.5``: all three axes."""
+        self._change_maps("a scaling")
+        match = _SCALE.match(text)
+        if match is None:
+            raise statement.error("VP001", "expected SCL and a factor")
+        factor = read_value(match.group(1), self.q)
+        if not 1e-6 <= factor <= 99.999999:
+            raise statement.error("VP007", f"SCL{factor:g}: a factor lies between 0.000001 and 99.999999")
+        layer = self.maps.current
+        layer.scale = factor
+        layer.set("scale", active=factor != 1.0)
+        self.refresh_frame()
+
+    def transform(self, statement: Statement) -> None:
+        """TRANS DATUM AXIS, TRANS DATUM RESET, TRANS MIRROR, ROTATION, SCALE."""
+        self.check_nothing_waits("TRANS")
+        text = " ".join(statement.rest.split())
+        for begin, (action, fixed) in _TRANS.items():
+            if text == begin and fixed is not None:
+                action(self, statement, fixed)
+                return
+            if fixed is None and text.startswith(begin + " "):
+                action(self, statement, text[len(begin) :])
+                return
+        raise statement.error("VP002", f"TRANS {text[:25]} is not executed", 0)
+
+    # --- others ---------------------------------------------------------------------------------------------
+
+    def _working_plane(self, statement: Statement, head: Head) -> None:
+        """19.1 A+0 B+45 C+0 as spatial angles; F and the set-up clearance position nothing here."""
+        angles = {"A": 0.0, "B": 0.0, "C": 0.0}
+        text = re.sub(
+            rf"[ \t](?:F[ \t]*(?:MAX|{VALUE})|(?:ABST|DIST|SETUP|SET-UP|S)[ \t]*{VALUE})(?=[ \t]|$)", " ", head.rest
+        )
+        at, text = 0, text.rstrip()
+        while at < len(text):
+            match = _COORDINATE.match(text, at)
+            if match is None or match.group(2) not in angles or match.group(1):
+                raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a spatial angle of cycle 19")
+            angles[match.group(2)] = read_value(match.group(3), self.q)
+            at = match.end()
+        if text.strip():
+            self.set_working_plane((angles["A"], angles["B"], angles["C"]))
+
+    def _preset(self, statement: Statement, head: Head) -> None:
+        """247: the preset; shifts, mirror images, rotations and scalings end."""
+        values = read_parameters(statement, head, self.q, 0.0)
+        if set(values) - {339} or 339 not in values:
+            raise statement.error("VP005", "CYCL DEF 247 needs Q339, the number of the preset, and nothing else")
+        number = round(values[339])
+        system = number if number <= _LAST_NAMED_SYSTEM else ADDITIONAL_SYSTEMS + number
+        if number != values[339] or number < 1 or system not in self.state.systems:
+            last = max(self.state.systems) - ADDITIONAL_SYSTEMS
+            top = last if last > _LAST_NAMED_SYSTEM else _LAST_NAMED_SYSTEM
+            raise statement.error(
+                "VP007",
+                f"Q339={values[339]:g}: presets are 1 to {top}: 1 to 9 are G54 to G59.3 of --wcs, others G54.1P10 ...",
+            )
+        self._refuse_compensation("CYCL DEF 247")
+        state = self.state
+        self.maps.reset()
+        self._set_frame(replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None))
+        self.refresh_frame()
+
+    def _tolerance(self, statement: Statement, head: Head) -> None:
+        """32.1 T0.05: tolerance at corners; 32.2 HSC-MODE and TA are without effect."""
+        if head.part != 1:
+            if not re.fullmatch(
+                rf"[ \t]*(?:HSC-MODE[ \t]*:?[ \t]*[01])?[ \t]*(?:TA[ \t]*:?[ \t]*{VALUE})?[ \t]*", head.rest
+            ):
+                raise statement.error("VP001", "expected HSC-MODE:0 TA0.5")
+            return
+        match = re.fullmatch(rf"[ \t]*T[ \t]*({VALUE})[ \t]*", head.rest)
+        if match is None:
+            raise statement.error("VP001", "expected T and the tolerance")
+        value = self._length(read_value(match.group(1), self.q))
+        if value < 0:
+            raise statement.error("VP007", f"T{value:g}: a tolerance is not negative")
+        self.state.control = PathControl(PathMode.BLEND, value) if value else PathControl()
+
+    def _dwell_time(self, statement: Statement, head: Head) -> None:
+        match = re.fullmatch(rf"[ \t]*(?:DWELL|V\.ZEIT|V\.ZT|VERW\.ZEIT)?[ \t]*({VALUE})[ \t]*", head.rest)
+        if match is None:
+            raise statement.error("VP001", "expected DWELL and the time in seconds")
+        self._run(Block(statement.line, [("G", 4.0, 1)], {"P": read_value(match.group(1), self.q)}, {"P": 1}))
+
+    def _orient(self, statement: Statement, head: Head) -> None:
+        """13: the angle to which M19 orients the spindle."""
+        match = re.fullmatch(rf"[ \t]*(?:ANGLE|WINKEL)?[ \t]*({VALUE})[ \t]*", head.rest)
+        if match is None:
+            raise statement.error("VP001", "expected ANGLE and degrees")
+        self.spindle_angle = read_value(match.group(1), self.q)
+
+
+#: TRANS functions: what they do, and with which text where the program gives none.
+_TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], None], str | None]]] = {
+    "DATUM RESET": (KlartextSettings.shift_datum, "X0 Y0 Z0"), "DATUM AXIS": (KlartextSettings.shift_datum, None),
+    "MIRROR RESET": (KlartextSettings.mirror, ""), "MIRROR AXIS": (KlartextSettings.mirror, None),
+    "ROTATION RESET": (KlartextSettings.rotate, "ROT0"), "ROTATION": (KlartextSettings.rotate, None),
+    "SCALE RESET": (KlartextSettings.scale, "SCL1"), "SCALE": (KlartextSettings.scale, None),
+}  # fmt: skip
+#: Cycles that set modes.
+SETTINGS: Final[Mapping[int, _Handler]] = {
+    7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._rotation,
+    11: KlartextSettings._scaling, 13: KlartextSettings._orient, 19: KlartextSettings._working_plane,
+    32: KlartextSettings._tolerance, 247: KlartextSettings._preset,
+}  # fmt: skip

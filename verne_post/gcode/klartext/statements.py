@@ -1,0 +1,248 @@
+"""Lines of a Klartext program -> statements: block number, keyword and the text after it, without comments."""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.plain import PlainLines
+from verne_post.gcode.scan import chunk_end, scan
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.text import Chunk, decode_line
+
+#: Keywords that begin a statement, the longer before those that they begin with.
+KEYWORDS: Final = (
+    "BEGIN PGM", "END PGM", "BLK FORM", "TOOL CALL", "TOOL DEF", "CYCL DEF", "CYCL CALL", "CALL LBL", "CALL PGM",
+    "CALL SELECTED PGM", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "FN", "APPR", "DEP", "RND", "CHF",
+    "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
+)  # fmt: skip
+_NUMBER: Final = re.compile(r"[ \t]*(\d+)?[ \t]*(/)?[ \t]*")
+_KEYWORD: Final = re.compile(
+    "|".join(
+        re.escape(word).replace(r"\ ", r"[ \t]+") + (r"(?![A-Z0-9])" if len(word) > 1 or word == "C" else "")
+        for word in KEYWORDS if word not in "LCMQFS"
+    )
+    + r"|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
+)  # fmt: skip
+#: A line that goes on with parameters of the cycle defined above it, where the tilde is left out.
+_CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
+_CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORECASE)
+#: Statements that change the corner at the end of the move before them.
+_CORNER: Final = re.compile(rb"[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
+_IGNORED_LINE: Final = re.compile(rb"[ \t\r]*\d*[ \t]*(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
+_LABEL: Final = re.compile(rb"^[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))", re.MULTILINE | re.IGNORECASE)
+_KEPT_CHUNKS: Final = 8
+_G: Final = 10
+
+# Plain lines in words of RS274/NGC: L becomes G1, with FMAX G0; R0 goes. What a Klartext line may not have must not become
+# a plain line: G and N, brackets, blanks inside numbers.
+_TRANSLATION: Final = bytes.maketrans(b",GgNn()", b".??????")
+_RAPID: Final = re.compile(rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])([^\nLMRFQ;]*)(?:R0[ \t]+)?FMAX[ \t]*(?=[;\r\n]|$)", re.MULTILINE | re.IGNORECASE)
+_STRAIGHT: Final = re.compile(rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])", re.MULTILINE | re.IGNORECASE)
+_NO_SIDE: Final = re.compile(rb"(?<=[ \t])R0(?=[ \t\r\n;])", re.IGNORECASE)
+_SPLIT_NUMBER: Final = re.compile(rb"[ \t](?=[\d.])")
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement.
+
+    Attributes
+    ----------
+    line, last : int
+        Its first and last line.
+    keyword : str
+        "" for a comment, a structure line or a blank line.
+    rest : str
+        What follows the keyword, in upper case but for what stands in quotes.
+    begin : int
+        Column (from 0) at which ``rest`` begins, of the first line.
+    deleted : bool
+        A slash stands before it.
+    """
+
+    line: int
+    last: int
+    keyword: str
+    rest: str
+    begin: int = 0
+    deleted: bool = False
+
+    def error(self, code: str, message: str, at: int | None = None) -> BlockError:
+        """An error of this statement, at a place of ``rest``."""
+        return BlockError(code, message, None if at is None else self.begin + at + 1)
+
+
+class KlartextText:
+    """One file: statements on demand, its labels, and its plain lines as the scanner has them.
+
+    ``name`` is None for the program itself.
+    """
+
+    def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
+        self.source, self.setup, self.name = source, setup, name
+        self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
+        self._starts = [(1, 0)]
+        self._kept: dict[int, Chunk] = {}
+
+    def chunk(self, line: int) -> Chunk | None:
+        """The chunk that holds a line, with its plain lines scanned; None after the end of the text."""
+        for kept in self._kept.values():
+            if kept.first_line <= line < kept.first_line + len(kept.ends):
+                return kept
+        while self._starts[-1][0] <= line and self._starts[-1][1] < len(self.source):
+            first, start = self._starts[-1]
+            end = chunk_end(self.source, start)
+            ends_whole = self.source[end - 1 : end] == b"\n"
+            self._starts.append((first + self.source.count(b"\n", start, end) + (not ends_whole), end))
+        at = next((i for i in range(len(self._starts) - 2, -1, -1) if self._starts[i][0] <= line), None)
+        if at is None or line >= self._starts[at + 1][0]:
+            return None
+        first, start = self._starts[at]
+        text = self.source[start : self._starts[at + 1][1]]
+        lines = _scan(first, text, self.setup)
+        chunk = Chunk(first, text, lines, lines.ends().tolist())
+        if len(self._kept) >= _KEPT_CHUNKS:
+            self._kept.pop(next(iter(self._kept)))
+        self._kept[first] = chunk
+        return chunk
+
+    def raw(self, line: int) -> bytes | None:
+        """One line; None after the end of the text."""
+        chunk = self.chunk(line)
+        return None if chunk is None else chunk.raw[line - chunk.first_line]
+
+    def statement(self, line: int) -> Statement | None:
+        """The statement that begins in a line; None after the end of the text.
+
+        Raises
+        ------
+        BlockError
+            VP001, VP002: the line begins with no word of the language.
+        """
+        raw = self.raw(line)
+        if raw is None:
+            return None
+        text, goes_on = _without_comment(decode_line(raw))
+        parts, last = [text], line
+        cycle = _CYCLE.match(text) is not None
+        while goes_on or cycle:
+            following = self.raw(last + 1)
+            if following is None:
+                if goes_on:
+                    raise BlockError("VP001", "the statement goes on (~), and the text ends", line=line)
+                break
+            more = decode_line(following)
+            if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
+                break
+            text, goes_on = _without_comment(more)
+            parts.append(text)
+            last += 1
+        return _read(parts, line, last)
+
+    def is_corner_next(self, line: int) -> bool:
+        """True where the next statement from a line on is RND or CHF."""
+        while (raw := self.raw(line)) is not None:
+            if not _IGNORED_LINE.fullmatch(raw):
+                return _CORNER.match(raw) is not None
+            line += 1
+        return False
+
+    @cached_property
+    def labels(self) -> dict[str, int]:
+        """Label -> line of its LBL.
+
+        Raises
+        ------
+        BlockError
+            VP023: a label that stands twice.
+        """
+        found: dict[str, int] = {}
+        line, at = 1, 0
+        for match in _LABEL.finditer(self.source):
+            line += self.source.count(b"\n", at, match.start())
+            at = match.start()
+            name = label_name(match.group(1) if match.group(1) is not None else match.group(2))
+            if name == "0":
+                continue
+            if name in found:
+                raise BlockError("VP023", f"LBL {name} stands twice, first in line {found[name]}", 1, line=line)
+            found[name] = line
+        return found
+
+
+def label_name(text: bytes | str) -> str:
+    """A label as it is compared: numbers without leading zeros."""
+    name = text.decode("latin-1") if isinstance(text, bytes) else text
+    return str(int(name)) if name.isdigit() else name
+
+
+def _without_comment(text: str) -> tuple[str, bool]:
+    """A line without its comment, and whether it goes on (~)."""
+    text = text.rstrip(" \t\r")
+    goes_on = text.endswith("~")
+    if goes_on:
+        text = text[:-1]
+    if ";" in text:
+        quoted = False
+        for at, character in enumerate(text):
+            if character == '"':
+                quoted = not quoted
+            elif character == ";" and not quoted:
+                text = text[:at]
+                break
+    return text.rstrip(" \t"), goes_on
+
+
+def _upper(text: str) -> str:
+    """Upper case, but for what stands in quotes; other alphabets stay, so that columns do."""
+    parts = text.split('"')
+    return '"'.join(
+        part if index % 2 else "".join(c.upper() if c.isascii() else c for c in part)
+        for index, part in enumerate(parts)
+    )
+
+
+def _read(parts: list[str], line: int, last: int) -> Statement:
+    text = _upper(parts[0])
+    number = _NUMBER.match(text)
+    assert number is not None
+    deleted = number.group(2) is not None
+    begin = number.end()
+    if begin == len(text) and len(parts) == 1:
+        return Statement(line, last, "", "", begin, deleted)
+    if text.startswith("*", begin):  # a structure line
+        return Statement(line, last, "", text[begin:], begin, deleted)
+    keyword = _KEYWORD.match(text, begin)
+    if keyword is None:
+        word = re.match(r"[^\s+\-=]*", text[begin:])
+        shown = (word.group() if word else "") or text[begin : begin + 10]
+        raise BlockError(
+            "VP002", f"{shown[:20]} is not a statement that is executed here; docs/heidenhain.md lists them", begin + 1
+        )
+    name = " ".join(keyword.group().split())
+    tail = " ".join(_upper(part) for part in parts[1:])
+    at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
+    return Statement(line, last, name, text[at:] + (" " + tail if tail else ""), at, deleted)
+
+
+def _plain_words(text: bytes) -> bytes:
+    """Lines in words of RS274/NGC; those that are no plain straight moves stay as no scanner can read them."""
+    words = text.translate(_TRANSLATION)
+    if b"MAX" in words.upper():
+        words = _RAPID.sub(rb"G0\1", words)
+    words = _STRAIGHT.sub(b"G1", words)
+    if b"R0" in words:
+        words = _NO_SIDE.sub(b"", words)
+    return _SPLIT_NUMBER.sub(b"?", words)
+
+
+def _scan(first: int, text: bytes, setup: Setup) -> PlainLines:
+    """The plain lines of a chunk: those that become G0 or G1."""
+    lines = PlainLines(scan(first, _plain_words(text)), setup)
+    lines.plain &= lines.row[:, _G] == np.arange(len(lines.plain))
+    return lines

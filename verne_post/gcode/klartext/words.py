@@ -1,0 +1,132 @@
+"""Words of path functions: coordinates (absolute or I for incremental), feed, compensation, M functions."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
+from verne_post.gcode.klartext.statements import Statement
+
+#: Functions that take numbers after them, by M number, and the words that belong to them.
+_M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
+_WORD: Final = re.compile(
+    rf"[ \t]*(?:(?P<comp>R0|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q]))(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX|AUTO))(?![A-Z0-9])"
+    rf"|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]+MAX)|M[ \t]*(?P<m>\d+)"
+    rf"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ \t]*(?P<value>{VALUE})"
+    rf"|(?P<axis>[ABC])(?=[ \t]|$))"
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MWord:
+    """An M function with the words that belong to it."""
+
+    number: int
+    column: int
+    words: dict[str, float] = field(default_factory=dict)
+    axes: str = ""
+    to_limit: bool = False
+
+
+@dataclass
+class Words:
+    """The words of one statement.
+
+    Attributes
+    ----------
+    values : dict
+        Letter (``X``, ``IX``, ``PR`` ...) -> value, in the unit of the program.
+    columns : dict
+        Their places in the statement.
+    compensation : str or None
+        R0, RL, RR.
+    rapid, automatic : bool
+        FMAX; F AUTO, the feed rate of TOOL CALL.
+    rotation : int or None
+        DR+ is 1, DR- is -1.
+    functions : list of MWord
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    columns: dict[str, int] = field(default_factory=dict)
+    compensation: str | None = None
+    rapid: bool = False
+    automatic: bool = False
+    rotation: int | None = None
+    functions: list[MWord] = field(default_factory=list)
+
+    def take(self, name: str) -> float | None:
+        """A value that is used now; None where it is not given."""
+        return self.values.pop(name, None)
+
+    def coordinate(self, letter: str, here: float) -> float | None:
+        """Where a coordinate leads from ``here``: X or IX; None where neither is given."""
+        absolute, step = self.take(letter), self.take("I" + letter)
+        if absolute is not None and step is not None:
+            raise BlockError("VP004", f"{letter} and I{letter} in one block")
+        return absolute if step is None else here + step
+
+    def check_used(self, statement: Statement) -> None:
+        """Refuse words that nothing has used."""
+        for name in self.values:
+            raise statement.error("VP006", f"{statement.keyword} does not use {name}", self.columns[name])
+
+
+def read_words(statement: Statement, numbers: Numbers) -> Words:
+    """The words after the keyword of a statement.
+
+    Raises
+    ------
+    BlockError
+        With the column of the first character that fits nothing.
+    """
+    words, text, at = Words(), statement.rest, 0
+    text = text.rstrip()
+    while at < len(text):
+        match = _WORD.match(text, at)
+        if match is None:
+            begin = at + len(text[at:]) - len(text[at:].lstrip())
+            raise statement.error(
+                "VP001", f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}", begin
+            )
+        begin = match.start() + len(match.group()) - len(match.group().lstrip())
+        _add(statement, words, match, begin, numbers)
+        at = match.end()
+    return words
+
+
+def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, numbers: Numbers) -> None:
+    found = match.groupdict()
+    last = words.functions[-1] if words.functions else None
+    if found["m"]:
+        words.functions.append(MWord(int(found["m"]), statement.begin + begin + 1))
+    elif found["comp"]:
+        if words.compensation is not None:
+            raise statement.error("VP004", f"{words.compensation} and {found['comp']} in one block", begin)
+        words.compensation = found["comp"]
+    elif found["feed"]:
+        if words.rapid or words.automatic or "F" in words.values:
+            raise statement.error("VP004", "F stands twice in the block", begin)
+        words.rapid, words.automatic = found["feed"].endswith("MAX"), found["feed"].endswith("AUTO")
+    elif found["rotation"]:
+        if words.rotation is not None:
+            raise statement.error("VP004", "DR stands twice in the block", begin)
+        words.rotation = 1 if found["rotation"].endswith("+") else -1
+    elif found["max"]:
+        if last is None or last.number != 140:
+            raise statement.error("VP006", "MB MAX belongs to M140", begin)
+        words.functions[-1] = MWord(140, last.column, last.words, last.axes, to_limit=True)
+    elif found["axis"]:
+        if last is None or last.number not in (94, 138):
+            raise statement.error("VP001", f"{found['axis']} without a value", begin)
+        words.functions[-1] = MWord(last.number, last.column, last.words, last.axes + found["axis"])
+    else:
+        name = found["name"]
+        value = read_value(found["value"], numbers)
+        if last is not None and name in _M_WORDS.get(last.number, ()) and name not in last.words:
+            last.words[name] = value
+            return
+        if name in words.values or (name == "F" and (words.rapid or words.automatic)):
+            raise statement.error("VP004", f"{name} stands twice in the block", begin)
+        words.values[name], words.columns[name] = value, begin
