@@ -191,7 +191,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "tools": tools,
     "wcs": offsets,
     "cycle": number(1e-4, 1, none=True),
-    "dialect": words("auto", "rs274", "fanuc", "aptcl"),
+    "dialect": words("auto", "rs274", "fanuc", "aptcl", "heidenhain"),
     "block_delete": flag,
     "optional_stop": flag,
     "subroutines": texts,

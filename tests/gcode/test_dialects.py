@@ -56,10 +56,15 @@ def test_recognised_by_the_header(text, name):
 
 def test_samples_are_recognised():
     for path in SAMPLES.glob("*.*"):
-        if path.suffix in (".nc", ".cls"):
-            wanted = {"fanuc_tilted": "fanuc", "posted": "fanuc", "wing": "aptcl"}.get(path.stem, "rs274")
+        if path.suffix in (".nc", ".cls", ".h"):
+            wanted = {
+                "fanuc_tilted.nc": "fanuc",
+                "posted.nc": "fanuc",
+                "wing.cls": "aptcl",
+                "two_faces.h": "heidenhain",
+            }.get(path.name, "rs274")
             assert choose_dialect("auto", path.read_bytes()) is DIALECTS[wanted], path.name
-    assert set(DIALECTS) == {"rs274", "fanuc", "aptcl"}
+    assert set(DIALECTS) == {"rs274", "fanuc", "aptcl", "heidenhain"}
 
 
 def test_a_new_file_is_a_new_dialect(tmp_path):

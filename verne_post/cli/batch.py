@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from verne_post.model.options import Options
 
 #: Endings of programs that are looked for in folders.
-PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".gcode", ".cnc", ".mpf")
+PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
 
 
 @click.command("batch", cls=GroupedCommand)

@@ -11,12 +11,14 @@ from verne_post.gcode.words import whole_lines
 from verne_post.model.findings import UsageError
 
 #: Endings under which a file is looked for.
-ENDINGS: Final = (".ngc", ".nc")
+ENDINGS: Final = (".ngc", ".nc", ".h")
 _CALLS: Final = re.compile(rb"CALL|M98", re.IGNORECASE)
 _NAMED: Final = re.compile(rb"O\s*<([^<>\n]+)>\s*CALL", re.IGNORECASE)
 _NUMBERED: Final = re.compile(
     rb"(?:O\s*([0-9]+)\s*CALL)|(?:M98[^\n]*?P\s*([0-9]+))|(?:P\s*([0-9]+)[^\n]*?M98)", re.IGNORECASE
 )
+#: CALL PGM of Klartext, perhaps with a path of the control.
+_PROGRAM: Final = re.compile(rb"CALL[ \t]+PGM[ \t]+\"?(?:[^\"\n;~]*[\\/:])?([^\"\n;~\\/:]+)", re.IGNORECASE)
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
 
 
@@ -76,6 +78,7 @@ def _called(text: "Text", known: dict[str, Path]) -> list[str]:
     if _COMPUTED.search(text):
         return list(known)
     names = [re.sub(rb"[ \t]", b"", found.group(1)).decode("latin-1").lower() for found in _NAMED.finditer(text)]
+    names += [name.strip().decode("latin-1").lower().removesuffix(".h") for name in _PROGRAM.findall(text)]
     for found in _NUMBERED.finditer(text):
         number = int(next(group for group in found.groups() if group is not None)) % 10_000_000
         names += [

@@ -134,7 +134,7 @@ class KlartextFlow:
         if name not in texts:
             raise BlockError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
         if name not in self._files:
-            self._files[name] = KlartextText(texts[name], self.interpreter.setup, name)
+            self._files[name] = KlartextText(texts[name], self.interpreter.setup, f"{name}.h")
         self._enter(_Call(self.text, self.line, program=True, shown=self.shown))
         self.shown = self.shown or line
         self.text, self.line = self._files[name], 1

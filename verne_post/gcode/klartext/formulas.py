@@ -88,8 +88,10 @@ def evaluate(text: str, numbers: Numbers) -> float:
     formula = _Formula(text, numbers)
     try:
         value = formula.sum(0)
-    except (ValueError, ZeroDivisionError, OverflowError) as error:
-        raise BlockError("VP007", f"{text.strip()[:60]}: {str(error) or 'not a number'}") from None
+    except OverflowError:
+        raise BlockError("VP007", f"{text.strip()[:60]}: the value is beyond any machine") from None
+    except (ValueError, ZeroDivisionError) as error:
+        raise BlockError("VP007", f"{text.strip()[:60]}: {error}") from None
     if formula.at < len(formula.tokens):
         raise BlockError("VP001", f"{formula.tokens[formula.at]!r} in a formula where an operator belongs")
     if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:

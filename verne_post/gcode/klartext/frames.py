@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import DRILL_TILT, ROTARY_CHORD_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import RAD_PER_DEG, SECONDS_PER_MINUTE
 from verne_post.gcode.block import Block, BlockError
@@ -23,7 +23,6 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import MoveKind
 
-Array = NDArray[np.float64]
 _A, _C = 3, 5
 #: A turn of the table is recorded in so many pieces at most.
 _MAX_PIECES: Final = 2000

@@ -8,7 +8,7 @@ import numpy as np
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.approach import KlartextApproach
 from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
@@ -22,7 +22,7 @@ _TOOL_AXIS: Final = re.compile(r"[ \t]+([XYZUVW])(?=[ \t]|$)")
 _FULL_TURN: Final = 360.0
 
 
-class KlartextFunctions(KlartextContour):
+class KlartextFunctions(KlartextApproach):
     """The contour, and what happens beside it.
 
     Attributes

@@ -56,13 +56,13 @@ class KlartextOrientation(KlartextCycles):
 
     def set_tcp(self, *, on: bool) -> None:
         """M128 and M129; a tool vector without angles ends with them."""
-        if not on and self.state.vector is not None:
+        if not on and self.state.tool_axis is not None:
             self._settle_vector()
         super().set_tcp(on=on)
 
     def _settle_vector(self) -> None:
         """The angles that the axes of the machine have now count from here on."""
-        self.state.vector = None
+        self.state.tool_axis = None
 
     def take_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""
@@ -76,19 +76,19 @@ class KlartextOrientation(KlartextCycles):
         state = self.state
         if vector is not None:
             if not self.setup.machine:
-                state.vector = self._frame_vector(vector)
+                state.tool_axis = self._frame_vector(vector)
                 return
             end = self.setup.coordinates.point_axis(target.end, np.array(self._frame_vector(vector)), state.frame)
             target.end[_A], target.end[_C] = end[_A], end[_C]
             target.axes = sorted({*target.axes, _A, _C})
-            state.vector = self._frame_vector(vector) if self.along_vectors else None
+            state.tool_axis = self._frame_vector(vector) if self.along_vectors else None
         elif target.turns:
             if self.along_vectors and self.tcp and self.setup.machine:
                 axis = self.setup.coordinates.tool_axis(target.end, state.frame)
                 assert axis is not None
-                state.vector = (float(axis[0]), float(axis[1]), float(axis[2]))
+                state.tool_axis = (float(axis[0]), float(axis[1]), float(axis[2]))
             else:
-                state.vector = None
+                state.tool_axis = None
 
     def _frame_vector(self, vector: np.ndarray) -> tuple[float, float, float]:
         """A direction of the input system in the frame, unit."""

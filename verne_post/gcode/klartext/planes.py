@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.expressions import BlockError
@@ -18,7 +18,6 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Map
 from verne_post.model.moves import MoveKind
 
-Array = NDArray[np.float64]
 _A, _C = 3, 5
 _FULL_TURN: Final = 360.0
 #: Two ways for the rotary axes that differ by less (degrees) are equally long.

@@ -10,9 +10,9 @@ import numpy as np
 from verne_post.base.long_text import Text
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.scan import chunk_end, scan
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk, decode_line
+from verne_post.gcode.words import chunk_end, split_words
 
 #: Keywords that begin a statement, the longer before those that they begin with.
 KEYWORDS: Final = (
@@ -41,7 +41,9 @@ _G: Final = 10
 # Plain lines in words of RS274/NGC: L becomes G1, with FMAX G0; R0 goes. What a Klartext line may not have must not become
 # a plain line: G and N, brackets, blanks inside numbers.
 _TRANSLATION: Final = bytes.maketrans(b",GgNn()", b".??????")
-_RAPID: Final = re.compile(rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])([^\nLMRFQ;]*)(?:R0[ \t]+)?FMAX[ \t]*(?=[;\r\n]|$)", re.MULTILINE | re.IGNORECASE)
+_RAPID: Final = re.compile(
+    rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])([^\nLMRFQ;]*)(?:R0[ \t]+)?FMAX[ \t]*(?=[;\r\n]|$)", re.MULTILINE | re.IGNORECASE
+)
 _STRAIGHT: Final = re.compile(rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])", re.MULTILINE | re.IGNORECASE)
 _NO_SIDE: Final = re.compile(rb"(?<=[ \t])R0(?=[ \t\r\n;])", re.IGNORECASE)
 _SPLIT_NUMBER: Final = re.compile(rb"[ \t](?=[\d.])")
@@ -243,6 +245,6 @@ def _plain_words(text: bytes) -> bytes:
 
 def _scan(first: int, text: bytes, setup: Setup) -> PlainLines:
     """The plain lines of a chunk: those that become G0 or G1."""
-    lines = PlainLines(scan(first, _plain_words(text)), setup)
+    lines = PlainLines(split_words(first, _plain_words(text)), setup)
     lines.plain &= lines.row[:, _G] == np.arange(len(lines.plain))
     return lines

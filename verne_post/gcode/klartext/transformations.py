@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ZERO_ANGLE
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Feature
 
-Array = NDArray[np.float64]
 Kind = Literal["shift", "mirror", "rotation", "scale"]
 _IDENTITY: Final = np.eye(3)
 #: A map that is nearer to none than this is none: noise of sums of angles and numbers with many decimals.

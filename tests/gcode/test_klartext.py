@@ -1,0 +1,388 @@
+"""Klartext: contours, parameters and flow against values worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.gcode.conftest import make_tool, moves_as_text
+from verne_post.model.moves import MoveKind
+
+TOOLS = {1: make_tool(1, 10.0, 10.0)}
+
+
+@pytest.fixture(scope="module")
+def run(view):
+    """Interpret statements after a head: the moves."""
+
+    def interpret(*statements, unit="MM", **options):
+        head = [f"BEGIN PGM T {unit}", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+0 R0 F100"]
+        options.setdefault("tools", TOOLS)
+        moves, findings = view("\n".join([*head, *statements, "END PGM T"]), dialect="heidenhain", **options)
+        assert findings == ()
+        return moves
+
+    return interpret
+
+
+@pytest.fixture(scope="module")
+def refusal(view):
+    """The first finding of statements after a head."""
+
+    def interpret(*statements):
+        head = ["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+0 R0 F100"]
+        _moves, findings = view("\n".join([*head, *statements, "END PGM T"]), dialect="heidenhain", tools=TOOLS)
+        assert findings
+        return findings[0]
+
+    return interpret
+
+
+def ends(moves, first=1):
+    return np.round(moves.end[first:, :3], 9)
+
+
+def last(moves):
+    return pytest.approx(moves.end[-1, :3].tolist(), abs=1e-9)
+
+
+# --- lines and arcs --------------------------------------------------------------------------------
+
+
+def test_lines_incremental_and_inches(run):
+    moves = run("L X+10 Y-5,5", "L IX+2 IZ-3 F250", "L IX-1 FMAX", "L IX-1")
+    assert moves_as_text(moves)[1:] == [
+        "4 feed X10 Y-5.5 F100", "5 feed X12 Y-5.5 Z-3 F250", "6 rapid X11 Y-5.5 Z-3", "7 feed X10 Y-5.5 Z-3 F250",
+    ]  # fmt: skip
+    moves = run("L X+1 F40", unit="INCH")
+    assert moves.end[-1, 0] == pytest.approx(25.4)
+    assert moves.feed[-1] == pytest.approx(4 * 25.4)  # 40 tenths of an inch a minute
+
+
+@pytest.mark.parametrize(
+    ("statement", "end", "sweep"),
+    [
+        ("C X+10 Y+10 DR+", (10, 10, 0), 270.0),
+        ("C X+10 Y+10 DR-", (10, 10, 0), -90.0),
+        ("C X+0 Y+0 DR-", (0, 0, 0), -360.0),
+        ("CP PA+0 DR-", (20, 0, 0), -180.0),
+        ("CP IPA+450 IZ-5 DR+", (10, -10, -5), 450.0),
+        ("CP IPA-45 DR-", (10 - 10 * math.cos(math.radians(45)), 10 * math.sin(math.radians(45)), 0), -45.0),
+    ],
+)
+def test_arcs_about_the_pole(run, statement, end, sweep):
+    """From (0, 0) about (10, 0): the angle of the start is 180 degrees."""
+    moves = run("CC X+10 Y+0", statement)
+    assert end == last(moves)
+    assert moves.arcs.sweep[-1] == pytest.approx(sweep)
+    assert moves.arcs.center[-1, :2] == pytest.approx([10.0, 0.0])
+
+
+def test_arcs_in_other_planes(run):
+    """A pole in Y and Z: DR+ turns from Y to Z."""
+    moves = run("CC Y+5 Z+0", "C Y+5 Z-5 DR+")
+    assert last(moves) == (0, 5, -5)
+    assert moves.arcs.plane[-1] == 2
+    assert moves.arcs.sweep[-1] == pytest.approx(90.0)
+    moves = run("CC X+5 Z+0", "C X+5 Z-5 DR+")  # from Z to X: Z-5 lies 270 degrees on
+    assert moves.arcs.plane[-1] == 1
+    assert moves.arcs.sweep[-1] == pytest.approx(270.0)
+
+
+def test_radius_and_tangent_arcs(run):
+    moves = run("CR X+10 Y+10 R+10 DR-", "L X+20", "CT X+30 Y+20")
+    assert moves.arcs.center[0, :2] == pytest.approx([10.0, 0.0])
+    # CT: goes on along +X from (20, 10) to (30, 20): a quarter about (20, 20)
+    assert moves.arcs.center[1, :2] == pytest.approx([20.0, 20.0])
+    assert moves.arcs.sweep[1] == pytest.approx(90.0)
+    assert run("CR X+10 Y+10 R-10 DR-").arcs.sweep[0] == pytest.approx(-270.0)
+
+
+def test_polar_lines(run):
+    moves = run("CC X+10 Y+0", "LP PR+20 PA+90", "LP IPA+90", "LP IPR-5 Z+3")
+    assert ends(moves) == pytest.approx(np.array([[10, 20, 0], [-10, 0, 0], [-5, 0, 3]]))
+
+
+# --- corners -----------------------------------------------------------------------------------------
+
+
+def test_rounding_between_lines(run):
+    """A right angle at (20, 0) with radius 5: tangent points 5 from the corner, centre (15, 5)."""
+    moves = run("L X+20 F200", "RND R5 F50", "L Y+30", "L X+0")
+    assert ends(moves) == pytest.approx(np.array([[15, 0, 0], [20, 5, 0], [20, 30, 0], [0, 30, 0]]))
+    assert moves.arcs.center[0, :2] == pytest.approx([15.0, 5.0])
+    assert moves.feed[1:].tolist() == [200.0, 50.0, 200.0, 200.0]
+    assert moves.line[1:].tolist() == [4, 5, 6, 7]
+
+
+def test_rounding_between_a_line_and_an_arc(run):
+    """A line along X to (20, 0), then a circle about (30, 0) of radius 10.
+
+    The rounding of radius 2 touches the line y = 0 at height 2 and the circle from outside: its centre is 2 above the
+    line and 12 from (30, 0).
+    """
+    moves = run("L X+20", "RND R2", "CC X+30 Y+0", "C X+30 Y+10 DR-")
+    center = moves.arcs.center[0, :2]
+    assert center == pytest.approx([30.0 - math.sqrt(12.0**2 - 2.0**2), 2.0])
+    touch = np.array([30.0, 0.0]) + 10.0 * (center - [30.0, 0.0]) / 12.0
+    assert moves.end[2, :2] == pytest.approx(touch)
+    assert moves.end[1, :2] == pytest.approx([center[0], 0.0])
+
+
+def test_chamfer(run):
+    moves = run("L X+20", "CHF 4", "L Y+30")
+    assert ends(moves) == pytest.approx(np.array([[16, 0, 0], [20, 4, 0], [20, 30, 0]]))
+
+
+# --- compensation, approach, departure ---------------------------------------------------------------------
+
+
+def test_compensation_enters_and_leaves_at_right_angles(run):
+    """Tool radius 5, left of a line along +X from (10, 0): beside its start, and beside its end."""
+    moves = run("L X+10 Y+0 RL", "L X+40", "L Y+30", "L X+60 Y+60 R0")
+    assert ends(moves) == pytest.approx(np.array([[10, 5, 0], [35, 5, 0], [35, 30, 0], [60, 60, 0]]))
+
+
+@pytest.mark.parametrize(
+    ("statement", "path"),
+    [
+        # the tool comes on a line in the direction of the contour, 5 beside it
+        ("APPR LT X+20 Y+0 LEN12 RL", [(8, 5), (20, 5)]),
+        # at right angles: LEN and the radius of the tool away
+        ("APPR LN X+20 Y+0 LEN12 RL", [(20, 17), (20, 5)]),
+        # a quarter of radius 12 about (20, 12): the tool's centre on radius 7
+        ("APPR CT X+20 Y+0 CCA90 R+12 RL", [(13, 12), (20, 5)]),
+        ("APPR CT X+20 Y+0 CCA90 R+12 RR", [(13, -12), (20, -5)]),
+        # from the side of the workpiece: about (20, -12), the tool's centre on radius 17
+        ("APPR CT X+20 Y+0 CCA90 R-12 RL", [(3, -12), (20, 5)]),
+    ],
+)
+def test_approaches(run, statement, path):
+    moves = run("L X-40 Y-10", statement, "L X+50")
+    assert moves.end[2:4, :2] == pytest.approx(np.array(path), abs=1e-9)
+    side = -5.0 if "RR" in statement else 5.0
+    assert moves.end[4, :2] == pytest.approx([50.0, side])
+
+
+def test_approach_on_a_tangent(run):
+    """LCT: from (-40, 30) on a tangent of the circle about (20, 12) with radius 12 - 5, on it to (20, 5)."""
+    moves = run("L X-40 Y+30", "APPR LCT X+20 Y+0 R12 RL", "L X+50")
+    start, touch, center = np.array([-40.0, 30.0]), moves.end[2, :2], np.array([20.0, 12.0])
+    assert np.linalg.norm(touch - center) == pytest.approx(7.0)
+    assert (touch - start) @ (touch - center) == pytest.approx(0.0, abs=1e-9)
+    assert moves.end[3, :2] == pytest.approx([20.0, 5.0])
+    assert 0 < moves.arcs.sweep[0] < 90  # on in the direction of travel
+    leaving = np.array([-(touch - center)[1], (touch - center)[0]])
+    assert leaving @ (touch - start) > 0
+
+
+def test_an_approach_goes_down_after_the_plane(run):
+    moves = run("L X-40 Y-10 Z+20 FMAX", "APPR LT X+20 Y+0 Z-3 LEN12 RL F80", "L X+50")
+    assert ends(moves, 2) == pytest.approx(np.array([[8, 5, 20], [8, 5, -3], [20, 5, -3], [50, 5, -3]]))
+    assert moves.kind[2:].tolist() == [MoveKind.RAPID, MoveKind.RAPID, MoveKind.FEED, MoveKind.FEED]
+    assert moves.feed[4] == 80.0
+
+
+@pytest.mark.parametrize(
+    ("statement", "path"),
+    [
+        ("DEP LT LEN12", [(62, 5)]),
+        ("DEP LN LEN12", [(50, 17)]),
+        ("DEP CT CCA90 R+12", [(57, 12)]),
+        ("DEP LT LEN12 Z+9", [(62, 5), (62, 5)]),
+    ],
+)
+def test_departures(run, statement, path):
+    moves = run("L X+10 Y+0 RL", "L X+50", statement, "L X+90 Y+90")
+    assert moves.end[3 : 3 + len(path), :2] == pytest.approx(np.array(path), abs=1e-9)
+    assert moves.end[-1, :2] == pytest.approx([90.0, 90.0])
+
+
+def test_departure_on_a_tangent(run):
+    moves = run("L X+10 Y+0 RL", "L X+50", "DEP LCT X+80 Y+60 R12")
+    touch, center, end = moves.end[3, :2], np.array([50.0, 12.0]), np.array([80.0, 60.0])
+    assert np.linalg.norm(touch - center) == pytest.approx(7.0)
+    assert (end - touch) @ (touch - center) == pytest.approx(0.0, abs=1e-9)
+    assert moves.end[4, :2] == pytest.approx(end)
+
+
+def test_a_mirror_image_changes_sides_and_arcs(run):
+    """Mirrored in X: RL comes to lie right of the mirrored path, arcs turn the other way."""
+    plain = run("L X+10 Y+0 RL", "L X+40", "RND R8", "L Y+30", "CC X+30 Y+30", "C X+30 Y+40 DR+", "L X+60 Y+60 R0")
+    mirrored = run(
+        "CYCL DEF 8.1 X", "L X+10 Y+0 RL", "L X+40", "RND R8", "L Y+30", "CC X+30 Y+30", "C X+30 Y+40 DR+", "L X+60 Y+60 R0",
+    )  # fmt: skip
+    assert ends(mirrored) == pytest.approx(ends(plain) * [-1, 1, 1])
+    assert mirrored.arcs.sweep == pytest.approx(-plain.arcs.sweep)
+
+
+def test_scaling_scales_lengths_but_not_the_tool(run):
+    moves = run("CYCL DEF 11.1 SCL2", "L X+10 Y+0 RL", "L X+40", "RND R8", "L Y+30", "L X+60 R0")
+    assert moves.end[1, :2] == pytest.approx([20.0, 5.0])
+    assert moves.arcs.center[0, :2] == pytest.approx([80 - 16, 16])
+    assert moves.end[3, :2] == pytest.approx([75.0, 16.0])
+
+
+# --- maps ---------------------------------------------------------------------------------------------------
+
+
+def place(moves):
+    """Where the last move ends, outside all maps."""
+    frame = moves.frames[moves.frame[-1]]
+    return frame.feature.outside(moves.end[-1, :3]) if frame.feature is not None else moves.end[-1, :3]
+
+
+def test_maps_act_in_the_order_of_the_program(run):
+    """Shift, then rotation about the new datum; the other order turns the shift."""
+    point = np.array([10.0, 0.0, 0.0])
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    turned = np.array([10 * c, 10 * s, 0.0])
+    shift_first = run("CYCL DEF 7.1 X+50", "CYCL DEF 10.1 ROT+30", "L X+10 Y+0")
+    assert place(shift_first) == pytest.approx([50, 0, 0] + turned)
+    turn_first = run("CYCL DEF 10.1 ROT+30", "CYCL DEF 7.1 X+50", "L X+10 Y+0")
+    assert place(turn_first) == pytest.approx(6 * turned)
+    assert place(run("CYCL DEF 7.1 X+50", "CYCL DEF 7.1 IX+5", "L X+10 Y+0")) == pytest.approx(point + [55, 0, 0])
+    assert place(run("CYCL DEF 10.1 ROT+30", "CYCL DEF 10.1 IROT-30", "L X+10 Y+0")) == pytest.approx(point)
+
+
+def test_a_preset_ends_the_maps(run):
+    moves = run("CYCL DEF 7.1 X+50", "CYCL DEF 10.1 ROT+30", "CYCL DEF 247 PRESET Q339=2", "L X+10 Y+0")
+    assert moves.frames[moves.frame[-1]].feature is None
+    assert moves.frames[moves.frame[-1]].system == 2
+
+
+# --- parameters -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [
+        ("5 * 3 + 2 * 10", 35), ("SQ 10 - 3 ^ 3", 73), ("( 2 + 3 ) * 4", 20), ("SIN 30", 0.5), ("COS 60 * 2", 1.0),
+        ("SQRT 16", 4), ("ABS -3.5", 3.5), ("INT -3.7", -3), ("FRAC 3,25", 0.25), ("NEG 4", -4), ("SGN -9", -1),
+        ("ATAN 1", 45), ("ASIN 1", 90), ("ACOS 0", 90), ("LN 1", 0), ("LOG 1000", 3), ("EXP 0", 1), ("PI", math.pi),
+        ("17 % 5", 2), ("-2 * -3", 6), ("10 - 4 - 3", 3), ("TAN 45 / 2", 0.5),
+    ],
+)  # fmt: skip
+def test_formulas(run, formula, value):
+    assert run(f"Q1 = {formula}", "L X+Q1").end[-1, 0] == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    ("function", "value"),
+    [
+        ("FN 0: Q1 = -4", -4), ("FN 1: Q1 = +3 + +4", 7), ("FN 2: Q1 = +3 - +5", -2), ("FN 3: Q1 = +3 * -2", -6),
+        ("FN 4: Q1 = +9 DIV +2", 4.5), ("FN 5: Q1 = SQRT +9", 3), ("FN 6: Q1 = SIN +90", 1), ("FN 7: Q1 = COS +180", -1),
+        ("FN 8: Q1 = +3 LEN +4", 5), ("FN 13: Q1 = +10 ANG -10", 135),
+    ],
+)  # fmt: skip
+def test_functions(run, function, value):
+    assert run(function, "L X+Q1").end[-1, 0] == pytest.approx(value)
+
+
+def test_subprograms_and_repeats(run):
+    moves = run(
+        "LBL 1", "L IX+10", "CALL LBL 1 REP 2/2", 'CALL LBL "UP"', "L IY+1", "M30", 'LBL "UP"', "L IZ+5", "CALL LBL 3",
+        "LBL 0", "LBL 3", "L IZ+1", "LBL 0",
+    )  # fmt: skip
+    assert ends(moves) == pytest.approx(
+        np.array([[10, 0, 0], [20, 0, 0], [30, 0, 0], [30, 0, 5], [30, 0, 6], [30, 1, 6]])
+    )
+
+
+def test_a_loop_by_jumps(run):
+    moves = run("FN 0: Q1 = +0", "LBL 2", "Q1 = Q1 + 1", "L X+Q1", "FN 12: IF +Q1 LT +4 GOTO LBL 2")
+    assert moves.end[1:, 0].tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_called_programs_keep_their_own_ql(run):
+    other = b"0 BEGIN PGM OTHER MM\nQL1 = 9\nL Y+QL1\n9 END PGM OTHER MM"
+    moves = run("QL1 = 5", "CALL PGM TNC:\\JOBS\\OTHER.H", "L X+QL1", subroutines={"other": other})
+    assert last(moves) == (5, 9, 0)
+    assert moves.line[1:].tolist() == [5, 6]  # lines of the other file are those of the call
+
+
+def test_what_tools_show(run):
+    assert run("L X+Q108 Y+Q114").end[-1, :2] == pytest.approx([5.0, 10.0])
+
+
+@pytest.mark.parametrize(
+    ("statements", "code", "words"),
+    [
+        (["L X+5 Q"], "VP001", "'Q'"),
+        (["L X+5 X+6"], "VP004", "X stands twice"),
+        (["L X+5 PR+6"], "VP006", "does not use PR"),
+        (["L X+Q77"], "VP025", "Q77 has no value"),
+        (["FN 18: SYSREAD Q5 = ID1", "L X+Q5"], "VP025", "not known here"),
+        (["C X+5 DR+"], "VP005", "write CC"),
+        (["CC X+3 Y+0", "C X+5 Y+1 DR+"], "VP008", "not on the circle"),
+        (["CC X+3 Y+0", "C X+6"], "VP005", "DR"),
+        (["M5", "RND R5"], "VP017", "right before"),
+        (["L X+10", "RND R50", "L Y+10"], "VP008", "no arc"),
+        (["L X+10", "RND R5", "TOOL CALL 1 Z"], "VP017", "needs the next"),
+        (["L X+10", "CHF 50", "L Y+10"], "VP008", "longer"),
+        (["APPR LT X+5 Y+5 LEN3 RL", "M30"], "VP017", "APPR"),
+        (["L X+10 RL", "L X+20 RR"], "VP017", "R0"),
+        (["CALL LBL 9"], "VP023", "LBL 9"),
+        (["LBL 1", "LBL 1", "CALL LBL 1"], "VP023", "twice"),
+        (["CALL PGM NONE"], "VP023", "none.h"),
+        (["LBL 1", "L IX+1", "FN 9: IF +1 EQU +1 GOTO LBL 1"], "VP024", "repeated"),
+        (["Q1 = 1 / 0"], "VP007", "zero"),
+        (["Q1 = SQRT -1"], "VP007", "negative"),
+        (["Q1 = ( 2"], "VP001", "not closed"),
+        (["Q1 = 10 ^ 400"], "VP007", "beyond any machine"),
+        (["CYCL CALL"], "VP017", "CYCL DEF"),
+        (["CYCL DEF 200 D Q200=2"], "VP005", "needs Q"),
+        (["CYCL DEF 7.1 X+5 ~"], "VP001", "not a coordinate"),
+        (["PLANE SPATIAL SPA+5 SPB+0 STAY"], "VP005", "SPC"),
+        (["PLANE SPATIAL SPA+5 SPB+0 SPC+0"], "VP005", "MOVE, TURN or STAY"),
+        (["L X+5 ~"], "VP001", "END"),
+        (["G1 X5"], "VP002", "G1"),
+        (["X+5"], "VP002", "X"),
+        (["L X1 0 Y5"], "VP001", "'0 Y5'"),
+    ],
+)
+def test_refusals(refusal, statements, code, words):
+    found = refusal(*statements)
+    assert (found.code, words in found.message) == (code, True), found
+
+
+def test_a_text_without_end(view):
+    _moves, findings = view("BEGIN PGM T MM\nL X+0 F100", dialect="heidenhain")
+    assert [item.code for item in findings] == ["VP010"]
+
+
+def test_recognised(view):
+    for text in ("0 BEGIN PGM A MM\nL X+5 F9\nEND PGM A MM", "; x\n\nbegin pgm a mm\nL X+5 F9\nend pgm a mm"):
+        moves, findings = view(text)
+        assert (findings, moves.end[0, 0]) == ((), 5.0)
+    assert view("G1 X5 F9\nM2")[1] == ()
+
+
+# --- plain lines -------------------------------------------------------------------------------------------------
+
+
+def test_plain_lines_are_what_the_general_reader_makes_of_them(run):
+    """Long stretches go through the scanner; M8 keeps a line out of it."""
+    random = np.random.default_rng(5)
+    lines = []
+    for k in range(200):
+        x, y, z = np.round(random.uniform(-50, 50, 3), 3)
+        words = [f"X{x:+g}", f"Y{y:+g}".replace(".", ","), f"Z{z:g}"][: 1 + k % 3]
+        lines.append(
+            f"{k} L {' '.join(words)}{' R0' if k % 5 == 0 else ''}{' FMAX' if k % 7 == 0 else f' F{100 + k}' if k % 4 == 0 else ''}"
+        )
+    fast = run(*lines)
+    slow = run(*(f"{line} M8" for line in lines))
+    for name in ("kind", "end", "feed", "line"):
+        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=name == "feed"), name
+
+
+@pytest.mark.parametrize(
+    "line", ["X+5", "G1 X+5", "N5 L X+5", "L X1 0", "L X+5 (5)", "L X5.5.5", "12 L X+5 G1", "L X+5 % 3"]
+)
+def test_no_line_that_is_none_slips_through_the_scanner(view, line):
+    text = "\n".join(
+        ["BEGIN PGM T MM", "L X+1 F100", *["L IX+1", "L X+3"] * 3, *["L X+2"] * 9, line, *["L X+2"] * 9, "END PGM T MM"]
+    )
+    _moves, findings = view(text, dialect="heidenhain")
+    assert [item.line for item in findings] == [18]

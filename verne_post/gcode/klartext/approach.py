@@ -1,0 +1,237 @@
+"""Approach and departure of a contour: APPR and DEP with LT, LN, CT, LCT."""
+
+import math
+from dataclasses import dataclass
+
+from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.gcode.arcs import Arc
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.elements import Element, Point, left, make_arc
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.words import Words
+from verne_post.model.moves import MoveKind
+
+
+@dataclass(frozen=True)
+class Approach:
+    """APPR, waiting for the contour: the first point of the contour, and what leads to it.
+
+    ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to it is.
+    """
+
+    kind: str
+    point: list[float]
+    length: float
+    turn: float
+    feed: float
+    rapid: bool
+    line: int
+
+
+class KlartextApproach(KlartextContour):
+    """The contour, and how the tool comes to it and leaves it."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)
+        self.approach: Approach | None = None
+
+    def now(self) -> list[float]:
+        """The programmed position (9) at which the next element begins."""
+        return super().now() if self.approach is None else self.approach.point
+
+    def add_element(self, element: Element, *, wait: bool) -> None:
+        """The next element of the contour; the first one after APPR is approached."""
+        if self.approach is not None:
+            self._approach_contour(self.approach, element)
+        super().add_element(element, wait=wait)
+
+    def check_nothing_waits(self, what: str) -> None:
+        """Refuse what would come between a corner or an approach and its element."""
+        super().check_nothing_waits(what)
+        if self.approach is not None:
+            raise BlockError("VP017", f"{what} after APPR, which needs the first line or arc of the contour")
+
+    @property
+    def _side_sign(self) -> float:
+        """1 where the tool is left of the contour."""
+        if self.offset:
+            return math.copysign(1.0, self.offset)
+        return 1.0 if (self.side == "RL") != self.flips else -1.0
+
+    def start_approach(self, statement: Statement, words: Words, kind: str, point: list[float]) -> None:
+        """APPR LT, LN, CT, LCT: waits for the first element of the contour."""
+        self.check_nothing_waits("APPR")
+        if self.side is not None:
+            raise statement.error("VP017", f"APPR while {self.side} is in force")
+        length, turn = self._approach_size(statement, words, kind)
+        self.set_side(statement, words.compensation)
+        if self.side is None and kind != "LT":
+            raise statement.error(
+                "VP005", f"APPR {kind} needs RL or RR, which say on which side of the contour it comes from"
+            )
+        feed = self.feed_value(words) or self.state.feed
+        words.check_used(statement)
+        self.approach = Approach(kind, point, length, turn, feed, self.last_rapid, self.block.line)
+
+    def _approach_size(self, statement: Statement, words: Words, kind: str) -> tuple[float, float]:
+        """LEN or R in mm, and CCA."""
+        name = "LEN" if kind in ("LT", "LN") else "R"
+        size = words.take(name)
+        if size is None or size == 0 or (size < 0 and kind != "CT"):
+            raise statement.error(
+                "VP005" if size is None else "VP007", f"{statement.keyword} {kind} needs {name}, greater than 0"
+            )
+        turn = 0.0
+        if kind == "CT":
+            angle = words.take("CCA")
+            if angle is None or not 0 < angle <= 360:
+                raise statement.error(
+                    "VP005" if angle is None else "VP007", f"{statement.keyword} CT needs CCA, up to 360 degrees"
+                )
+            turn = angle
+        return size * self.unit, turn
+
+    def _approach_contour(self, approach: Approach, element: Element) -> None:
+        """From where the tool stands to the first point of the contour."""
+        self.approach = None
+        t = element.direction(at_end=False)
+        if element.plane or t is None:
+            raise BlockError("VP008", "APPR needs a contour that begins in X and Y")
+        point = approach.point
+        p, rapid = (point[0], point[1]), MoveKind.RAPID if approach.rapid else MoveKind.FEED
+        side = self._side_sign
+        feed = approach.feed
+        if approach.kind == "LT":
+            before = (p[0] - approach.length * t[0], p[1] - approach.length * t[1])
+            self._go_to(approach, before, rapid)
+            self._line_to(approach, p, feed)
+        elif approach.kind == "LN":
+            n = left(t)
+            away = side * (approach.length + abs(self.offset))
+            held, self.state.compensation = self.state.compensation, None
+            self._go_to(approach, (p[0] + away * n[0], p[1] + away * n[1]), rapid)
+            self.state.compensation = held
+            self._line_to(approach, p, feed)
+        else:
+            n = left(t)
+            center = (p[0] + side * approach.length * n[0], p[1] + side * approach.length * n[1])
+            sense = side * math.copysign(1.0, approach.length)
+            if approach.kind == "CT":
+                before = _turned(p, center, -sense * approach.turn)
+            else:
+                before = self._touch(self.state.position, center, abs(approach.length), sense, leaving=False)
+                rapid = MoveKind.FEED
+            self._go_to(approach, before, rapid)
+            sweep = sense * approach.turn if approach.kind == "CT" else _sweep_to(before, p, center, sense)
+            if abs(sweep) > 0:
+                self._arc_to(approach.line, p, make_arc(list(self.state.position), 0, center, sweep), feed)
+
+    def _touch(self, position: list[float], center: Point, radius: float, sense: float, *, leaving: bool) -> Point:
+        """Where the tangent between the tool's place and a circle about a centre touches the circle, of the contour."""
+        reach = radius - sense * self.offset
+        dx, dy = position[0] - center[0], position[1] - center[1]
+        distance = math.hypot(dx, dy)
+        if reach <= 0:
+            raise BlockError(
+                "VP026", f"the radius {radius:g} mm of the approach or departure is not greater than that of the tool"
+            )
+        if distance < reach:
+            raise BlockError(
+                "VP008", "the tool stands inside the arc of the approach or departure; no tangent leads to it"
+            )
+        angle = math.atan2(dy, dx) + (-1 if leaving else 1) * sense * math.acos(min(reach / distance, 1.0))
+        return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
+
+    def _go_to(self, approach: Approach, place: Point, kind: MoveKind) -> None:
+        """To the auxiliary point: first in X and Y, then in Z."""
+        here = self.state.position
+        end = [place[0], place[1], *here[2:]]
+        self._emit(Element(approach.line, here, end, kind, approach.feed, (0, 1)))
+        if approach.point[2] != here[2]:
+            end = [*end[:2], *approach.point[2:]]
+            self._emit(Element(approach.line, self.state.position, end, kind, approach.feed, (2,)))
+
+    def _line_to(self, approach: Approach, place: Point, feed: float) -> None:
+        end = [place[0], place[1], *self.state.position[2:]]
+        self._emit(Element(approach.line, self.state.position, end, MoveKind.FEED, feed))
+
+    def _arc_to(self, line: int, place: Point, arc: Arc, feed: float) -> None:
+        end = [place[0], place[1], *self.state.position[2:]]
+        self._emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1), arc))
+
+    def depart(
+        self, statement: Statement, words: Words, kind: str, point: list[float] | None, height: float | None
+    ) -> None:
+        """DEP LT, LN, CT, LCT: away from the end of the contour, and compensation ends.
+
+        ``point``: where LCT ends; ``height``: Z of the frame, to which the tool goes last.
+        """
+        self.check_nothing_waits("DEP")
+        t, line = self.direction, self.block.line
+        if t is None:
+            raise statement.error("VP017", "DEP needs a line or an arc in X and Y right before it")
+        length, turn = self._approach_size(statement, words, kind)
+        if self.side is None and kind != "LT":
+            raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, which say to which side it goes")
+        feed = self.feed_value(words) or self.state.feed
+        words.check_used(statement)
+        side = self._side_sign
+        end = self.state.position
+        p, n = (end[0], end[1]), left(t)
+        if kind == "LT":
+            self._emit(Element(line, end, [p[0] + length * t[0], p[1] + length * t[1], *end[2:]], MoveKind.FEED, feed))
+        elif kind in ("CT", "LCT"):
+            center = (p[0] + side * length * n[0], p[1] + side * length * n[1])
+            sense = side * math.copysign(1.0, length)
+            if kind == "CT":
+                place, sweep = _turned(p, center, sense * turn), sense * turn
+            else:
+                assert point is not None
+                place = self._touch(point, center, length, sense, leaving=True)
+                sweep = _sweep_to(p, place, center, sense)
+            if abs(sweep) > 0:
+                self._arc_to(line, place, make_arc(list(end), 0, center, sweep), feed)
+        offset = self.offset
+        self._end_side()
+        if kind == "LN":
+            away = side * length + offset
+            self._emit(
+                Element(
+                    line, self.state.position, [p[0] + away * n[0], p[1] + away * n[1], *end[2:]], MoveKind.FEED, feed
+                )
+            )
+        elif kind == "LCT":
+            assert point is not None
+            self._emit(Element(line, self.state.position, point, MoveKind.FEED, feed))
+        if height is not None:
+            self._emit(
+                Element(
+                    line, self.state.position, [*self.state.position[:2], height, *end[3:]], MoveKind.FEED, feed, (2,)
+                )
+            )
+        self.direction = None
+
+    def _end_side(self) -> None:
+        """Compensation ends; the tool stays beside the contour."""
+        state = self.state
+        state.compensation, self.side = None, None
+        if state.centre is not None:
+            state.position, state.centre = state.centre, None
+        state.arc_may_follow = True
+
+
+def _turned(point: Point, center: Point, angle: float) -> Point:
+    """A point turned about a centre by degrees."""
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    dx, dy = point[0] - center[0], point[1] - center[1]
+    return center[0] + c * dx - s * dy, center[1] + s * dx + c * dy
+
+
+def _sweep_to(start: Point, end: Point, center: Point, sense: float) -> float:
+    """Signed sweep in degrees between two points of a circle; 0 where they are one."""
+    if math.dist(start, end) < ZERO_LENGTH_MM:
+        return 0.0
+    first = math.atan2(start[1] - center[1], start[0] - center[0])
+    last = math.atan2(end[1] - center[1], end[0] - center[0])
+    return sense * math.degrees((sense * (last - first)) % (2 * math.pi))
