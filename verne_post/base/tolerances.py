@@ -25,6 +25,11 @@ TILT_STEP: Final = 5e-6
 #: Near leg I's serial singularity the equation bends more: the step times the square of its relative correction by the second
 #: derivative, which is the size of the next one, has to be below this too.
 TILT_ERROR: Final = 1e-17
+#: Newton on the platform's rotation stops when the next step (rad) would be below this: a slider then stands to 1e-14 mm.
+PLATFORM_ERROR: Final = 1e-17
+#: How much the equations of that rotation bend at least (half the second derivative over the first, 1/rad): where a step is too
+#: small to tell, this is assumed. Measured over the workspace: 0.5 to 30.
+PLATFORM_BEND: Final = 100.0
 #: Bisection of the tilt ends here: 2**-53 of the bracket, there is nothing left to gain.
 BRACKET_STEPS: Final = 60
 #: A root of the squared equation counts as real below this imaginary part; a double root splits

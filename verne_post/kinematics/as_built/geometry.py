@@ -1,0 +1,131 @@
+"""Where the parts of an as-built VERNE are: joint centres, rods, guides, table axes, spindle.
+
+Six rods of their own lengths hold the platform at P with the rotation R:
+
+    |P + R a_i - b_i - rho_j u_j| = L_i,    i = 1 ... 6, j the leg of rod i.
+
+Base frame with z down, mm. Where both rods of a leg are equal and parallel these are the paper's equations (3) to (6).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.kinematics.modules.verne.geometry import VerneGeometry
+from verne_post.model.deviations import Deviations
+
+Array = NDArray[np.float64]
+
+#: Leg of each rod, and the rods of each leg.
+LEG: Final = np.array([0, 0, 1, 1, 2, 2])
+FIRST_ROD: Final = np.array([0, 2, 4])
+SECOND_ROD: Final = np.array([1, 3, 5])
+#: F: the base frame against the upright frame.
+MIRROR: Final = np.array([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class RodPlaces:
+    """Places along x that the nominal equations cannot see, mm, base frame: [rods] of the machine file.
+
+    ``leg1_slider_x`` and ``leg23_slider_x`` are d1 and d2 of the paper, ``leg23_spacing`` is the distance of the two
+    rods of legs II and III.
+    """
+
+    leg1_slider_x: float
+    leg23_slider_x: float
+    leg23_spacing: float
+
+
+@dataclass(frozen=True)
+class NominalTable:
+    """Places of the table and of the gauge line, mm; see :class:`TiltingTable`."""
+
+    pivot: Array
+    rotary_offset: Array
+    nose_offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class AsBuiltGeometry:
+    """The parts where they are. Rods in the order of :data:`verne_post.model.deviations.RODS`; mm.
+
+    Attributes
+    ----------
+    platform_ends : ndarray, shape (6, 3)
+        a_i, platform frame.
+    slider_ends : ndarray, shape (6, 3)
+        b_i at rho = 0, base frame.
+    rods : ndarray, shape (6,)
+        L_i.
+    guides : ndarray, shape (6, 3)
+        Unit direction u_j of the guide of each rod.
+    spindle : ndarray, shape (3,)
+        Unit vector from P towards the tip, platform frame.
+    pivot : ndarray, shape (3,)
+        Origin of the upright frame, base frame.
+    tilt_origin, tilt_axis : ndarray, shape (3,)
+        A point on the tilt axis (from the pivot) and its unit direction, upright frame.
+    rotary_origin, rotary_axis : ndarray, shape (3,)
+        The same of the rotary axis, tilt frame at A = 0; the origin of the table frame.
+    nose_offset : float
+        From P to the gauge line.
+    """
+
+    platform_ends: Array
+    slider_ends: Array
+    rods: Array
+    guides: Array
+    spindle: Array
+    pivot: Array
+    tilt_origin: Array
+    tilt_axis: Array
+    rotary_origin: Array
+    rotary_axis: Array
+    nose_offset: float
+
+
+def _unit(x: float, y: float, z: float) -> Array:
+    vector = np.array([x, y, z])
+    return vector / np.linalg.norm(vector)
+
+
+def nominal_ends(module: VerneGeometry, places: RodPlaces) -> tuple[Array, Array, Array]:
+    """Platform ends (6, 3), slider ends (6, 3) and lengths (6,) of the rods of the nominal machine."""
+    half = 0.5 * places.leg23_spacing
+    slider_x = np.array([places.leg1_slider_x] * 2 + [places.leg23_slider_x + half, places.leg23_slider_x - half] * 2)
+    offset = np.array([module.leg1_x_offset] * 2 + [module.leg23_x_offset] * 4)
+    zero = np.zeros(6)
+    platform_y = np.array([module.R1, -module.R1, -module.R2, -module.R2, module.R2, module.R2])
+    slider_y = np.array([module.r1, -module.r1, -module.r4, -module.r4, module.r4, module.r4])
+    rods = np.array([module.L1, module.L1, module.L2, module.L2, module.L3, module.L3])
+    return (
+        np.stack([slider_x + offset, platform_y, zero], axis=1),
+        np.stack([slider_x, slider_y, zero], axis=1),
+        rods,
+    )
+
+
+def place_parts(
+    module: VerneGeometry, places: RodPlaces, table: NominalTable, deviations: Deviations
+) -> AsBuiltGeometry:
+    """The parts of a machine whose nominal places and deviations from them are given."""
+    platform, slider, rods = nominal_ends(module, places)
+    guides = np.array([_unit(x, y, 1.0) for x, y in deviations.guides])
+    tilt_y, tilt_z = deviations.tilt_place
+    rotary_x, rotary_y = deviations.rotary_place
+    return AsBuiltGeometry(
+        platform_ends=platform + deviations.platform_ends,
+        slider_ends=slider + deviations.slider_ends,
+        rods=rods + deviations.rod_lengths,
+        guides=guides[LEG],
+        spindle=_unit(*deviations.spindle, 1.0),
+        pivot=np.asarray(table.pivot, dtype=float),
+        tilt_origin=np.array([0.0, tilt_y, tilt_z]),
+        tilt_axis=_unit(1.0, *deviations.tilt_direction),
+        rotary_origin=np.asarray(table.rotary_offset, dtype=float) + [rotary_x, rotary_y, 0.0],
+        rotary_axis=_unit(*deviations.rotary_direction, 1.0),
+        nose_offset=table.nose_offset,
+    )
