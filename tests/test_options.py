@@ -204,6 +204,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "orientation_tolerance_deg": number(1e-6, 10, none=True),
     "rapids": words("line", "joint"),
     "orientation": words("auto", "vector", "angles"),
+    "correct_axis": flag,
     "allow_rewind": flag,
     "free_c": flag,
     "approach": place,

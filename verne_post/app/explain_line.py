@@ -198,13 +198,13 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     yield (f"  nominal angles       A {degrees_text(angles[0])} deg, C {degrees_text(angles[1])} deg "
            "(workpiece sense)")  # fmt: skip
     yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {mm_text(gauge)}"
-    q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
+    q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
         yield f"  platform             no platform tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
-    yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(position)}, "
-           f"platform tilt alpha {degrees_text(alpha)} deg")  # fmt: skip
+    yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(platform.position)}, "
+           f"platform tilt alpha {degrees_text(float(platform.alpha))} deg")  # fmt: skip
     names = ", ".join(machine.module.actuators)
     yield f"  joints               {names} from P; a = A + alpha, c = C:"
     shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))

@@ -12,14 +12,14 @@ from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.checks import remedies
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Margin, Pose, WholeSolution
+from verne_post.model.protocols import Margin, Platform, Pose, WholeSolution
 
 #: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
 SAME: Final = 1e-6
 
 
 def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:
-    q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool)
+    q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
@@ -29,7 +29,7 @@ def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Arra
     reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
     reasons += _too_small(measures)
     yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
-    yield f"  platform             P {mm_text(position)}, platform tilt alpha {degrees_text(alpha)} deg"
+    yield f"  platform             P {mm_text(platform.position)}, platform tilt alpha {degrees_text(float(platform.alpha))} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
         margin_text = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
@@ -39,19 +39,20 @@ def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Arra
         unit = f" {measure.unit}" if measure.unit else ""
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
         yield f"  {what:<36} {clean(value):.6f}{unit}{bound} ({measure.code})"
-    parallel, serial = machine.module.conditioning(position, alpha, q[:-2])
+    parallel, serial = machine.five_axis.conditioning(q, platform)
     yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
 
 
 def _measures(machine: Machine, tip: Array, angles: Array, tool: float) -> list[tuple[Margin, float]]:
     """Margins of the module, clearances, and the height over the table face, of a pose in the working mode."""
-    q, position, alpha, _ok = machine.five_axis.solve(tip, angles, tool)
-    found = list(zip(machine.margins, machine.module.geometry_margins(position, alpha).tolist(), strict=True))
+    q, platform, _ok = machine.five_axis.solve(tip, angles, tool)
+    found = list(zip(machine.margins, machine.five_axis.geometry_margins(q, angles, platform).tolist(), strict=True))
+    axis = machine.five_axis.tool_axis(q, angles, platform)
     if machine.clearance is not None:
-        rho = q[None, : len(machine.module.actuators)]
-        pose = Pose(position[None], np.array([alpha]), rho, tip[None], angles[None], np.array([tool]))
+        one = Platform(platform.position[None], platform.angles[None])
+        pose = Pose(q[None], one, tip[None], axis[None], np.array([tool]))
         found += zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0].tolist(), strict=True)
-    nose = tip + tool * axis_of_angles(angles[0], angles[1])
+    nose = tip + tool * axis
     for name, point in (("tip over the table face", tip), ("nose over the table face", nose)):
         if np.hypot(point[0], point[1]) < machine.table_radius:
             found.append((Margin(name, "VP210", None, "mm", 0.0, 0.0), float(point[2])))
@@ -78,8 +79,7 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
         if beyond:
             reasons.append("travel of " + ", ".join(beyond))
         if not solution.refused:
-            pair = np.array([solution.q[-2] - solution.alpha, solution.q[-1]])
-            reasons += _too_small(_measures(machine, tip, pair, tool))
+            reasons += _too_small(_measures(machine, tip, np.array(solution.angles), tool))
         rows.append((solution, in_use, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)

@@ -36,6 +36,13 @@ def rotate_x(vector: Array, angle: Array | float) -> Array:
     return _vectors(x, c * y - s * z, s * y + c * z)
 
 
+def rotate_y(vector: Array, angle: Array | float) -> Array:
+    """Turn vectors about y: ``Ry(angle) @ vector``; shapes as in :func:`rotate_x`."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return _vectors(c * x + s * z, y, c * z - s * x)
+
+
 def rotate_z(vector: Array, angle: Array | float) -> Array:
     """Turn vectors about z: ``Rz(angle) @ vector``; shapes as in :func:`rotate_x`."""
     c, s = np.cos(angle), np.sin(angle)

@@ -30,6 +30,11 @@ PLATFORM_ERROR: Final = 1e-17
 #: How much the equations of that rotation bend at least (half the second derivative over the first, 1/rad): where a step is too
 #: small to tell, this is assumed. Measured over the workspace: 0.5 to 30.
 PLATFORM_BEND: Final = 100.0
+#: C of a corrected tool axis, and the nominal angles of written joints, have settled below this step, rad: 1e-10 mm a metre away.
+CORRECTION_STEP: Final = 1e-13
+#: Steps of central differences of the as-built joints: mm, and a thousandth of it in rad. Rounding (1e-12 mm) and the third
+#: derivative both leave about 1e-8.
+DIFFERENCE_STEP: Final = 1e-3
 #: Bisection of the tilt ends here: 2**-53 of the bracket, there is nothing left to gain.
 BRACKET_STEPS: Final = 60
 #: A root of the squared equation counts as real below this imaginary part; a double root splits

@@ -17,7 +17,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Pose
+from verne_post.model.protocols import Platform, Pose
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.rounding import column_heading, positions_of, round_setpoints, rounding_noise
 from verne_post.trajectory.ruckig_backend import rest_to_rest
@@ -122,19 +122,21 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
             text = f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit {limit * column.factor:g}"
             findings.append(finding(column.code, text, axis=column.joint, value=float(value * column.factor),
                                  limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
-    position, alpha, closed = machine.module.forward(q[:-2])
+    platform, closed = machine.five_axis.platform(q)
     if not closed:
         findings.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
         raise InputError(*findings)
-    for margin, value in zip(machine.margins, machine.module.geometry_margins(position, alpha), strict=True):
+    tip, angles, _ok = machine.five_axis.nominal(q, 0.0)
+    for margin, value in zip(machine.margins, machine.five_axis.geometry_margins(q, angles, platform), strict=True):
         if value < margin.error_below:
             text = f"{what}: {margin.name} is {value:.3f}, below {margin.error_below:g}"
             findings.append(finding(margin.code, text, severity="error", axis=margin.axis))
-    tip, angles, _ok = machine.five_axis.nominal(q, 0.0)
     if tip[2] < 0 and np.hypot(tip[0], tip[1]) < machine.table_radius:
         findings.append(finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face"))
     if machine.clearance is not None:
-        pose = Pose(position[None], np.array([alpha]), q[None, :-2], tip[None], angles[None], np.zeros(1))
+        axis = machine.five_axis.tool_axis(q, angles, platform)
+        one = Platform(platform.position[None], platform.angles[None])
+        pose = Pose(q[None], one, tip[None], axis[None], np.zeros(1))
         for margin, value in zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0], strict=True):
             if value < margin.error_below:
                 findings.append(
@@ -187,11 +189,11 @@ def _describe_motion(
 
 def _describe_nose(machine: Machine, here: Array, step: Array) -> str:
     q = np.stack([here, here + step])
-    position, alpha, _ok = machine.module.forward(q[:, :-2])
-    down = rotate_x(np.broadcast_to([0.0, 0.0, 1.0], position.shape), alpha)
-    nose = (position + machine.five_axis.nose_offset * down) * [1.0, -1.0, -1.0]
+    five_axis = machine.five_axis
+    platform, _ok = five_axis.platform(q)
+    nose = (platform.position + five_axis.nose_offset * platform.turn(five_axis.spindle)) * [1.0, -1.0, -1.0]
     text = f"the spindle nose moves {_describe_displacement(nose[1] - nose[0])}."
-    turned = DEG_PER_RAD * float(alpha[1] - alpha[0])
+    turned = DEG_PER_RAD * float(np.diff(platform.alpha)[0])
     return text + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
 
 

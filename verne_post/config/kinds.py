@@ -12,11 +12,11 @@ from verne_post.config.schema import (
     VerneModuleFile,
     VerneRodsFile,
 )
+from verne_post.kinematics.as_built.geometry import RodPlaces
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
 from verne_post.kinematics.modules.serial import SerialModule
-from verne_post.kinematics.modules.verne.bodies import VerneRods
 from verne_post.kinematics.modules.verne.module import VerneModule
-from verne_post.model.protocols import ParallelModule, RodModule
+from verne_post.model.protocols import ParallelModule
 
 
 @dataclass(frozen=True)
@@ -34,20 +34,19 @@ class Kind:
         ``{group}_velocity``, ...
     rods : bool
         True where [limits] must say how close a rod may come to the horizontal (``serial_singularity_mm``).
-    rod_bodies : pair of a type of Group and a callable, or None
-        Schema of [rods], and what makes a ``RodModule`` of the module and the fields that say where the rods are;
-        None where the kind does not know its rods as bodies.
+    rod_places : pair of types, or None
+        Schema of [rods], and what its places become; None where the kind does not know its rods as bodies.
     """
 
     schema: type[Group]
     build: Callable[..., ParallelModule]
     group: str
     rods: bool
-    rod_bodies: tuple[type[RodsFile], Callable[..., RodModule]] | None = None
+    rod_places: tuple[type[RodsFile], type[RodPlaces]] | None = None
 
 
 KINDS: Final[dict[str, Kind]] = {
-    "verne": Kind(VerneModuleFile, VerneModule, group="rho", rods=True, rod_bodies=(VerneRodsFile, VerneRods)),
+    "verne": Kind(VerneModuleFile, VerneModule, group="rho", rods=True, rod_places=(VerneRodsFile, RodPlaces)),
     "serial": Kind(SerialModuleFile, SerialModule, group="xyz", rods=False),
     "linear_delta": Kind(LinearDeltaModuleFile, LinearDeltaModule, group="rho", rods=True),
 }

@@ -3,6 +3,7 @@
 import hashlib
 import math
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -10,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.config.as_built import build_as_built, read_as_built
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.schema import (
     AccuracyFile,
@@ -22,14 +24,19 @@ from verne_post.config.schema import (
     limits_file,
 )
 from verne_post.config.sentences import describe_mistakes
+from verne_post.kinematics.as_built.bodies import VerneRods
+from verne_post.kinematics.as_built.geometry import RodPlaces
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
+from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
+from verne_post.model.deviations import Deviations
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
 from verne_post.model.moves import Frame
-from verne_post.model.protocols import ParallelModule, RodModule
+from verne_post.model.protocols import FiveAxis
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -56,24 +63,33 @@ def load_machine(name_or_path: str | Path = "verne") -> Machine:
     """
     known = machine_files()
     path = known.get(str(name_or_path), Path(name_or_path))
+    raw = _read(path, f"machine file {str(name_or_path)!r}", f"; machines by name: {', '.join(known)}")
+    return machine_from_toml(
+        raw, path.name, lambda name: _read(path.parent / name, f"{path.name}: as_built.file {name!r}")
+    )
+
+
+def _read(path: Path, what: str, hint: str = "") -> bytes:
     try:
-        raw = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
-        names = ", ".join(known)
-        why = error.strerror or "cannot be read"
-        raise InputError(
-            finding("VP501", f"machine file {str(name_or_path)!r}: {why}; machines by name: {names}")
-        ) from None
-    return machine_from_toml(raw, path.name)
+        raise InputError(finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None
 
 
-def machine_from_toml(raw: bytes, file_name: str) -> Machine:
-    """Build a machine from the bytes of its file."""
+def _no_files(name: str) -> bytes:
+    raise InputError(
+        finding("VP501", f"as_built.file = {name!r}: a machine that is not read from a file has no files beside it")
+    )
+
+
+def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] = _no_files) -> Machine:
+    """Build a machine from the bytes of its file; ``read`` gives the bytes of files that it names."""
     try:
         data = tomllib.loads(raw.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # a number or a nesting beyond any machine file counts too
         raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
     content, kind, module_file, limits, rods = _checked(data, file_name)
+    as_built = None if content.as_built is None else read_as_built(content.as_built, file_name, read)
     module = kind.build(**module_file.model_dump())
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
@@ -88,14 +104,24 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         Column("c", "deg", table.c_sign / RAD_PER_DEG, "VP103"),
     )
     joint_limits = _limits(limits, kind, len(module.actuators), table)
-    clearance = _clearance(content, kind, module, rods)
     home, accuracy = content.home, content.accuracy or AccuracyFile()
+    places = _places(kind, rods)
+    nominal = HybridMachine(module, table, content.spindle.nose_offset_mm)
+    five_axis: FiveAxis = nominal
+    provenance = {key: value for key, value in content.provenance.model_dump().items() if value is not None}
+    if as_built is not None:
+        _require_places(content, places, file_name)
+        assert places is not None
+        threshold = accuracy.uncorrected_axis_deg or math.inf
+        five_axis = build_as_built(nominal, places, as_built[0], threshold, joint_limits, file_name)
+        provenance["as_built"] = as_built[0].source
+    clearance = _clearance(content, five_axis, nominal, rods, places)
     return Machine(
         name=content.name,
         kind=content.kind,
-        sha256=hashlib.sha256(raw).hexdigest(),
+        sha256=hashlib.sha256(raw + (as_built[1] if as_built else b"")).hexdigest(),
         module=module,
-        five_axis=HybridMachine(module, table, content.spindle.nose_offset_mm),
+        five_axis=five_axis,
         coordinates=table,
         columns=columns,
         limits=joint_limits,
@@ -104,7 +130,7 @@ def machine_from_toml(raw: bytes, file_name: str) -> Machine:
         table_radius=content.table.radius,
         clearance=clearance,
         cycle=content.control.cycle_s,
-        provenance={key: value for key, value in content.provenance.model_dump().items() if value is not None},
+        provenance=provenance,
         drives=_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
     )
@@ -238,8 +264,8 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
             module = checked(kind.schema, groups["module"], "module", str(name))
         if groups["limits"] is not None:
             limits = checked(limits_file(kind.group, kind.rods), groups["limits"], "limits", str(name))
-        if groups["rods"] is not None and kind.rod_bodies is not None:
-            rods = checked(kind.rod_bodies[0], groups["rods"], "rods", str(name))
+        if groups["rods"] is not None and kind.rod_places is not None:
+            rods = checked(kind.rod_places[0], groups["rods"], "rods", str(name))
         elif groups["rods"] is not None:
             mistakes.append(finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies"))
     if mistakes:
@@ -251,17 +277,42 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
     return content, kind, module, limits, rods
 
 
-def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: RodsFile | None) -> Clearance | None:
-    """The bodies of the machine file, None where it has none."""
-    file = content.clearance
-    if file is None and rods is None:
+def _places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
+    """Where the rods are along x; None where the file or the kind does not say."""
+    if rods is None or kind.rod_places is None:
         return None
-    rod_module: RodModule | None = None
-    if rods is not None and kind.rod_bodies is not None:
-        place = {key: value for key, value in rods.model_dump().items() if key not in RodsFile.model_fields}
-        rod_module = kind.rod_bodies[1](module, **place)
+    return kind.rod_places[1](
+        **{key: value for key, value in rods.model_dump().items() if key not in RodsFile.model_fields}
+    )
+
+
+def _require_places(content: MachineFile, places: RodPlaces | None, file_name: str) -> None:
+    """Refuse [as_built] of a machine that has no as-built model."""
+    if KINDS[content.kind].rod_places is None:
+        raise InputError(finding("VP501", f"{file_name}: as_built: kind {content.kind!r} has no as-built model"))
+    if places is None:
+        raise InputError(
+            finding("VP501", f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
+                    "(leg1_slider_x, leg23_slider_x, leg23_spacing)")
+        )  # fmt: skip
+
+
+def _clearance(
+    content: MachineFile, five_axis: FiveAxis, nominal: HybridMachine, rods: RodsFile | None, places: RodPlaces | None
+) -> Clearance | None:
+    """The bodies of the machine file, None where it has none that distances could be computed from."""
+    file = content.clearance
+    measured = rods is not None and (rods.diameter_mm is not None or rods.cone_centre is not None)
+    if file is None and not measured:
+        return None
+    rod_module: VerneRods | None = None
+    if places is not None and measured:
+        geometry = five_axis.geometry if isinstance(five_axis, AsBuiltMachine) else (
+            AsBuiltMachine(nominal, places, Deviations.none()).geometry)  # fmt: skip
+        assert isinstance(nominal.module, VerneGeometry)
+        rod_module = VerneRods(nominal.module, geometry)
     radius = None
-    if rods is not None and rod_module is not None:
+    if rods is not None and rods.diameter_mm is not None and rod_module is not None:
         legs = list(dict.fromkeys(rod_module.rod_legs))
         diameters = rods.diameter_mm if isinstance(rods.diameter_mm, list) else [rods.diameter_mm] * len(legs)
         radius = np.array([0.5 * diameters[legs.index(leg)] for leg in rod_module.rod_legs])
@@ -281,7 +332,7 @@ def _clearance(content: MachineFile, kind: Kind, module: ParallelModule, rods: R
         platform_cone=angle(rods.platform_cone_deg) if rods else None,
         cone_centre=np.array(rods.cone_centre) if rods and rods.cone_centre else None,
     )
-    return Clearance(bodies, rod_module, content.spindle.nose_offset_mm, content.table.radius)
+    return Clearance(bodies, rod_module, nominal.nose_offset, five_axis.spindle, content.table.radius)
 
 
 def _ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
@@ -308,7 +359,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         point = np.array([*home[:3], home[3], 0.0, home[4], 0.0, 0.0, 0.0])
         frame = Frame()
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
-        q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
+        q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
             findings.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue

@@ -185,7 +185,7 @@ Cone = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
 class RodsFile(Group):
     """[rods] of every kind: sizes of rods and ball joints; a kind adds where its rods are."""
 
-    diameter_mm: PerLeg
+    diameter_mm: PerLeg | None = None
     slider_cone_deg: Cone | None = None
     platform_cone_deg: Cone | None = None
     cone_centre: Point | None = None
@@ -251,6 +251,7 @@ class AccuracyFile(Group):
 
     tip_mm: Positive = 0.01
     axis_deg: Positive = 0.05
+    uncorrected_axis_deg: Positive | None = None
 
 
 class ControlFile(Group):
@@ -294,6 +295,7 @@ class MachineFile(Group):
     limits: dict[str, object]
     accuracy: AccuracyFile | None = None
     rods: dict[str, object] | None = None
+    as_built: object = None
     clearance: ClearanceFile | None = None
     drives: dict[str, DriveFile] | None = None
     control: ControlFile

@@ -22,10 +22,12 @@ from verne_post.base.rotations import (
     wrap_angle,
 )
 from verne_post.kinematics.tables.tilting import TiltingTable
-from verne_post.model.protocols import ParallelModule, WholeSolution
+from verne_post.model.protocols import Drawable, Margin, ParallelModule, Platform, WholeSolution
 
 #: F: the base frame against the upright frame.
 _MIRROR: Final = np.array([1.0, -1.0, -1.0])
+#: The spindle in the platform frame.
+_DOWN: Final = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class HybridMachine:
         """Gauge point g of the nominal machine (..., 3): P is ``pivot + F Rx(alpha) g``; arguments as in :meth:`solve`."""
         return self.table.gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
 
-    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Joint values that follow the programmed branch: q = (module, A + alpha, C).
 
         Parameters
@@ -57,15 +59,11 @@ class HybridMachine:
         -------
         q : ndarray, shape (..., 5)
             NaN where not ok.
-        position : ndarray, shape (..., 3)
-            P in the base frame.
-        alpha : ndarray, shape (...)
-            Platform tilt, rad.
+        platform : Platform
         ok : ndarray of bool, shape (...)
         """
         q, gauge, alpha, ok = self._solve_joints(tip, angles, tool_length)
-        position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
-        return q, position, alpha, ok
+        return q, _tilted_platform(rotate_x(gauge, alpha) * _MIRROR + self.table.pivot, alpha), ok
 
     def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The joint values of :meth:`solve` alone, (..., 5)."""
@@ -90,14 +88,14 @@ class HybridMachine:
 
         The solutions of the table in use, tilt b in [0, pi], come first; within each, those that the machine can use.
         """
-        tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")
+        tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in angles_of_axis(axis))
         solutions = []
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
             gauge = self.platform_gauge(tip, np.array(angles), tool_length)
             for one in self.module.inverse_coupled_all(self.table.pivot, gauge):
                 q = (*one.rho, angles[0] + one.alpha, angles[1])
-                solutions.append(WholeSolution(q, one.alpha, one.signs, other, one.refused))
+                solutions.append(WholeSolution(q, angles, one.alpha, one.signs, other, one.refused))
         return solutions
 
     def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
@@ -117,8 +115,8 @@ class HybridMachine:
             cannot be solved or stands at a serial singularity.
         """
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
-        q, position, alpha, ok = self.solve(tip, angles, tool_length)
-        gauge = self.platform_gauge(tip, angles, tool_length)
+        q, gauge, alpha, ok = self._solve_joints(tip, angles, tool_length)
+        position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
         parallel, serial = self.module.jacobians(position, alpha, q[..., :-2])
         # P = pivot + F Rx(alpha) g: by g and by alpha
         by_gauge = np.stack([rotate_x(rate, alpha) * _MIRROR for rate in self._gauge_rates(tip, angles)], -1)
@@ -155,19 +153,48 @@ class HybridMachine:
         tip = self.table.tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
         return tip, angles, ok
 
-    def on_table(self, point: Array, alpha: Array, angles: Array) -> Array:
-        """Points (..., 3) of the base frame in the table frame, for a tilt (...) and nominal angles (..., 2)."""
-        upright = rotate_x((point - self.table.pivot) * _MIRROR, -alpha)
-        return self.table.tip_of_gauge(upright, angles, 0.0)
+    def platform(self, q: Array) -> tuple[Platform, Mask]:
+        """The platform for joint values (..., 5)."""
+        position, alpha, ok = self.module.forward(np.asarray(q)[..., :-2])
+        return _tilted_platform(position, alpha), ok
+
+    # --- what is measured at solved poses ---------------------------------------------------------------
+
+    @property
+    def spindle(self) -> Array:
+        """Unit vector from P towards the tip, platform frame."""
+        return _DOWN
+
+    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Tool axis (..., 3) in the table frame: as programmed."""
+        return axis_of_angles(angles[..., 0], angles[..., 1])
+
+    def on_table(self, point: Array, q: Array) -> Array:
+        """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""
+        return self.table.tip_of_gauge((point - self.table.pivot) * _MIRROR, q[..., -2:], 0.0)
+
+    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Margins (..., m) of solved poses: those of the module."""
+        return self.module.geometry_margins(platform.position, platform.alpha)
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` measures, with thresholds."""
+        return self.module.margin_names(serial_singularity, parallel_singularity)
+
+    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the module's Jacobians, each (...)."""
+        return self.module.conditioning(platform.position, platform.alpha, q[..., :-2])
+
+    def sketch(self, q: Array, platform: Platform) -> Array:
+        """Rods (n, k, 2, 3) of solved poses for a picture; none of a module that cannot be drawn."""
+        if not isinstance(self.module, Drawable):
+            return np.empty((len(q), 0, 2, 3))
+        return self.module.sketch(platform.position, platform.alpha, q[:, :-2])
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose given by its tool axis; see :meth:`Machine.inverse`."""
-        tip, axis = _vectors(tip, "tip"), _vectors(axis, "axis")
-        angles = np.stack(angles_of_axis(axis), axis=-1)
-        shape = np.broadcast_shapes(tip.shape[:-1], axis.shape[:-1], np.shape(tool_length))
-        tip = np.broadcast_to(tip, (*shape, 3))
-        angles = np.broadcast_to(angles, (*shape, 2))
-        q, _position, _alpha, ok = self.solve(tip, angles, tool_length)
+        tip, angles = axis_and_angles(tip, axis, tool_length)
+        q, _platform, ok = self.solve(tip, angles, tool_length)
         return q, ok
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
@@ -179,7 +206,23 @@ class HybridMachine:
         return tip, axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
 
-def _vectors(value: Array, name: str) -> Array:
+def _tilted_platform(position: Array, alpha: Array) -> Platform:
+    """The platform of a machine that only tilts about x."""
+    angles = np.zeros((*np.shape(alpha), 3))
+    angles[..., 0] = alpha
+    return Platform(position, angles)
+
+
+def axis_and_angles(tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Array]:
+    """Tips (..., 3) and nominal angles (..., 2) of poses given by their tool axis, both of the common shape."""
+    tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
+    angles = np.stack(angles_of_axis(axis), axis=-1)
+    shape = np.broadcast_shapes(tip.shape[:-1], axis.shape[:-1], np.shape(tool_length))
+    return np.broadcast_to(tip, (*shape, 3)), np.broadcast_to(angles, (*shape, 2))
+
+
+def pose_vectors(value: Array, name: str) -> Array:
+    """An argument as an array (..., 3); refuses others by name."""
     array = np.asarray(value, dtype=float)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{name} must have shape (..., 3), got {array.shape}")

@@ -7,11 +7,10 @@ from typing import Final, Protocol
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import axis_of_angles
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.poses import JointPoses
-from verne_post.model.protocols import ClearanceModel, Pose, PoseFunction, SpeedFunction
+from verne_post.model.protocols import ClearanceModel, Platform, Pose, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 
 #: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.
@@ -27,10 +26,9 @@ class KeepOutModel(ClearanceModel, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Solved(JointPoses):
-    """Solved poses; position of P (n, 3) in the base frame, mm, and tilt (n,) of the platform, rad; NaN where not ok."""
+    """Solved poses, and where the platform is; NaN where not ok (n,)."""
 
-    position: Array
-    alpha: Array
+    platform: Platform
     ok: Mask
 
 
@@ -53,9 +51,17 @@ class JointPath:
     def solve(self, element: Ints, w: Array) -> Solved:
         """Solve poses at parameter w (n,) of elements (n,)."""
         tip, angles, length, joint, q_joint = self._evaluate_pose(element, w)
-        q, position, alpha, ok = self.machine.five_axis.solve(tip, angles, length)
+        q, platform, ok = self.machine.five_axis.solve(tip, angles, length)
         q[joint] = q_joint
-        return Solved(q, tip, angles, position, alpha, ok)
+        return Solved(q, tip, angles, platform, ok)
+
+    def tool_axis(self, solved: Solved) -> Array:
+        """Tool axis (n, 3) on the table."""
+        return self.machine.five_axis.tool_axis(solved.q, solved.angles, solved.platform)
+
+    def margins(self, solved: Solved) -> Array:
+        """Margins of the geometry (n, m)."""
+        return self.machine.five_axis.geometry_margins(solved.q, solved.angles, solved.platform)
 
     def _evaluate_pose(self, element: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
         """Tip, nominal angles, tool length; which of the poses (n,) are on motions in joint space, and their joints."""
@@ -74,12 +80,11 @@ class JointPath:
     def bodies(self, element: Ints, solved: Solved) -> Pose:
         """Where the real tool and the module are at solved poses of elements (n,)."""
         segment = self.contour.segment[element]
-        rho = solved.q[:, : len(self.machine.module.actuators)]
-        tip = solved.tip
+        tip, axis = solved.tip, self.tool_axis(solved)
         if self.lift:
-            tip = tip + self.lift * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+            tip = tip + self.lift * axis
         length = self.contour.path.tool_length[segment] - self.lift
-        return Pose(solved.position, solved.alpha, rho, tip, solved.angles, length, segment)
+        return Pose(solved.q, solved.platform, tip, axis, length, segment)
 
     def q(self, element: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""

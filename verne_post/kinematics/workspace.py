@@ -58,10 +58,11 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
         Gauge line to tip, mm.
     """
     tip = np.asarray(tip, dtype=float)
-    q, position, alpha, ok = machine.five_axis.solve(tip, np.broadcast_to(angles, (len(tip), 2)), tool_length)
+    pairs = np.broadcast_to(angles, (len(tip), 2))
+    q, platform, ok = machine.five_axis.solve(tip, pairs, tool_length)
     checks = machine_checks(machine)
     with np.errstate(invalid="ignore"):
-        quantities = np.concatenate([q, machine.module.geometry_margins(position, alpha)], axis=1)
+        quantities = np.concatenate([q, machine.five_axis.geometry_margins(q, pairs, platform)], axis=1)
     margins = [np.where(ok, np.inf, -np.inf)]
     for check in checks:
         margin = check.sign * (quantities[:, check.quantity] - check.limit)

@@ -336,6 +336,14 @@ CODES: Final[dict[str, Code]] = _table(
         "spindle, platform or a shank thicker than the cutter reaches into it.",
         "Move the rapid traverse above the stock, or make the box as small as the rest of the stock.",
     ),
+    (
+        "VP217",
+        "tool axis error left over",
+        "error",
+        "On the as-built machine the tool axis is off by more than the machine file's accuracy.uncorrected_axis_deg: the "
+        "table's tilt cannot correct this component, and C stays as programmed.",
+        "Let C take its share (--correct-axis), or accept a larger error in the machine file.",
+    ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
         "VP301",
@@ -482,6 +490,7 @@ PARAMETERS: Final[dict[str, str]] = {
     "VP214": "rods.slider_cone_deg, rods.platform_cone_deg, rods.cone_centre of the machine file; not checked without them",
     "VP215": "--keep-out, [keep_out] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
     "VP216": "--stock, [stock] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
+    "VP217": "accuracy.uncorrected_axis_deg of the machine file; not checked without it; --correct-axis",
     "VP301": "limits.a_deg, limits.c_deg of the machine file; --allow-rewind",
     "VP401": "the velocities in limits of the machine file; control.cycle_s, or --cycle; --decimals",
     "VP402": "the accelerations in limits of the machine file; control.cycle_s, or --cycle; --decimals",

@@ -1,12 +1,11 @@
 """How far the parts of a machine are from their nominal places: 58 numbers, as [as_built] of a machine file has them."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array
 
 #: Every entry of :class:`Deviations`: its key in a machine file, its shape, and True where it is an angle.
 ENTRIES: Final[dict[str, tuple[str, tuple[int, ...], bool]]] = {
@@ -25,10 +24,6 @@ RODS: Final = ("I at +y", "I at -y", "II at larger x", "II at smaller x", "III a
 #: Components of the places and directions that have two.
 _COMPONENTS: Final = {"guides": "xy", "tilt_place": "yz", "tilt_direction": "yz", "rotary_place": "xy",
                       "rotary_direction": "xy", "spindle": "xy"}  # fmt: skip
-
-
-def _zeros(name: str) -> Array:
-    return field(default_factory=lambda: np.zeros(ENTRIES[name][1]))  # type: ignore[return-value]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +50,20 @@ class Deviations:
         x and y in the platform frame: from P towards the tool's tip the direction is (x, y, 1).
     """
 
-    platform_ends: Array = _zeros("platform_ends")
-    slider_ends: Array = _zeros("slider_ends")
-    rod_lengths: Array = _zeros("rod_lengths")
-    guides: Array = _zeros("guides")
-    tilt_place: Array = _zeros("tilt_place")
-    tilt_direction: Array = _zeros("tilt_direction")
-    rotary_place: Array = _zeros("rotary_place")
-    rotary_direction: Array = _zeros("rotary_direction")
-    spindle: Array = _zeros("spindle")
+    platform_ends: Array
+    slider_ends: Array
+    rod_lengths: Array
+    guides: Array
+    tilt_place: Array
+    tilt_direction: Array
+    rotary_place: Array
+    rotary_direction: Array
+    spindle: Array
+
+    @classmethod
+    def none(cls) -> "Deviations":
+        """All zero: the nominal machine."""
+        return cls.from_vector(np.zeros(len(PARAMETERS)))
 
     def to_vector(self) -> Array:
         """All 58 numbers in the order of :data:`PARAMETERS`, mm and rad."""

@@ -126,7 +126,7 @@ class Machine:
     @property
     def margins(self) -> tuple[Margin, ...]:
         """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
-        return self.module.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
+        return self.five_axis.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of five-axis poses.

@@ -11,6 +11,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.rotations import rotate_x, rotate_y, rotate_z
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
 
@@ -147,8 +148,44 @@ class ParallelModule(Protocol):
         """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
 
 
+@dataclass(frozen=True, eq=False)
+class Platform:
+    """Where the platform of solved poses is, in the base frame.
+
+    Attributes
+    ----------
+    position : ndarray, shape (..., 3)
+        P, mm.
+    angles : ndarray, shape (..., 3)
+        alpha, beta, gamma (rad): the platform is turned by ``R = Rx(alpha) Ry(beta) Rz(gamma)``. A machine without
+        deviations has only the tilt alpha.
+    """
+
+    position: Array
+    angles: Array
+
+    @property
+    def alpha(self) -> Array:
+        """Platform tilt (...), rad."""
+        return np.asarray(self.angles[..., 0])
+
+    def turn(self, vector: Array) -> Array:
+        """Directions (3,) or (..., 3) of the platform frame in the base frame."""
+        alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
+        return rotate_x(rotate_y(rotate_z(np.asarray(vector, dtype=float), gamma), beta), alpha)
+
+    def turn_back(self, vector: Array) -> Array:
+        """Inverse of :meth:`turn`."""
+        alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
+        return rotate_z(rotate_y(rotate_x(vector, -alpha), -beta), -gamma)
+
+    def matrix(self) -> Array:
+        """R (..., 3, 3)."""
+        return np.stack([self.turn(unit) for unit in np.eye(3)], axis=-1)
+
+
 class RodModule(Protocol):
-    """A module whose legs are rods with a ball joint at both ends."""
+    """A machine whose legs are rods with a ball joint at both ends."""
 
     @property
     def rod_legs(self) -> tuple[str, ...]:
@@ -162,25 +199,25 @@ class RodModule(Protocol):
     def shortest_rod(self) -> float:
         """mm."""
 
-    def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
-        """As :meth:`ParallelModule.inverse`."""
+    def middle(self, position: Array) -> tuple[Array, Platform]:
+        """Sliders (1, 3) and platform at a position (3,) of P, of the machine without deviations."""
 
-    def rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Solved poses, n rows: what a clearance is computed from. Base frame except ``tip`` and ``angles`` (table).
+    """Solved poses, n rows: what a clearance is computed from.
 
-    ``segment`` is the programmed segment that each belongs to, where distances depend on it.
+    ``q`` are joints (n, n_joints), ``tip`` and ``axis`` (n, 3) the tool on the table, ``segment`` the programmed segment
+    that each belongs to, where distances depend on it.
     """
 
-    position: Array
-    alpha: Array
-    rho: Array
+    q: Array
+    platform: Platform
     tip: Array
-    angles: Array
+    axis: Array
     tool_length: Array
     segment: Ints = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
@@ -220,6 +257,8 @@ class WholeSolution:
     ----------
     q : tuple of float
         Joints, mm and rad; A is the table's, with the platform's tilt in it.
+    angles : tuple of float
+        Nominal A and C, rad.
     alpha : float
         Platform tilt, rad.
     signs : tuple of int
@@ -231,6 +270,7 @@ class WholeSolution:
     """
 
     q: tuple[float, ...]
+    angles: tuple[float, float]
     alpha: float
     signs: tuple[int, ...]
     other_table: bool
@@ -289,8 +329,8 @@ class FiveAxis(Protocol):
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip, axis, ok)."""
 
-    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """Tip (..., 3) and nominal angles (..., 2) -> (q, position (..., 3), alpha, ok); A + alpha and C as given."""
+    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
+        """Tip (..., 3) and nominal angles (..., 2) -> (q, platform, ok); the table turned by the platform's tilt, C as given."""
 
     def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The q of :meth:`solve` alone."""
@@ -301,8 +341,30 @@ class FiveAxis(Protocol):
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
 
-    def on_table(self, point: Array, alpha: Array, angles: Array) -> Array:
-        """Points (..., 3) of the base frame in the table frame, for a tilt (...) and nominal angles (..., 2)."""
+    def platform(self, q: Array) -> tuple[Platform, Mask]:
+        """The platform for joint values (..., n_joints), and whether the rods close (...)."""
+
+    @property
+    def spindle(self) -> Array:
+        """Unit vector (3,) from P towards the tip, platform frame."""
+
+    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Tool axis (..., 3), tip to spindle, in the table frame, of solved poses."""
+
+    def on_table(self, point: Array, q: Array) -> Array:
+        """Points (..., 3) of the base frame in the table frame, for joint values (..., n_joints)."""
+
+    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` returns, with thresholds."""
+
+    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the scaled parallel and serial Jacobians of solved poses, each (...)."""
+
+    def sketch(self, q: Array, platform: Platform) -> Array:
+        """Rods (n, k, 2, 3) from slider to platform of solved poses (n,) for a picture, base frame, mm; k = 0 without rods."""
 
     def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""

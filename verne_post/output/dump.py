@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from verne_post.base.rotations import axis_of_angles
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.arcs import PLANE_NAMES
 from verne_post.kinematics.joint_path import JointPath
@@ -66,7 +65,7 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
     contour, path = joints.contour, joints.contour.path
     for element, w, s in _points(contour):
         solved = joints.solve(element, w)
-        axis = axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+        axis = joints.tool_axis(solved)
         move = path.move[contour.segment[element[0]]]
         frame = table.frames[table.frame[move]] if move >= 0 else table.start_frame
         tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
@@ -81,7 +80,7 @@ def joints(joint_path: JointPath) -> Iterator[str]:
     names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]
     for element, w, s in _points(contour):
         solved = joint_path.solve(element, w)
-        margins = machine.module.geometry_margins(solved.position, solved.alpha)
+        margins = joint_path.margins(solved)
         line = contour.line(element)
         for k in range(len(w)):
             q = {column.header: _number(solved.q[k, j] * column.factor) for j, column in enumerate(machine.columns)}
@@ -92,7 +91,7 @@ def joints(joint_path: JointPath) -> Iterator[str]:
             }  # fmt: skip
             clearances = {name: _number(margins[k, j]) for j, name in enumerate(names)}
             yield _line({"line": int(line[k]), "s": float(s[k]), "q": q,
-                         "alpha_deg": _number(DEG_PER_RAD * solved.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
+                         "alpha_deg": _number(DEG_PER_RAD * solved.platform.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
 
 
 def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:

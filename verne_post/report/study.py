@@ -21,7 +21,6 @@ from verne_post.base.rotations import axis_of_angles
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.model.protocols import Drawable
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.report.table import Curve, Study, Trail
 from verne_post.toolpath.margins import margin_functions
@@ -180,21 +179,20 @@ class _Collector:
 
     def finish(self, result: Result) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
-        machine, module, timed = self.machine, self.machine.module, result.ok
+        machine, timed = self.machine, result.ok
         x, line, q, tool_length, tip, angles, speed, margin, alpha_deg = _join(self._frames)
-        position, alpha, _ok = module.forward(np.where(np.isfinite(q[:, :-2]), q[:, :-2], 0.0))
-        up = np.array([1.0, -1.0, -1.0])
-        down = np.stack([np.zeros(len(alpha)), -np.sin(alpha), np.cos(alpha)], axis=1)
-        rods = np.empty((len(x), 0, 2, 3))
-        if isinstance(module, Drawable):
-            rods = module.sketch(position, alpha, q[:, :-2]) * up
+        five_axis = machine.five_axis
+        platform, _ok = five_axis.platform(np.where(np.isfinite(q), q, 0.0))
+        position, up = platform.position, np.array([1.0, -1.0, -1.0])
+        nose = position + five_axis.nose_offset * platform.turn(five_axis.spindle)
+        rods = five_axis.sketch(q, platform) * up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
         place, place_tip = self._places(x, line)
         return Study(
             self.findings, result.summary if timed else None, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, Trail(*_join(self._trail)), tip,
             axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, alpha_deg,
-            (position + machine.five_axis.nose_offset * down) * up, position * up, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
+            nose * up, position * up, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
         )  # fmt: skip
 
     def _places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:

@@ -52,7 +52,7 @@ def joints_at_place(machine: Machine, place: Place, option: str) -> Array:
     x, y, z, a, c = home
     point = np.array([x, y, z, a, 0.0, c, 0.0, 0.0, 0.0])
     tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
-    q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 0.0)
+    q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
     if not ok:
         raise InputError(finding("VP018", f"{option} {place}: this position of the machine file is out of reach"))
     return q
@@ -186,7 +186,7 @@ def _joint_step(machine: Machine, q: Array, tool: float) -> Step:
 
 
 def _solve(machine: Machine, pose: Array, tool: float, option: str) -> Array:
-    q, _position, _alpha, ok = machine.five_axis.solve(pose[:3], pose[3:], tool)
+    q, _platform, ok = machine.five_axis.solve(pose[:3], pose[3:], tool)
     if not ok:
         text = f"{option}: the retracted position, or the one above the goal, is out of reach"
         raise InputError(finding("VP018", text))

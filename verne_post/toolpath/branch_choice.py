@@ -25,7 +25,7 @@ def choose_branches(
 
     A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
     """
-    limits, module = machine.limits, machine.module
+    limits = machine.limits
     errors = np.array([margin.error_below for margin in machine.margins])
     slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     chosen: list[BranchPlan] = []
@@ -34,10 +34,10 @@ def choose_branches(
     def plan_path(path: ToolPath) -> tuple[Array, Array] | None:
         def legal(segment: Ints, u: Array, angles: Array) -> Mask:
             tip, _angles = pose(path, segment, u)
-            q, position, alpha, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
+            q, platform, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
             with np.errstate(invalid="ignore"):
                 inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
-                clear = (module.geometry_margins(position, alpha) >= errors).all(axis=1)
+                clear = (machine.five_axis.geometry_margins(q, angles, platform) >= errors).all(axis=1)
             return ok & inside & clear
 
         plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])))

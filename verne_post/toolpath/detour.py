@@ -38,7 +38,7 @@ def _plan_detour(path: ToolPath, change: Change, machine: Machine) -> list[Step]
         return [Step(here, there)]
     away = retract_pose(here, machine, tool)[:3]
     up, down = np.append(away, change.before), np.append(away, change.after)
-    q, _position, _alpha, ok = machine.five_axis.solve(np.stack([up, down])[:, :3], np.stack([up, down])[:, 3:], tool)
+    q, _platform, ok = machine.five_axis.solve(np.stack([up, down])[:, :3], np.stack([up, down])[:, 3:], tool)
     if not ok.all():
         line = int(path.line[change.segment])
         text = "the table cannot rewind here: the retracted place (machine Z 0 along the tool axis) is out of reach"

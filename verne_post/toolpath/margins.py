@@ -30,9 +30,9 @@ def margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
     scale = np.array([margin.warn_below for _index, margin in measured]) - error
 
     def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
-        q, position, alpha, ok = machine.five_axis.solve(tip, angles, tool_length)
+        q, platform, ok = machine.five_axis.solve(tip, angles, tool_length)
         inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
-        geometry = (machine.module.geometry_margins(position, alpha)[:, kept] - error) / scale
+        geometry = (machine.five_axis.geometry_margins(q, angles, platform)[:, kept] - error) / scale
         table = np.concatenate([inside, geometry], axis=1)
         table[~ok] = -np.inf
         return table

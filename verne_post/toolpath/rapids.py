@@ -19,11 +19,11 @@ def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
         machine.five_axis.solve(pose[rapid, :3], pose[rapid, 3:], path.tool_length[rapid])
         for pose in (path.start, path.end)
     ]
-    solved = ends[0][3] & ends[1][3]
+    solved = ends[0][2] & ends[1][2]
     rapid = rapid[solved]
     if not len(rapid):
         return path
-    joints = np.stack([q[solved] for q, _position, _alpha, _ok in ends], axis=1)
+    joints = np.stack([q[solved] for q, _platform, _ok in ends], axis=1)
     kind, length, joint, circle = path.kind.copy(), path.length.copy(), path.joint.copy(), path.circle.copy()
     kind[rapid], circle[rapid] = SegmentKind.JOINT, -1
     length[rapid] = metric_length(joints[:, 1] - joints[:, 0])

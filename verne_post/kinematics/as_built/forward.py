@@ -11,14 +11,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import NEWTON_STEP, ROD_RESIDUAL_MM2
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, LEG, MIRROR, SECOND_ROD, AsBuiltGeometry
 from verne_post.kinematics.as_built.inverse import cross, dot, turn_about, turn_rotation
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Newton's steps from the nominal machine's pose; three where the machine works.
 STEPS: Final = 12
@@ -82,9 +79,7 @@ def solve_three(rows: Array, right: Array) -> Array:
     return np.asarray((a * right[0] + b * right[1] + c * right[2]) / dot(first, a))
 
 
-def tool_on_table(
-    geometry: AsBuiltGeometry, pose: PlatformPose, angles: Array, length: Array
-) -> tuple[Array, Array]:
+def tool_on_table(geometry: AsBuiltGeometry, pose: PlatformPose, angles: Array, length: Array) -> tuple[Array, Array]:
     """Tip and tool axis (tip to spindle) in the table frame, each (3, n).
 
     Parameters

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations
-
-Array = NDArray[np.float64]
 
 #: Leg of each rod, and the rods of each leg.
 LEG: Final = np.array([0, 0, 1, 1, 2, 2])
@@ -121,11 +119,11 @@ def place_parts(
         slider_ends=slider + deviations.slider_ends,
         rods=rods + deviations.rod_lengths,
         guides=guides[LEG],
-        spindle=_unit(*deviations.spindle, 1.0),
+        spindle=_unit(deviations.spindle[0], deviations.spindle[1], 1.0),
         pivot=np.asarray(table.pivot, dtype=float),
         tilt_origin=np.array([0.0, tilt_y, tilt_z]),
-        tilt_axis=_unit(1.0, *deviations.tilt_direction),
-        rotary_origin=np.asarray(table.rotary_offset, dtype=float) + [rotary_x, rotary_y, 0.0],
-        rotary_axis=_unit(*deviations.rotary_direction, 1.0),
+        tilt_axis=_unit(1.0, deviations.tilt_direction[0], deviations.tilt_direction[1]),
+        rotary_origin=np.add(table.rotary_offset, [rotary_x, rotary_y, 0.0]),
+        rotary_axis=_unit(deviations.rotary_direction[0], deviations.rotary_direction[1], 1.0),
         nose_offset=table.nose_offset,
     )

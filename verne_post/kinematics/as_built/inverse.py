@@ -12,18 +12,17 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import PLATFORM_BEND, PLATFORM_ERROR, ROD_RESIDUAL_MM2
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, MIRROR, SECOND_ROD, AsBuiltGeometry
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK: Final = 1024
 #: Newton's steps. Two reach rounding on a machine made to tenths of a millimetre; the rest is for its rim.
 STEPS: Final = 12
+#: Every slider above the platform.
+WORKING_SIDE: Final = -np.ones(6)
 #: Below this step (rad) rounding decides the next one, which no longer tells how the equations bend.
 _ROUNDED_STEP: Final = 1e-7
 
@@ -103,14 +102,15 @@ def stand_on_table(geometry: AsBuiltGeometry, tip: Array, angles: Array, turn: A
     offset = geometry.rotary_origin - geometry.tilt_origin
     point = turn_about(geometry.rotary_axis, tip, cc, sc) + offset[:, None]
     point = turn_about(geometry.tilt_axis, point, ca, sa)
-    return ProgrammedPose(
-        *split_about(geometry.tilt_axis, point), *split_about(geometry.tilt_axis, axis), length
-    )
+    return ProgrammedPose(*split_about(geometry.tilt_axis, point), *split_about(geometry.tilt_axis, axis), length)
 
 
-def solve_platform(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array) -> PlatformSolution:
+def solve_platform(
+    geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, side: Array = WORKING_SIDE
+) -> PlatformSolution:
     """Solve poses (n,) by Newton's method from rotations (3, 3, n).
 
+    ``side`` (6,) is -1 for rods whose slider is above the platform, +1 for the others: all -1 in the working mode.
     A step is the last one when the next would be below :data:`PLATFORM_ERROR`. The next one is the square of this one
     times half the second derivative over the first, which two steps tell.
     """
@@ -118,7 +118,7 @@ def solve_platform(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Ar
     before = np.full(rotation.shape[-1], np.inf)
     done = np.zeros(rotation.shape[-1], dtype=bool)
     for _ in range(STEPS):
-        step = _find_step(geometry, pose, rotation)
+        step = _find_step(geometry, pose, rotation, side)
         size = np.sqrt(dot(step, step))
         measured = before > _ROUNDED_STEP
         bend = np.where(measured & np.isfinite(before), np.maximum(size / before**2, PLATFORM_BEND), bend)
@@ -126,7 +126,7 @@ def solve_platform(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Ar
         rotation, before = turn_rotation(rotation, step), size
         if bool(done.all()):
             break
-    return _close_rods(geometry, pose, rotation, done)
+    return _close_rods(geometry, pose, rotation, done, side)
 
 
 def turn_rotation(rotation: Array, turn: Array) -> Array:
@@ -152,7 +152,7 @@ class _Placed:
     rho: Array  # (6, n)
 
 
-def _place(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array) -> _Placed:
+def _place(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, side: Array) -> _Placed:
     spindle = geometry.spindle[0] * rotation[:, 0]
     for k in (1, 2):
         spindle = spindle + geometry.spindle[k] * rotation[:, k]
@@ -166,14 +166,14 @@ def _place(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array) -> 
     free = arms + (position[:, None] - geometry.slider_ends.T[:, :, None])
     guides = geometry.guides.T[:, :, None]
     height = dot(guides, free)
-    drop = np.sqrt(height**2 - dot(free, free) + (geometry.rods**2)[:, None])
+    drop = -side[:, None] * np.sqrt(height**2 - dot(free, free) + (geometry.rods**2)[:, None])
     rho = height - drop
     return _Placed(spindle, cosine, sine, stretch, position, arms, drop, free - rho * guides, rho)
 
 
-def _find_step(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array) -> Array:
+def _find_step(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, side: Array) -> Array:
     """Newton's step (3, n), a turn of the platform in the base frame."""
-    at = _place(geometry, pose, rotation)
+    at = _place(geometry, pose, rotation, side)
     mirror = MIRROR[:, None]
     # how the table follows a turn of the platform, and the tip the table
     axis_rate = mirror * (pose.axis_turned * at.cosine - pose.axis_upright * at.sine)
@@ -190,9 +190,11 @@ def _find_step(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array)
     return np.asarray(-(a * miss[0] + b * miss[1] + c * miss[2]) / dot(first, a))
 
 
-def _close_rods(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, done: Mask) -> PlatformSolution:
+def _close_rods(
+    geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, done: Mask, side: Array
+) -> PlatformSolution:
     """The solution at final rotations (3, 3, n); NaN where the iteration has not ended or a leg does not close."""
-    at = _place(geometry, pose, rotation)
+    at = _place(geometry, pose, rotation, side)
     miss = np.abs(at.rho[FIRST_ROD] - at.rho[SECOND_ROD]).max(axis=0)
     longest = float(geometry.rods.max())
     ok = done & (miss * longest < ROD_RESIDUAL_MM2 * max(longest / 850.0, 1.0) ** 2)

@@ -10,11 +10,10 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles, rotate_x
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Bodies
-from verne_post.model.protocols import Margin, Pose, RodModule
+from verne_post.model.protocols import Margin, Platform, Pose, RodModule
 
 #: Ternary steps on a convex distance along a line segment: the bracket ends at (2/3)^60 of it.
 CONVEX_STEPS: Final = 60
@@ -31,12 +30,16 @@ class Clearance:
         None for a module without rods.
     nose_offset : float
         From P to the gauge line along the tool axis, mm.
+    spindle : ndarray, shape (3,)
+        Unit vector from P towards the tip, platform frame.
     table_radius : float
         mm.
     """
 
-    def __init__(self, bodies: Bodies, module: RodModule | None, nose_offset: float, table_radius: float) -> None:
-        self.bodies, self.module, self.slack = bodies, module, LIMIT_SLACK_MM
+    def __init__(
+        self, bodies: Bodies, module: RodModule | None, nose_offset: float, spindle: Array, table_radius: float
+    ) -> None:
+        self.bodies, self.module, self.slack, self.spindle = bodies, module, LIMIT_SLACK_MM, spindle
         self.nose_offset, self.table_radius = nose_offset, table_radius
         listed = self._listed()
         self.names: tuple[Margin, ...] = tuple(margin for margin, _share, _group in listed)
@@ -92,16 +95,16 @@ class Clearance:
             By group: "module" in the base frame, "table" in the table frame, mm.
         """
         bodies, module = self.bodies, self.module
-        axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
-        down = rotate_x(np.broadcast_to([0.0, 0.0, 1.0], pose.position.shape), pose.alpha)
-        nose = pose.position + self.nose_offset * down
-        top = pose.position - bodies.spindle_top * down
+        axis, platform = pose.axis, pose.platform
+        down = platform.turn(self.spindle)
+        nose = platform.position + self.nose_offset * down
+        top = platform.position - bodies.spindle_top * down
         nose_on_table = pose.tip + pose.tool_length[:, None] * axis
         top_on_table = nose_on_table + (self.nose_offset + bodies.spindle_top) * axis
         points, on_table = [nose, top], [pose.tip, nose_on_table, top_on_table]
         columns: list[Array] = []
         if module is not None and (bodies.rod_radius is not None or bodies.cone_centre is not None):
-            start, end = module.rods(pose.position, pose.alpha, pose.rho)
+            start, end = module.rods(pose.q[:, :-2], platform)
             points += [*np.moveaxis(start, 1, 0), *np.moveaxis(end, 1, 0)]
             if bodies.rod_radius is not None:
                 columns += self._between_rods(module, start, end, bodies.rod_radius)
@@ -113,10 +116,10 @@ class Clearance:
             columns.append(_flat_end_to_table(pose.tip, axis, bodies.tool_radius, self.table_radius))
             on_table.append(bodies.tool_radius * axis)
         if module is not None and bodies.cone_centre is not None:
-            columns += self._cones(module, start, end, pose.alpha)
-            turn = np.zeros_like(pose.position)
-            turn[:, 0] = module.shortest_rod * pose.alpha
-            points.append(turn)
+            columns += self._cones(module, start, end, platform)
+            # rates of the three angles as a vector: at most this factor less than the rate of the rotation
+            beta = float(np.nanmax(np.abs(platform.angles[:, 1])))
+            points.append(module.shortest_rod * np.sqrt(1.0 + np.sin(beta)) * platform.angles)
         return np.stack(columns, axis=1), {"module": np.stack(points, axis=1), "table": np.stack(on_table, axis=1)}
 
     def _between_rods(self, module: RodModule, start: Array, end: Array, radius: Array) -> list[Array]:
@@ -142,7 +145,7 @@ class Clearance:
             for leg in dict.fromkeys(module.rod_legs)
         ]  # fmt: skip
 
-    def _cones(self, module: RodModule, start: Array, end: Array, alpha: Array) -> list[Array]:
+    def _cones(self, module: RodModule, start: Array, end: Array, platform: Platform) -> list[Array]:
         """What is left of the cones, degrees: for each leg its worst rod."""
         rest = self._rest_directions(module)
         direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
@@ -150,7 +153,7 @@ class Clearance:
         columns = []
         for cone, seen in (
             (self.bodies.slider_cone, direction),
-            (self.bodies.platform_cone, rotate_x(direction, -alpha[:, None])),
+            (self.bodies.platform_cone, _at_every_rod(platform).turn_back(direction)),
         ):
             if cone is not None:
                 # atan2 keeps its digits where the rod stands in the middle of the cone
@@ -163,10 +166,14 @@ class Clearance:
     def _rest_directions(self, module: RodModule) -> Array:
         """Directions of the rods (k, 3) in the middle of the joints' cones, platform upright."""
         assert self.bodies.cone_centre is not None
-        rho, alpha, _ok = module.inverse(self.bodies.cone_centre[None])
-        start, end = module.rods(self.bodies.cone_centre[None], alpha, rho)
+        start, end = module.rods(*module.middle(self.bodies.cone_centre))
         direction = (end - start)[0]
         return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
+
+
+def _at_every_rod(platform: Platform) -> Platform:
+    """Platforms (n,) as (n, 1), so that vectors (n, k, 3) can be turned."""
+    return Platform(platform.position[:, None], platform.angles[:, None])
 
 
 def _leg_pairs(module: RodModule) -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
@@ -123,7 +123,7 @@ class KeepOut:
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
-        axis = axis_of_angles(pose.angles[:, 0], pose.angles[:, 1])
+        axis = pose.axis
         nose = pose.tip + pose.tool_length[:, None] * axis
         by_itself = self.lengths[self.tool[pose.segment]]
         length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
@@ -140,9 +140,7 @@ class KeepOut:
             cylinders["spindle"] = nose, top, np.zeros(len(nose))
         if self.bodies is not None and self.bodies.platform is not None:
             ends = [
-                self.five_axis.on_table(
-                    pose.position + rotate_x(np.broadcast_to(end, axis.shape), pose.alpha), pose.alpha, pose.angles
-                )
+                self.five_axis.on_table(pose.platform.position + pose.platform.turn(end), pose.q)
                 for end in self.bodies.platform
             ]
             points["platform"] = np.stack(ends, axis=1)

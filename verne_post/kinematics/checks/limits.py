@@ -14,7 +14,6 @@ import numpy as np
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable
-from verne_post.base.rotations import axis_of_angles
 from verne_post.base.rows import row_max
 from verne_post.base.tolerances import LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, chunk_elements, cover_elements
@@ -151,7 +150,7 @@ class _LimitCheck:
         element, w = part.samples()
         solved = self.joints.solve(element.ravel(), w.ravel())
         solvable = solved.ok.reshape(w.shape).all(axis=0)
-        margins = self.joints.machine.module.geometry_margins(solved.position, solved.alpha)
+        margins = self.joints.margins(solved)
         quantities = np.concatenate([solved.q, margins], axis=1).reshape(*w.shape, -1)
         if not solvable.all():
             self._note_unreachable(part.element, solved)
@@ -198,15 +197,15 @@ class _LimitCheck:
         halve = np.zeros(len(part), dtype=bool)
         shape = (len(spans.WITH_ENDS), len(part), 1)
         tool_length = self.joints.contour.tool_length(np.tile(part.element, shape[0]))
-        upwards = np.cos(solved.angles[:, 0])
-        for along in (np.full(len(upwards), self.joints.lift), tool_length):
-            height = (solved.tip[:, 2] + along * upwards).reshape(shape)
+        axis = self.joints.tool_axis(solved)
+        for along in (np.full(len(axis), self.joints.lift), tool_length):
+            height = (solved.tip[:, 2] + along * axis[:, 2]).reshape(shape)
             if height.min() > SPAN_MM:
                 continue
             low_height = spans.enclosure(height[: spans.NODES])[0][:, 0]
             if min(height.min(), low_height.min()) >= -LIMIT_SLACK_MM:
                 continue
-            point = solved.tip + along[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+            point = solved.tip + along[:, None] * axis
             away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(shape)
             low_away = spans.enclosure(away[: spans.NODES])[0][:, 0]
             open_ = (low_height < -LIMIT_SLACK_MM) & (low_away < radius**2)

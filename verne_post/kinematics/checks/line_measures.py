@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import clearance_checks, clearances
 from verne_post.kinematics.checks.violations import Check, machine_checks
@@ -62,10 +61,10 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     """Joints, margins, clearances and height over the table face (infinite beside it) of points: (n, m), NaN unsolved."""
     machine = line.machine
     solved = line.solve(element, w)
-    parts = [solved.q, machine.module.geometry_margins(solved.position, solved.alpha)]
+    parts = [solved.q, line.margins(solved)]
     tool = line.contour.tool_length(element)
     parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line)]
-    nose = solved.tip + tool[:, None] * axis_of_angles(solved.angles[:, 0], solved.angles[:, 1])
+    nose = solved.tip + tool[:, None] * line.tool_axis(solved)
     heights = [
         np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)
         for point in (solved.tip, nose)

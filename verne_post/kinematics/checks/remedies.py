@@ -161,7 +161,7 @@ def tilt_inside(line: JointPath, place: Place) -> float | None:
     low, high = float(machine.limits.lower[-2]), float(machine.limits.upper[-2])
     goal = min(max(float(solved.q[0, -2]), low + TILT_RESERVE), high - TILT_RESERVE)
     for _ in range(NEWTON_STEPS):
-        q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, tool)
+        q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
         rate = machine.five_axis.jacobian(tip, angles, tool)[-2, -2]
         if not ok or not np.isfinite(rate) or rate == 0.0:
             return None

@@ -1,0 +1,117 @@
+"""[as_built] of a machine file: how far the parts are from their nominal places, in this file or one that it names."""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Annotated, Any, Final
+
+import numpy as np
+from pydantic import Field, StringConstraints, ValidationError
+
+from verne_post.base.units import MILLI
+from verne_post.config.schema import Group
+from verne_post.config.sentences import sentences
+from verne_post.kinematics.as_built.geometry import RodPlaces
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
+from verne_post.kinematics.as_built.soundness import find_fault
+from verne_post.kinematics.five_axis import HybridMachine
+from verne_post.model.deviations import ENTRIES, Deviations
+from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Limits
+
+#: Deviations beyond this are typing errors or other units: parts are made to some tenths of a millimetre.
+LARGEST_MM: Final = 20.0
+LARGEST_MRAD: Final = 20.0
+
+_Place = Annotated[float, Field(ge=-LARGEST_MM, le=LARGEST_MM, allow_inf_nan=False)]
+_Direction = Annotated[float, Field(ge=-LARGEST_MRAD, le=LARGEST_MRAD, allow_inf_nan=False)]
+_Point = Annotated[list[_Place], Field(min_length=3, max_length=3)]
+_Pair = Annotated[list[_Place], Field(min_length=2, max_length=2)]
+_Angles = Annotated[list[_Direction], Field(min_length=2, max_length=2)]
+
+
+class AsBuiltFile(Group):
+    """[as_built]: deviations from the nominal machine, mm and mrad; absent means zero."""
+
+    source: Annotated[str, StringConstraints(min_length=1)]
+    platform_ends_mm: Annotated[list[_Point], Field(min_length=6, max_length=6)] | None = None
+    slider_ends_mm: Annotated[list[_Point], Field(min_length=6, max_length=6)] | None = None
+    rod_lengths_mm: Annotated[list[_Place], Field(min_length=6, max_length=6)] | None = None
+    guides_mrad: Annotated[list[_Angles], Field(min_length=3, max_length=3)] | None = None
+    tilt_axis_mm: _Pair | None = None
+    tilt_axis_mrad: _Angles | None = None
+    rotary_axis_mm: _Pair | None = None
+    rotary_axis_mrad: _Angles | None = None
+    spindle_axis_mrad: _Angles | None = None
+
+    def deviations(self) -> Deviations:
+        """The deviations, mm and rad."""
+        given = {name: getattr(self, key) for name, (key, _shape, _angle) in ENTRIES.items()}
+        return replace(
+            Deviations.none(),
+            **{
+                name: np.array(value, dtype=float) * (MILLI if ENTRIES[name][2] else 1.0)
+                for name, value in given.items()
+                if value is not None
+            },
+        )
+
+
+def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -> tuple[AsBuiltFile, bytes]:
+    """The table, from the machine file or from the file that its only key ``file`` names; and the bytes of that file.
+
+    Parameters
+    ----------
+    table : object
+        What stands under [as_built].
+    file_name : str
+        Of the machine file, for messages.
+    read : callable
+        Reads a file beside the machine file.
+
+    Raises
+    ------
+    InputError
+        VP501 with every mistake.
+    """
+    raw = b""
+    if isinstance(table, dict) and "file" in table:
+        name = table["file"]
+        if not isinstance(name, str) or len(table) > 1:
+            raise _mistake(file_name, 'as_built.file names a file with an [as_built] table, such as "as-built.toml"; '
+                           "then [as_built] has no other key here")  # fmt: skip
+        raw = read(name)
+        try:
+            data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise _mistake(name, f"not a TOML file: {error}") from None
+        if list(data) != ["as_built"]:
+            raise _mistake(name, "expected one table, [as_built], and nothing else")
+        table, file_name = data["as_built"], name
+    if not isinstance(table, dict):
+        raise _mistake(file_name, f"as_built = {table!r}: expected a table of keys")
+    try:
+        return AsBuiltFile.model_validate(table), raw
+    except ValidationError as error:
+        raise InputError(
+            *(finding("VP501", f"{file_name}: as_built.{text}") for text in sentences(error, AsBuiltFile))
+        ) from None
+
+
+def build_as_built(
+    nominal: HybridMachine, places: RodPlaces, file: AsBuiltFile, axis_error_deg: float, limits: Limits, file_name: str
+) -> AsBuiltMachine:
+    """The as-built machine; refused where it does not work in the nominal machine's working mode."""
+    machine = AsBuiltMachine(nominal, places, file.deviations(), axis_error_deg)
+    travel = np.stack([limits.lower[:3], limits.upper[:3]], axis=1)
+    fault = find_fault(machine, travel, limits.serial_singularity)
+    if fault is not None:
+        raise _mistake(
+            file_name,
+            f"as_built: with these deviations the rods do not close where the nominal machine's do; see {fault}",
+        )
+    return machine
+
+
+def _mistake(file_name: str, text: str) -> InputError:
+    return InputError(finding("VP501", f"{file_name}: {text}"))

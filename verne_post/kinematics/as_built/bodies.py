@@ -1,0 +1,50 @@
+"""The rods of the VERNE as bodies at their places, nominal or as built, for distances between them."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.kinematics.as_built.forward import rod_vectors
+from verne_post.kinematics.as_built.geometry import AsBuiltGeometry
+from verne_post.kinematics.modules.verne.geometry import VerneGeometry
+from verne_post.kinematics.modules.verne.inverse import solve_inverse
+from verne_post.model.protocols import Platform
+
+
+@dataclass(frozen=True, eq=False)
+class VerneRods:
+    """The six rods at their places; implements ``RodModule``.
+
+    The nominal kinematics need only D1 - d1 and D2 - d2; distances between legs need the joints' own places.
+    """
+
+    module: VerneGeometry
+    geometry: AsBuiltGeometry
+
+    rod_legs: ClassVar[tuple[str, ...]] = ("I", "I", "II", "II", "III", "III")
+    parallelograms: ClassVar[tuple[str, ...]] = ("II", "III")
+
+    @property
+    def shortest_rod(self) -> float:
+        """Length of the shortest rod, mm."""
+        return float(self.geometry.rods.min())
+
+    def middle(self, position: Array) -> tuple[Array, Platform]:
+        """Sliders (1, 3) and platform at a position (3,) of P, of the nominal machine."""
+        rho, alpha, _ok = solve_inverse(self.module, position[None])
+        return rho, Platform(position[None], np.array([[float(alpha[0]), 0.0, 0.0]]))
+
+    def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
+        """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
+        return rod_ends(self.geometry, rho, platform)
+
+
+def rod_ends(geometry: AsBuiltGeometry, rho: Array, platform: Platform) -> tuple[Array, Array]:
+    """Ends of the rods at slider and platform for sliders (n, 3), each (n, 6, 3), base frame, mm."""
+    rotation = np.moveaxis(platform.matrix(), 0, -1)
+    position = platform.position.T
+    vectors, arms = rod_vectors(geometry, rho.T, position, rotation)
+    ends = position[:, None] + arms
+    return np.moveaxis(ends - vectors, -1, 0).swapaxes(1, 2), np.moveaxis(ends, -1, 0).swapaxes(1, 2)

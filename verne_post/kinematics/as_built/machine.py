@@ -1,0 +1,431 @@
+"""The whole as-built machine: six rods, table axes and spindle where they really are; implements ``FiveAxis``.
+
+The tip is exact. The table's tilt takes the component of the tool axis that it can. What is left, along the tilt axis,
+could be taken by C, which would have to swing near the pole: so C stays as programmed, unless :class:`AxisCorrection`
+lets it take its share where the tool is tilted enough.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.base.rotations import angles_of_axis, wrap_angle
+from verne_post.base.tolerances import CORRECTION_STEP, DIFFERENCE_STEP
+from verne_post.kinematics.as_built import inverse, margins
+from verne_post.kinematics.as_built.bodies import rod_ends
+from verne_post.kinematics.as_built.forward import (
+    PlatformPose,
+    direction_on_table,
+    point_on_table,
+    rod_vectors,
+    solve_rods,
+    tool_on_table,
+)
+from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, RodPlaces, place_parts
+from verne_post.kinematics.five_axis import HybridMachine, axis_and_angles, pose_vectors
+from verne_post.kinematics.modules.verne.geometry import VerneGeometry
+from verne_post.model.deviations import Deviations
+from verne_post.model.protocols import Margin, Platform, WholeSolution
+
+#: Steps that bring C, and the nominal angles of written joints, to where they stand; each gains a digit or more.
+_CORRECTION_STEPS: Final = 60
+
+
+@dataclass(frozen=True)
+class AxisCorrection:
+    """How much of the axis error C takes, by the programmed tilt: nothing below ``begins``, all above ``whole``, rad.
+
+    Between them the share is a polynomial with three continuous derivatives in the sine of the tilt, so the joints stay
+    as smooth as the program. C moves by at most the axis error over sin(begins).
+    """
+
+    begins: float = float(np.radians(2.0))
+    whole: float = float(np.radians(6.0))
+
+    def share(self, tilt: Array) -> Array:
+        """The share (...) that C takes at programmed tilts (...)."""
+        low, high = np.sin(self.begins), np.sin(self.whole)
+        u = np.clip((np.abs(np.sin(tilt)) - low) / (high - low), 0.0, 1.0)
+        return np.asarray(u**4 * (35.0 - u * (84.0 - u * (70.0 - u * 20.0))))
+
+
+@dataclass(frozen=True, eq=False)
+class _Flat:
+    """Poses with components first: tip (3, n), nominal angles (2, n), length from P to the tip (n,); their shape before."""
+
+    tip: Array
+    angles: Array
+    length: Array
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class AsBuiltMachine:
+    """The as-built machine. Table frame, mm, rad, workpiece sense.
+
+    Attributes
+    ----------
+    nominal_machine : HybridMachine
+        Where the iterations start, and what the other working modes continue.
+    places : RodPlaces
+        Where the rods are along x, nominally.
+    deviations : Deviations
+    axis_error_limit : float
+        Largest axis error before VP217, degrees; infinite where the machine file names none.
+    correction : AxisCorrection or None
+        None: C stays as programmed.
+    """
+
+    nominal_machine: HybridMachine
+    places: RodPlaces
+    deviations: Deviations
+    axis_error_limit: float = np.inf
+    correction: AxisCorrection | None = None
+
+    @cached_property
+    def geometry(self) -> AsBuiltGeometry:
+        """The parts where they are."""
+        nominal = self.nominal_machine
+        table = NominalTable(nominal.table.pivot, nominal.table.rotary_offset, nominal.nose_offset)
+        assert isinstance(nominal.module, VerneGeometry)
+        return place_parts(nominal.module, self.places, table, self.deviations)
+
+    @property
+    def nose_offset(self) -> float:
+        """From P to the gauge line along the tool axis, mm."""
+        return self.nominal_machine.nose_offset
+
+    @property
+    def spindle(self) -> Array:
+        """Unit vector from P towards the tip, platform frame."""
+        return self.geometry.spindle
+
+    def with_deviations(self, deviations: Deviations) -> "AsBuiltMachine":
+        """The machine with other deviations."""
+        return replace(self, deviations=deviations)
+
+    def with_correction(self, *, on: bool) -> "AsBuiltMachine":
+        """The machine whose C takes its share of the axis error, or does not."""
+        return replace(self, correction=AxisCorrection() if on else None)
+
+    # --- inverse ---------------------------------------------------------------------------------
+
+    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Gauge point of the nominal machine; see :meth:`HybridMachine.platform_gauge`."""
+        return self.nominal_machine.platform_gauge(tip, angles, tool_length)
+
+    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
+        """Joint values that follow the programmed branch; see :meth:`HybridMachine.solve`."""
+        flat = self._flatten(tip, angles, tool_length)
+        n = len(flat.length)
+        q, position, rotation = np.empty((n, 5)), np.empty((n, 3)), np.empty((n, 3))
+        for first in range(0, n, inverse.CHUNK):
+            part = slice(first, first + inverse.CHUNK)
+            found, turn = self._solve_chunk(flat, part)
+            q[part] = _joints(flat.angles[:, part], found, turn)
+            position[part] = found.position.T
+            rotation[part] = angles_of_rotation(found.rotation)
+        ok = np.isfinite(q[:, 0])
+        shape = flat.shape
+        platform = Platform(position.reshape(*shape, 3), rotation.reshape(*shape, 3))
+        return q.reshape(*shape, 5), platform, ok.reshape(shape)
+
+    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """The joint values of :meth:`solve` alone, (..., 5)."""
+        flat = self._flatten(tip, angles, tool_length)
+        q = np.empty((len(flat.length), 5))
+        for first in range(0, len(q), inverse.CHUNK):
+            part = slice(first, first + inverse.CHUNK)
+            found, turn = self._solve_chunk(flat, part)
+            q[part] = _joints(flat.angles[:, part], found, turn)
+        return q.reshape(*flat.shape, 5)
+
+    def _flatten(self, tip: Array, angles: Array, tool_length: Array | float) -> _Flat:
+        tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
+        shape = np.broadcast_shapes(tip.shape[:-1], angles.shape[:-1], np.shape(tool_length))
+        n = int(np.prod(shape))
+        length = np.broadcast_to(np.asarray(tool_length, dtype=float) + self.nose_offset, shape).reshape(n)
+        tip = np.broadcast_to(tip, (*shape, 3)).reshape(n, 3)
+        return _Flat(tip.T, np.broadcast_to(angles, (*shape, 2)).reshape(n, 2).T, length, shape)
+
+    def _solve_chunk(self, flat: _Flat, part: slice) -> tuple[inverse.PlatformSolution, Array]:
+        """Solutions of some poses, and joint C."""
+        tip, angles, length = flat.tip[:, part], flat.angles[:, part], flat.length[part]
+        nominal = self.nominal_machine
+        gauge = nominal.platform_gauge(tip.T, angles.T, length - nominal.nose_offset)
+        alpha = nominal.module.inverse_coupled(nominal.table.pivot, gauge)[1]
+        turn = angles[1]
+        with np.errstate(invalid="ignore", divide="ignore"):  # what has no solution is NaN on the way
+            pose = inverse.stand_on_table(self.geometry, tip, angles, turn, length)
+            found = inverse.solve_platform(self.geometry, pose, tilted(alpha))
+            if self.correction is not None:
+                share = self.correction.share(angles[0])
+                moved = np.flatnonzero((share > 0) & np.isfinite(found.tilt))
+                if len(moved):
+                    turn = turn.copy()
+                    part_turn, part_found = self._correct(
+                        tip[:, moved], angles[:, moved], length[moved], share[moved], found.rotation[..., moved]
+                    )
+                    turn[moved] = part_turn
+                    for name, values in vars(part_found).items():
+                        getattr(found, name)[..., moved] = values
+        return found, turn
+
+    def _correct(
+        self, tip: Array, angles: Array, length: Array, share: Array, rotation: Array
+    ) -> tuple[Array, inverse.PlatformSolution]:
+        """Joint C that takes its share of the axis error, and the solutions with it."""
+        turn = np.zeros_like(length)  # of C, that would take the whole error
+        for _ in range(_CORRECTION_STEPS):
+            pose = inverse.stand_on_table(self.geometry, tip, angles, angles[1] + turn, length)
+            found = inverse.solve_platform(self.geometry, pose, rotation)
+            axis = pose.axis_along + pose.axis_upright
+            rate = self.geometry.tilt_axis @ inverse.cross(self._rotary_axis_upright(angles[0]), axis)
+            step = found.across / rate
+            turn, rotation = turn + step, found.rotation
+            if bool((np.abs(step) < CORRECTION_STEP).all()):
+                break
+        taken = angles[1] + share * turn
+        pose = inverse.stand_on_table(self.geometry, tip, angles, taken, length)
+        return taken, inverse.solve_platform(self.geometry, pose, rotation)
+
+    def _rotary_axis_upright(self, tilt: Array) -> Array:
+        """Directions of the rotary axis (3, n) in the upright frame with joint A at ``tilt`` (n,)."""
+        axis = np.broadcast_to(self.geometry.rotary_axis[:, None], (3, len(tilt)))
+        return inverse.turn_about(self.geometry.tilt_axis, axis, np.cos(tilt), np.sin(tilt))
+
+    def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
+        """Joint values of a pose given by its tool axis; C takes its share of the axis error where the tilt allows."""
+        tip, angles = axis_and_angles(tip, axis, tool_length)
+        q, _platform, ok = self.with_correction(on=True).solve(tip, angles, tool_length)
+        return q, ok
+
+    def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
+        """The solutions that continue those of the nominal machine, each solved with the true parts."""
+        tip = pose_vectors(tip, "tip")
+        solutions = []
+        for one in self.nominal_machine.inverse_all(tip, axis, tool_length):
+            angles = np.array(one.angles)[:, None]
+            length = np.array([tool_length + self.nose_offset])
+            pose = inverse.stand_on_table(self.geometry, tip[:, None], angles, angles[1], length)
+            side = np.array(one.signs, dtype=float)[LEG]
+            with np.errstate(invalid="ignore", divide="ignore"):
+                found = inverse.solve_platform(self.geometry, pose, tilted(np.array([one.alpha])), side)
+            q = _joints(angles, found, angles[1])[0]
+            if np.isfinite(q).all():
+                tilt = float(angles_of_rotation(found.rotation)[0, 0])
+                solutions.append(replace(one, q=tuple(float(value) for value in q), alpha=tilt))
+        return solutions
+
+    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+        """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve: those of the nominal machine."""
+        return self.nominal_machine.why_unreachable(tip, angles, tool_length)
+
+    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Joint rates by pose rates (..., 5, 5) by central differences; see :meth:`HybridMachine.jacobian`."""
+        tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
+        columns = []
+        for k in range(5):
+            step_tip, step_angles = np.zeros(3), np.zeros(2)
+            size = DIFFERENCE_STEP * (1.0 if k < 3 else 1e-3)
+            (step_tip if k < 3 else step_angles)[k % 3] = size
+            after = self.joints(tip + step_tip, angles + step_angles, tool_length)
+            before = self.joints(tip - step_tip, angles - step_angles, tool_length)
+            columns.append((after - before) / (2 * size))
+        return np.stack(columns, axis=-1)
+
+    # --- forward ---------------------------------------------------------------------------------
+
+    def platform(self, q: Array) -> tuple[Platform, Mask]:
+        """The platform for joint values (..., 5), by Newton's method on all six rods."""
+        q = np.asarray(q, dtype=float)
+        shape = q.shape[:-1]
+        pose = self._platform(q.reshape(-1, q.shape[-1]))
+        position = pose.position.T.reshape(*shape, 3)
+        return Platform(position, angles_of_rotation(pose.rotation).reshape(*shape, 3)), pose.ok.reshape(shape)
+
+    def _platform(self, q: Array) -> PlatformPose:
+        n = len(q)
+        position, rotation, ok = np.empty((3, n)), np.empty((3, 3, n)), np.empty(n, dtype=bool)
+        for first in range(0, n, inverse.CHUNK):
+            part = slice(first, first + inverse.CHUNK)
+            near, alpha, _closed = self.nominal_machine.module.forward(q[part, :-2])
+            with np.errstate(invalid="ignore", divide="ignore"):
+                pose = solve_rods(self.geometry, np.ascontiguousarray(q[part, :-2].T), near.T, tilted(alpha))
+            position[:, part], rotation[..., part], ok[part] = pose.position, pose.rotation, pose.ok
+        position[:, ~ok] = np.nan
+        rotation[..., ~ok] = np.nan
+        return PlatformPose(position, rotation, ok)
+
+    def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """Tip, tool axis and ok of joint values; see :meth:`Machine.forward`."""
+        q = np.asarray(q, dtype=float)
+        if q.ndim == 0 or q.shape[-1] != 5:
+            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        tip, axis, _pose = self._tool(q, tool_length)
+        return tip, axis, np.isfinite(tip[..., 0])
+
+    def _tool(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, PlatformPose]:
+        """Tip and axis (..., 3) on the table, and the platform's poses as a flat table."""
+        shape = q.shape[:-1]
+        flat = q.reshape(-1, 5)
+        length = np.broadcast_to(np.asarray(tool_length, dtype=float) + self.nose_offset, shape).reshape(-1)
+        pose = self._platform(flat)
+        tip, axis = tool_on_table(self.geometry, pose, flat[:, -2:].T, length)
+        return tip.T.reshape(*shape, 3), axis.T.reshape(*shape, 3), pose
+
+    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """Where the tool is: tip (..., 3) and the programmed angles (..., 2) that these joint values (..., 5) stand for.
+
+        C is the joint's, and A the one whose axis lies in one plane with the true axis and the tilt axis. Where C takes
+        a share of the axis error the pair is the one that :meth:`solve` would bring to these joints.
+        """
+        q = np.asarray(q, dtype=float)
+        tip, axis, _pose = self._tool(q, tool_length)
+        flat = q.reshape(-1, 5)
+        angles = self._programmed_angles(flat, axis.reshape(-1, 3), flat[:, 4])
+        if self.correction is not None:
+            angles = self._programmed_by_correction(flat, axis.reshape(-1, 3), tip.reshape(-1, 3), angles, tool_length)
+        return tip, angles.reshape(*q.shape[:-1], 2), np.isfinite(tip[..., 0])
+
+    def _programmed_angles(self, q: Array, axis: Array, turn: Array) -> Array:
+        """Nominal A and C (n, 2) of true axes (n, 3) on the table, C being ``turn`` (n,)."""
+        geometry = self.geometry
+        joint_c = np.cos(q[:, 4]), np.sin(q[:, 4])
+        seen = inverse.turn_about(geometry.rotary_axis, axis.T, *joint_c)  # tilt frame
+        c, s, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
+        across = np.stack([s, c, zero])  # Rz(-C) y
+        up = np.broadcast_to(np.array([0.0, 0.0, 1.0])[:, None], across.shape)
+        across, up = (inverse.turn_about(geometry.rotary_axis, v, *joint_c) for v in (across, up))
+        normal = geometry.tilt_axis[:, None]
+        a = np.arctan2(-inverse.dot(seen, inverse.cross(normal, up)), inverse.dot(seen, inverse.cross(normal, across)))
+        a += 2 * np.pi * np.round((q[:, 3] - a) / (2 * np.pi))
+        return np.stack([a, turn], axis=1)
+
+    def _programmed_by_correction(
+        self, q: Array, axis: Array, tip: Array, angles: Array, tool_length: Array | float
+    ) -> Array:
+        """Nominal angles (n, 2) where C takes a share: from the axis where it takes all, else by repeated solution."""
+        assert self.correction is not None
+        length = np.broadcast_to(np.asarray(tool_length, dtype=float), (len(q),)) if np.ndim(tool_length) < 2 else (
+            np.asarray(tool_length, dtype=float).reshape(-1))  # fmt: skip
+        tilt, turn = angles_of_axis(axis)
+        other = np.sin(angles[:, 0]) < 0
+        tilt, turn = np.where(other, -tilt, tilt), np.where(other, turn + np.pi, turn)
+        tilt += 2 * np.pi * np.round((angles[:, 0] - tilt) / (2 * np.pi))
+        turn = q[:, 4] + wrap_angle(turn - q[:, 4])
+        whole = self.correction.share(tilt) == 1.0
+        angles[whole] = np.stack([tilt, turn], axis=1)[whole]
+        rows = np.flatnonzero(~whole & (self.correction.share(angles[:, 0]) > 0.0) & np.isfinite(tip[:, 0]))
+        for _ in range(_CORRECTION_STEPS):
+            if not len(rows):
+                break
+            miss = q[rows, 3:] - self.joints(tip[rows], angles[rows], length[rows])[:, 3:]
+            angles[rows] += miss
+            rows = rows[np.abs(miss).max(axis=1) > CORRECTION_STEP]
+        return angles
+
+    # --- what is measured at solved poses ---------------------------------------------------------------
+
+    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """True tool axis (..., 3) in the table frame."""
+        upright = -MIRROR * platform.turn(self.spindle)
+        flat = np.asarray(q, dtype=float).reshape(-1, 5)[:, -2:].T
+        return direction_on_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
+
+    def axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Component of the tool axis along the tilt axis beyond the programmed one (...), rad: what A cannot correct."""
+        true = self.tool_axis(q, angles, platform).reshape(-1, 3)
+        a, c = np.asarray(angles, dtype=float).reshape(-1, 2).T
+        wanted = np.stack([np.sin(c) * np.sin(a), np.cos(c) * np.sin(a), np.cos(a)])
+        turn = np.asarray(q, dtype=float).reshape(-1, 5)[:, 4]
+        difference = inverse.turn_about(self.geometry.rotary_axis, true.T - wanted, np.cos(turn), np.sin(turn))
+        return np.asarray((self.geometry.tilt_axis @ difference).reshape(np.shape(q)[:-1]))
+
+    def on_table(self, point: Array, q: Array) -> Array:
+        """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""
+        upright = (point - self.geometry.pivot) * MIRROR
+        flat = np.asarray(q, dtype=float).reshape(-1, 5)[:, -2:].T
+        return point_on_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
+
+    def sketch(self, q: Array, platform: Platform) -> Array:
+        """Rods (n, 6, 2, 3) from slider to platform of solved poses, base frame, mm."""
+        return np.stack(rod_ends(self.geometry, q[:, :3], platform), axis=2)
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` measures, with thresholds."""
+        return margins.margin_names(
+            self.nominal_machine.module.actuators, serial_singularity, parallel_singularity, self.axis_error_limit
+        )
+
+    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Margins (..., m) of solved poses; see :func:`verne_post.kinematics.as_built.margins.measure_margins`."""
+        shape = np.shape(q)[:-1]
+        flat = np.asarray(q, dtype=float).reshape(-1, 5)
+        rotation = np.moveaxis(platform.matrix().reshape(-1, 3, 3), 0, -1)
+        across = self.axis_error(q, angles, platform).reshape(-1)
+        with np.errstate(invalid="ignore"):
+            table = margins.measure_margins(
+                self.geometry, flat[:, :3].T, platform.position.reshape(-1, 3).T, rotation, across, self._sides
+            )
+        return table.reshape(*shape, table.shape[-1])
+
+    @cached_property
+    def _sides(self) -> tuple[float, float]:
+        """Signs of both determinants in the middle of the nominal workspace."""
+        module = self.nominal_machine.module
+        assert isinstance(module, VerneGeometry)
+        x, _drop = module.workspace_middle()
+        position = np.array([[x, 0.0, 0.0]])
+        rho, alpha, _ok = module.inverse(position)
+        vectors, arms = rod_vectors(self.geometry, rho.T, position.T, tilted(alpha))
+        whole, hold = margins.scaled_determinants(self.geometry, vectors, arms)
+        return float(np.sign(whole[0])), float(np.sign(hold[0]))
+
+    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by the platform's pose, and by sliders and turn."""
+        rotation = platform.matrix()
+        vectors, arms = rod_vectors(
+            self.geometry, np.reshape(q, (-1, 5))[:, :3].T, platform.position.reshape(-1, 3).T,
+            np.moveaxis(rotation.reshape(-1, 3, 3), 0, -1),
+        )  # fmt: skip
+        arm = float(np.abs(self.geometry.platform_ends[:, 1]).max())
+        rows = np.moveaxis(vectors, -1, 0).swapaxes(1, 2) / self.geometry.rods[:, None]
+        moments = np.moveaxis(inverse.cross(arms, vectors), -1, 0).swapaxes(1, 2) / self.geometry.rods[:, None] / arm
+        sliders = np.zeros((len(rows), 6, 3))
+        sliders[:, np.arange(6), LEG] = -(rows * self.geometry.guides).sum(axis=-1)
+        both = (np.concatenate([part, moments], axis=-1) for part in (rows, sliders))
+        values = [np.linalg.svd(matrix, compute_uv=False) for matrix in both]
+        shape = np.shape(q)[:-1]
+        parallel, serial = ((value[:, -1] / value[:, 0]).reshape(shape) for value in values)
+        return parallel, serial
+
+
+def tilted(alpha: Array) -> Array:
+    """Rotations (3, 3, n) about x by tilts (n,)."""
+    c, s = np.cos(alpha), np.sin(alpha)
+    one, zero = np.ones_like(c), np.zeros_like(c)
+    return np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
+
+
+def angles_of_rotation(rotation: Array) -> Array:
+    """Angles alpha, beta, gamma (n, 3) of rotations (3, 3, n) = Rx(alpha) Ry(beta) Rz(gamma), rad."""
+    return np.stack(
+        [
+            np.arctan2(-rotation[1, 2], rotation[2, 2]),
+            np.arcsin(rotation[0, 2]),
+            np.arctan2(-rotation[0, 1], rotation[0, 0]),
+        ],
+        axis=1,
+    )
+
+
+def _joints(angles: Array, found: inverse.PlatformSolution, turn: Array) -> Array:
+    """Joint values (n, 5), NaN where there is no solution."""
+    q = np.empty((len(found.tilt), 5))
+    q[:, :3], q[:, 3] = found.rho.T, angles[0] + found.tilt
+    q[:, 4] = np.where(np.isfinite(found.tilt), turn, np.nan)
+    return q

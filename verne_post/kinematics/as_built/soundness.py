@@ -1,0 +1,68 @@
+"""Whether the as-built machine works where the nominal one does, and if not, which parameter is at fault."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
+from verne_post.model.deviations import IS_ANGLE, PARAMETERS, Deviations
+
+#: Slider positions are tried at so many places of each travel, and A and C at these angles (rad).
+PLACES: Final = 5
+_ANGLES: Final = np.radians([[0.0, 0.0], [60.0, 30.0], [-60.0, 200.0]])
+#: Sizes by which places (mm) and directions (rad) are compared when the largest deviation is sought.
+_SIZE_MM, _SIZE_RAD = 0.05, 1e-4
+#: Joints closer together than this (mm, rad) are the same: another working mode is tens of millimetres away.
+SAME_JOINTS: Final = 1e-6
+
+
+def find_fault(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> str | None:
+    """The parameter that keeps a machine from working where its nominal one does; None where it works.
+
+    The sliders take places of their travel (3, 2), mm, at which the nominal machine closes with drops (mm) of at least
+    ``smallest_drop``; there the as-built one has to close too, and its inverse has to lead back to the same sliders.
+
+    Returns
+    -------
+    str or None
+        The largest deviation without which the machine works, or where none alone is enough the largest, with its size.
+    """
+    q = _places(machine, travel, smallest_drop)
+    if _works(machine, q):
+        return None
+    size = machine.deviations.to_vector() / np.where(IS_ANGLE, _SIZE_RAD, _SIZE_MM)
+    order = [int(k) for k in np.argsort(-np.abs(size)) if size[k] != 0.0]
+    for k in order:
+        vector = machine.deviations.to_vector()
+        vector[k] = 0.0
+        if _works(machine.with_deviations(Deviations.from_vector(vector)), q):
+            return _name(machine.deviations, k)
+    return _name(machine.deviations, order[0])
+
+
+def _name(deviations: Deviations, index: int) -> str:
+    value = float(deviations.to_vector()[index])
+    shown, unit = (value * 1e3, "mrad") if IS_ANGLE[index] else (value, "mm")
+    return f"{PARAMETERS[index]} = {shown:g} {unit}"
+
+
+def _places(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> Array:
+    """Joint values (n, 5) at which the nominal machine closes."""
+    each = [np.linspace(low, high, PLACES) for low, high in travel]
+    rho = np.stack(np.meshgrid(*each, indexing="ij"), axis=-1).reshape(-1, 3)
+    module = machine.nominal_machine.module
+    position, alpha, ok = module.forward(rho)
+    with np.errstate(invalid="ignore"):
+        ok &= (module.geometry_margins(position, alpha)[:, :3] > smallest_drop).all(axis=1)
+    return np.concatenate([np.column_stack([rho[ok], np.tile(pair, (int(ok.sum()), 1))]) for pair in _ANGLES])
+
+
+def _works(machine: AsBuiltMachine, q: Array) -> bool:
+    """Whether the rods close at joint values (n, 5), and the inverse leads back to them."""
+    tip, angles, ok = machine.nominal(q, 0.0)
+    if not ok.all():
+        return False
+    back = machine.joints(tip, angles, 0.0)
+    with np.errstate(invalid="ignore"):
+        return bool((np.abs(back - q).max(axis=1) < SAME_JOINTS).all())
