@@ -21,16 +21,13 @@ from verne_post.model.codes import CODES
 #: Codes of geometry that no program here causes; with the reason.
 WITHOUT_A_CASE: Final[dict[str, str]] = {}
 
-BODIES: Final = """
-[rods]
+RODS: Final = """leg23_spacing = 120.0
 diameter_mm = {diameter}
-leg1_slider_x = 480.0
-leg23_slider_x = -400.0
-leg23_spacing = 120.0
 slider_cone_deg = {cone}
 platform_cone_deg = {cone}
 cone_centre = [0.0, 0.0, 1400.0]
-
+"""
+BODIES: Final = """
 [clearance]
 minimum_mm = {minimum}
 spindle_diameter_mm = {spindle}
@@ -42,10 +39,11 @@ tool_diameter_mm = 20.0
 
 def bodied(**sizes: float) -> tuple[tuple[str, str], ...]:
     """The VERNE with bodies, as a change of its file."""
-    bodies = BODIES.format(**{"diameter": 20.0, "cone": 170.0, "spindle": 40.0, "minimum": 1.0, **sizes})
+    given = {"diameter": 20.0, "cone": 170.0, "spindle": 40.0, "minimum": 1.0, **sizes}
     return (
-        ("[provenance]", bodies),
-        ('spindle = "assumed"\n', 'spindle = "assumed"\nrods = "assumed"\nclearance = "assumed"\n'),
+        ("leg23_spacing = 120.0", RODS.format(**given)),
+        ("[provenance]", BODIES.format(**given)),
+        ('spindle = "assumed"\n', 'spindle = "assumed"\nclearance = "assumed"\n'),
     )
 
 
@@ -112,6 +110,15 @@ CASES: Final = {
     "VP212": Case(PAST, 3, ("VP211", "VP212", "VP213"), changes=bodied(minimum=500.0)),
     "VP213": Case(HEAD + "G1 X20 Z-19.5 F900\nM2\n", 3, ("VP213",), changes=bodied()),
     "VP214": Case(PAST, 3, ("VP214",), changes=bodied(cone=0.5)),
+    "VP217": Case(
+        HEAD + "G1 X20 A5 F900\nM2\n",
+        3,
+        ("VP217",),
+        changes=(
+            ("axis_deg = 0.05", "axis_deg = 0.05\nuncorrected_axis_deg = 0.05"),
+            ("[control]", '[as_built]\nsource = "test"\nspindle_axis_mrad = [2.0, 0.0]\n\n[control]'),
+        ),
+    ),
     "VP301": Case(TURNS, 3, ("VP301",), changes=TURNED),
     # --- options
     "fixture of the settings file": Case(PAST, 3, ("VP215",), settings=PIN_FILE, options={"keep_out": (PIN,)}),

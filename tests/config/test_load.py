@@ -63,11 +63,13 @@ CONTRACT = {
         "limits": "assumed",
         "control": "assumed",
         "accuracy": "assumed",
+        "rods": "assumed",
     },
+    "rods": {"leg1_slider_x": 480.0, "leg23_slider_x": -400.0, "leg23_spacing": 120.0},
 }
 #: What the contract lets a file leave out, and keys whose absence the tests below treat on their own.
-OPTIONAL = {"table.a_positive", "table.c_positive", "home", "accuracy"}
-WITH_ITS_TABLE = {"accuracy.tip_mm", "accuracy.axis_deg", "provenance.home", "provenance.accuracy"}
+OPTIONAL = {"table.a_positive", "table.c_positive", "home", "accuracy", "rods"}
+WITH_ITS_TABLE = {"accuracy.tip_mm", "accuracy.axis_deg", "provenance.home", "provenance.accuracy", "provenance.rods"}
 TABLES = [name for name, value in CONTRACT.items() if isinstance(value, dict)]
 
 

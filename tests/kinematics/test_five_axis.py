@@ -173,7 +173,8 @@ def test_solve_follows_the_programmed_angles(offset_machine):
     n = 20_000
     tip, _axis, length = random_poses(6, n)
     angles = np.column_stack([rng.uniform(-1.6, 1.6, n), rng.uniform(-40.0, 40.0, n)])
-    q, position, alpha, ok = offset_machine.five_axis.solve(tip, angles, length)
+    q, platform, ok = offset_machine.five_axis.solve(tip, angles, length)
+    position, alpha = platform.position, platform.alpha
     assert ok.mean() > 0.9
     tip, angles, length, q, position, alpha = (v[ok] for v in (tip, angles, length, q, position, alpha))
     np.testing.assert_array_equal(q[:, 4], angles[:, 1])
@@ -192,7 +193,8 @@ def test_solve_and_inverse_agree_up_to_whole_turns_and_the_second_table_solution
     tip = np.array([60.0, -30.0, 40.0])
     for a, c in itertools.product([0.3, 1.2], [-2.0, 0.1, 3.0]):
         poses = np.array([[a, c], [a, c + 2 * np.pi], [-a, c + np.pi]])
-        q, _position, alpha, ok = machine.five_axis.solve(np.tile(tip, (3, 1)), poses, 80.0)
+        q, platform, ok = machine.five_axis.solve(np.tile(tip, (3, 1)), poses, 80.0)
+        alpha = platform.alpha
         from_axis, ok_axis = machine.inverse(tip, axis_of(a, c), 80.0)
         assert ok.all()
         assert ok_axis
@@ -234,7 +236,8 @@ def test_without_lean_it_is_the_textbook_trunnion(offset_machine):
     rho1 = z_p - np.sqrt(850**2 - (130 - 80) ** 2 - (x_p - 320) ** 2)
     rho23 = z_p - np.sqrt(950**2 - (x_p + 240) ** 2 - (565 - 190) ** 2)
 
-    q, _position, alpha, ok = offset_machine.five_axis.solve(tip, np.column_stack([a, c]), length)
+    q, platform, ok = offset_machine.five_axis.solve(tip, np.column_stack([a, c]), length)
+    alpha = platform.alpha
     assert ok.all()
     assert np.abs(alpha).max() < 1e-12  # y_P is 0 only to rounding
     assert np.abs(q - np.column_stack([rho1, rho23, rho23, a, c])).max() < ROUND_TRIP_MM
@@ -263,7 +266,8 @@ def test_unreachable_only_where_a_dense_scan_finds_no_solution(offset_machine):
     tip = rng.uniform(-900.0, 900.0, size=(n, 3))
     angles = np.column_stack([rng.uniform(-3.1, 3.1, n), rng.uniform(-3.1, 3.1, n)])
     length = rng.uniform(0.0, 300.0, n)
-    q, position, alpha, ok = offset_machine.five_axis.solve(tip, angles, length)
+    q, platform, ok = offset_machine.five_axis.solve(tip, angles, length)
+    position, alpha = platform.position, platform.alpha
     assert 0.2 < ok.mean() < 0.8
     carried = turn(rx(angles[:, 0]), np.asarray(ROTARY_OFFSET) + turn(rz(angles[:, 1]), tip))
     gauge = carried + np.column_stack([0 * length, 0 * length, NOSE + length])
@@ -277,7 +281,7 @@ def test_unreachable_only_where_a_dense_scan_finds_no_solution(offset_machine):
 
 def test_why_not_names_poses_out_of_reach(machine):
     tip, angles = np.array([[900.0, 0.0, 0.0], [0.0, 900.0, 0.0]]), np.zeros((2, 2))
-    assert not machine.five_axis.solve(tip, angles, 50.0)[3].any()
+    assert not machine.five_axis.solve(tip, angles, 50.0)[2].any()
     assert machine.five_axis.why_unreachable(tip, angles, np.array([50.0, 50.0])) == ["VP110", "VP110"]
 
 
@@ -499,7 +503,8 @@ def test_a_machine_move_in_z_runs_along_the_tool_axis(sensed, frame):
     high[2] += 80.0
     program = machine.coordinates.to_program(np.stack([low, high]), frame)
     tip, angles = machine.coordinates.to_table(program, frame)
-    q, _position, alpha, ok = machine.five_axis.solve(tip, angles, frame.tool_length)
+    q, platform, ok = machine.five_axis.solve(tip, angles, frame.tool_length)
+    alpha = platform.alpha
     assert ok.all()
     assert np.abs(alpha).min() > 1e-3  # it does tilt
     tip, axis, _ok = machine.forward(q, frame.tool_length)

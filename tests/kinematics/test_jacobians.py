@@ -144,7 +144,7 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
     program = assemble(source, machine, Options(tool_length=50.0))
     joints = program.joints()
     solved = joints.solve(np.zeros(2001, dtype=int), np.linspace(0.0, 1.0, 2001))
-    dense = machine.module.geometry_margins(solved.position, solved.alpha)[:, 4]
+    dense = machine.module.geometry_margins(solved.platform.position, solved.platform.alpha)[:, 4]
     assert found.value == pytest.approx(dense.min(), abs=1e-6)
     threshold = float(dense[:1000].min())  # the same line cut short stays a warning
     short = b"G21 G90 G94\nG0 X0 Y20 Z60\nG1 X75 F3000\nM2\n"

@@ -19,7 +19,7 @@ from verne_post.kinematics.checks.separation import cylinder_to_box, farther_tha
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
-from verne_post.model.protocols import Pose
+from verne_post.model.protocols import Platform, Pose
 
 from ..builders import MACHINE
 
@@ -145,8 +145,11 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     tip = rng.uniform([-80, -80, 20], [80, 80, 90], (n, 3))
     angles = np.radians(rng.uniform([-40, -180], [40, 180], (n, 2)))
     length = np.full(n, 110.0)
-    q, position, alpha, ok = machine.five_axis.solve(tip, angles, length)
-    pose = Pose(position[ok], alpha[ok], q[ok, :3], tip[ok], angles[ok], length[ok], np.zeros(ok.sum(), dtype=int))
+    q, platform, ok = machine.five_axis.solve(tip, angles, length)
+    position, alpha = platform.position, platform.alpha
+    placed = Platform(position[ok], platform.angles[ok])
+    axis = machine.five_axis.tool_axis(q[ok], angles[ok], placed)
+    pose = Pose(q[ok], placed, tip[ok], axis, length[ok], np.zeros(ok.sum(), dtype=int))
     box = Placed("post", np.array([30.0, -10.0, 160.0]), np.array([15.0, 25.0, 40.0]), math.radians(33.0), 0.0, False)
     model = KeepOut(
         [box], [SHAPE], np.array([np.nan]), np.zeros(1, int), np.zeros(1, bool), machine.bodies, machine.five_axis

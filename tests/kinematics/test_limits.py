@@ -88,7 +88,8 @@ def sampled(motion, machine, u):
     """
     poses = motion.poses(u)
     tip, angles = poses[:, :3], np.radians(poses[:, 3:])
-    q, position, alpha, ok = machine.five_axis.solve(tip, angles, TOOL)
+    q, platform, ok = machine.five_axis.solve(tip, angles, TOOL)
+    position, alpha = platform.position, platform.alpha
     assert ok.all()
     tilt = 190.0 * np.sin(alpha)
     z = position[:, 2]
@@ -318,7 +319,7 @@ def test_out_of_reach_in_the_middle_of_a_motion(machine_with):
     motion = Line((540, 0, 60, 0, -100), (540, 0, 60, 0, 0))
     u = np.linspace(0.0, 1.0, 2001)
     poses = motion.poses(u)
-    ok = machine.five_axis.solve(poses[:, :3], np.radians(poses[:, 3:]), TOOL)[3]
+    ok = machine.five_axis.solve(poses[:, :3], np.radians(poses[:, 3:]), TOOL)[2]
     assert ok[0]
     assert ok[-1]
     assert 0.05 < (~ok).mean() < 0.95
@@ -332,7 +333,7 @@ def test_the_first_pose_out_of_reach_says_why(machine_with):
     motion = Line((0, 0, 190, 0, 0), (-562.011, 562.565, 148.472, 0, 0))
     poses = motion.poses(np.linspace(0.0, 1.0, 2001))
     tip, angles = poses[:, :3], np.radians(poses[:, 3:])
-    out = ~machine.five_axis.solve(tip, angles, TOOL)[3]
+    out = ~machine.five_axis.solve(tip, angles, TOOL)[2]
     why = machine.five_axis.why_unreachable(tip[out], angles[out], TOOL)
     assert (why[0], why[-1]) == ("VP201", "VP110")
     codes = [item.code for item in check(program_of(motion), machine)[1]]

@@ -32,7 +32,8 @@ def test_reference_table_both_ways(offset_machine):
     tip = np.column_stack([table["tip_x"], table["tip_y"], table["tip_z"]])
     angles = np.radians(np.column_stack([table["a_deg"], table["c_deg"]]))
     expected = np.column_stack([table["x_mm"], table["y_mm"], table["z_mm"], angles])
-    q, _position, alpha, ok = offset_machine.five_axis.solve(tip, angles, table["tool_mm"])
+    q, platform, ok = offset_machine.five_axis.solve(tip, angles, table["tool_mm"])
+    alpha = platform.alpha
     assert ok.all()
     assert not alpha.any()
     np.testing.assert_allclose(q, expected, rtol=0, atol=EXACT)
@@ -69,7 +70,7 @@ def test_agrees_with_the_textbooks_trunnion_table(machine_with):
     axes[:, 2] += tool + 20.0
     # pivot - zero in the base frame is (25, -30, 580); y and z point the other way in the machine's axes
     axes += [25.0, 30.0, -580.0]
-    q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, tool)
+    q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
     assert ok.all()
     np.testing.assert_allclose(q[:, :3], axes, rtol=0, atol=EXACT)
     np.testing.assert_array_equal(q[:, 3:], angles)
@@ -103,7 +104,7 @@ def test_columns_are_machine_coordinates_where_zero_is_machine_zero(machine_with
     wanted[:, :3], wanted[:, 3], wanted[:, 5] = rng.uniform(-300, 100, (50, 3)), rng.uniform(-90, 90, 50), 77.0
     frame = Frame(tool=(0.0, 0.0, 130.0, *(0.0,) * 6))
     tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(wanted, frame), frame)
-    q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, 130.0)
+    q, _platform, ok = machine.five_axis.solve(tip, angles, 130.0)
     assert ok.all()
     np.testing.assert_allclose(q * [c.factor for c in machine.columns], wanted[:, [0, 1, 2, 3, 5]], rtol=0, atol=EXACT)
 

@@ -21,7 +21,8 @@ def test_classification_agrees_with_the_inverse_and_the_limits(a, c, length, see
     angles = np.radians([a, c])
     reach = classify(MACHINE, tip, angles, length)
     axis = np.broadcast_to(axis_of_angles(*angles), tip.shape)
-    q, position, alpha, ok = MACHINE.five_axis.solve(tip, np.broadcast_to(angles, (40, 2)), length)
+    q, platform, ok = MACHINE.five_axis.solve(tip, np.broadcast_to(angles, (40, 2)), length)
+    position, alpha = platform.position, platform.alpha
     if a > 1:  # the inverse answers with the table solution of positive tilt, at the pole with a C of its own
         other, solved = MACHINE.inverse(tip, axis, length)
         assert (solved == ok).all()

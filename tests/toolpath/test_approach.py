@@ -68,7 +68,7 @@ def joints_at(machine, x, y, z, a_deg, c_deg):
     frame = Frame(tool=(0.0, 0.0, TOOL, *(0.0,) * 6))
     position = np.array([x, y, z, a_deg, 0.0, c_deg, 0.0, 0.0, 0.0])
     tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(position, frame), frame)
-    q, _position, _alpha, ok = machine.five_axis.solve(tip, angles, TOOL)
+    q, _platform, ok = machine.five_axis.solve(tip, angles, TOOL)
     assert ok
     return q
 

@@ -38,7 +38,8 @@ def smallest_margin(machine, tips, c):
     """
     found = math.inf
     for tip in tips:
-        q, position, alpha, ok = machine.five_axis.solve(tip, np.array([0.0, c]), TOOL)
+        q, platform, ok = machine.five_axis.solve(tip, np.array([0.0, c]), TOOL)
+        position, alpha = platform.position, platform.alpha
         assert ok
         for joint, value in enumerate(q):
             low, high = machine.limits.lower[joint], machine.limits.upper[joint]

@@ -221,7 +221,7 @@ def test_the_other_branch_and_another_turn_are_refused(name, body):
     tip, angles, ok = machine.five_axis.nominal(setpoints.values / factor, TOOL)
     assert ok.all()
     for other in (angles * [-1, 1] + [0, math.pi], angles + [0, 2 * math.pi]):
-        q, _position, _alpha, _ok = machine.five_axis.solve(tip, other, TOOL)
+        q, _platform, _ok = machine.five_axis.solve(tip, other, TOOL)
         wrong = replace(setpoints, values=np.round(q * factor, 9))
         assert poses(wrong, name)[1] == pytest.approx(poses(setpoints, name)[1], abs=1e-8)
         verdict = judge(wrong, body, machine)
@@ -237,7 +237,7 @@ def test_an_axis_two_thousandths_of_a_degree_off_is_refused(name):
     tip, angles, _ok = machine.five_axis.nominal(setpoints.values / factor, TOOL)
     for off, fine in ((0.0005, True), (0.002, False)):
         bump = math.radians(off) * np.sin(np.pi * np.linspace(0, 1, len(angles))) ** 4
-        q, _position, _alpha, _ok = machine.five_axis.solve(tip, angles + bump[:, None] * [1.0, 0.0], TOOL)
+        q, _platform, _ok = machine.five_axis.solve(tip, angles + bump[:, None] * [1.0, 0.0], TOOL)
         verdict = judge(replace(setpoints, values=np.round(q * factor, 9)), TILTED, machine, smoothing="off")
         assert ("VP411" not in {item.code for item in verdict.findings}) == fine
 

@@ -26,6 +26,7 @@ from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WORK_SYSTEMS
+from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
@@ -116,7 +117,9 @@ def assemble(source: Text, machine: Machine, options: Options) -> Program:
         draft = stage(draft)
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched
-    return Program(machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored)
+    return Program(
+        draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored
+    )
 
 
 # --- what the interpreter is given ---------------------------------------------------------------------
@@ -182,6 +185,7 @@ def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
     check_source_text(source, options.source_name)
     setup = machine_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
+    machine = choose_axis_correction(machine, options, moves)
     restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)
     path, branches = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)
     if not len(path):
@@ -189,6 +193,18 @@ def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
     return Draft(machine, options, moves, restart, path, branches, findings=moves.findings)
+
+
+def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> Machine:
+    """``correct_axis``, and programs with tool vectors: the as-built machine whose C takes its share of the axis error."""
+    five_axis = machine.five_axis
+    if not isinstance(five_axis, AxisCorrecting):
+        if options.correct_axis:
+            raise InputError(finding("VP018", "--correct-axis needs [as_built] in the machine file; on a nominal machine the "
+                                     "tool axis is exact"))  # fmt: skip
+        return machine
+    on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())
+    return machine if on == five_axis.corrects_axis else replace(machine, five_axis=five_axis.with_correction(on=on))
 
 
 def cut_at_stops(draft: Draft) -> Draft:

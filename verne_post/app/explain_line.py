@@ -23,6 +23,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, Frame, Moves, PathMode
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import worst
 
@@ -203,12 +204,29 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
         yield f"  platform             no platform tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
+    if isinstance(machine.five_axis, AxisCorrecting):
+        yield from _as_built_steps(machine, machine.five_axis, tip, angles, tool)
+        return
     yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(platform.position)}, "
            f"platform tilt alpha {degrees_text(float(platform.alpha))} deg")  # fmt: skip
     names = ", ".join(machine.module.actuators)
     yield f"  joints               {names} from P; a = A + alpha, c = C:"
     shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
     yield f"                       {shown}"
+
+
+def _as_built_steps(
+    machine: Machine, as_built: AxisCorrecting, tip: Array, angles: Array, tool: float
+) -> Iterator[str]:
+    """The last steps on an as-built machine."""
+    q, platform, _ok = machine.five_axis.solve(tip, angles, tool)
+    turned = ", ".join(degrees_text(float(angle)) for angle in platform.angles)
+    error = float(as_built.axis_error(q, angles, platform))
+    share = "C takes its share" if as_built.corrects_axis else "C stays as programmed (--correct-axis)"
+    yield f"  platform             P = {mm_text(platform.position)}, turned by alpha, beta, gamma = {turned} deg (six rods, as built)"
+    yield f"  tool axis left over  {degrees_text(error)} deg along the tilt axis, which A cannot correct; {share}"
+    shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
+    yield f"  joints               {shown}"
 
 
 # --- findings and remedies -----------------------------------------------------------------------

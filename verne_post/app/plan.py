@@ -20,6 +20,7 @@ class Plan:
     profiles: MotionProfiles
     timeline: Timeline
     findings: tuple[Finding, ...]
+    axis_error_deg: float
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:
@@ -42,4 +43,6 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     planning = PlanningOptions(program.cycle, options.solver, options.quality, played)
     limits = program.machine.limits
     profiles = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, report)
-    return Plan(program, profiles, timeline(program.contour, profiles, planning), tuple(findings))
+    return Plan(
+        program, profiles, timeline(program.contour, profiles, planning), tuple(findings), bounds.axis_error_deg
+    )

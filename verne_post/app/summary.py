@@ -7,6 +7,7 @@ from verne_post.base.columns import blocks
 from verne_post.base.long_text import Text
 from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.moves import Event
+from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, Summary
 from verne_post.model.verification import Verification
@@ -84,4 +85,5 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         parts=parts,
         switched=program.restored,
         tools=tuple(tools),
+        axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )

@@ -17,7 +17,9 @@ def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Ve
     machine, contour = program.machine, program.contour
     if share != 1.0:
         contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / share))
-    return Verifier(contour, machine.five_axis.nominal, machine.limits, machine.columns, fmt)
+    return Verifier(
+        contour, machine.five_axis.measure, machine.limits, machine.columns, fmt, machine.accuracy.uncorrected_axis
+    )
 
 
 def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verification:

@@ -11,11 +11,10 @@ from pydantic import Field, StringConstraints, ValidationError
 from verne_post.base.units import MILLI
 from verne_post.config.schema import Group
 from verne_post.config.sentences import sentences
-from verne_post.kinematics.as_built.geometry import RodPlaces
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.as_built.soundness import find_fault
 from verne_post.kinematics.five_axis import HybridMachine
-from verne_post.model.deviations import ENTRIES, Deviations
+from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Limits
 

@@ -12,10 +12,10 @@ from verne_post.config.schema import (
     VerneModuleFile,
     VerneRodsFile,
 )
-from verne_post.kinematics.as_built.geometry import RodPlaces
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
 from verne_post.kinematics.modules.serial import SerialModule
 from verne_post.kinematics.modules.verne.module import VerneModule
+from verne_post.model.deviations import RodPlaces
 from verne_post.model.protocols import ParallelModule
 
 

@@ -25,13 +25,12 @@ from verne_post.config.schema import (
 )
 from verne_post.config.sentences import describe_mistakes
 from verne_post.kinematics.as_built.bodies import VerneRods
-from verne_post.kinematics.as_built.geometry import RodPlaces
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
-from verne_post.model.deviations import Deviations
+from verne_post.model.deviations import Deviations, RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
@@ -106,13 +105,13 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
     joint_limits = _limits(limits, kind, len(module.actuators), table)
     home, accuracy = content.home, content.accuracy or AccuracyFile()
     places = _places(kind, rods)
+    threshold = accuracy.uncorrected_axis_deg or math.inf
     nominal = HybridMachine(module, table, content.spindle.nose_offset_mm)
     five_axis: FiveAxis = nominal
     provenance = {key: value for key, value in content.provenance.model_dump().items() if value is not None}
     if as_built is not None:
         _require_places(content, places, file_name)
         assert places is not None
-        threshold = accuracy.uncorrected_axis_deg or math.inf
         five_axis = build_as_built(nominal, places, as_built[0], threshold, joint_limits, file_name)
         provenance["as_built"] = as_built[0].source
     clearance = _clearance(content, five_axis, nominal, rods, places)
@@ -125,7 +124,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         coordinates=table,
         columns=columns,
         limits=joint_limits,
-        accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
+        accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg, RAD_PER_DEG * threshold),
         home=_home(home) if home else None,
         table_radius=content.table.radius,
         clearance=clearance,
@@ -133,6 +132,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         provenance=provenance,
         drives=_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
+        rod_places=places,
     )
 
 

@@ -153,6 +153,11 @@ class HybridMachine:
         tip = self.table.tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
         return tip, angles, ok
 
+    def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+        """As :meth:`nominal`, with the tool axis (..., 3) of these angles."""
+        tip, angles, ok = self.nominal(q, tool_length)
+        return tip, angles, axis_of_angles(angles[..., 0], angles[..., 1]), ok
+
     def platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., 5)."""
         position, alpha, ok = self.module.forward(np.asarray(q)[..., :-2])

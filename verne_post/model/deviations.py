@@ -26,6 +26,19 @@ _COMPONENTS: Final = {"guides": "xy", "tilt_place": "yz", "tilt_direction": "yz"
                       "rotary_direction": "xy", "spindle": "xy"}  # fmt: skip
 
 
+@dataclass(frozen=True)
+class RodPlaces:
+    """Places along x that the nominal equations cannot see, mm, base frame: [rods] of the machine file.
+
+    ``leg1_slider_x`` and ``leg23_slider_x`` are d1 and d2 of the paper, ``leg23_spacing`` is the distance of the two
+    rods of legs II and III.
+    """
+
+    leg1_slider_x: float
+    leg23_slider_x: float
+    leg23_spacing: float
+
+
 @dataclass(frozen=True, eq=False)
 class Deviations:
     """Deviations from the nominal machine, mm and rad.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 
@@ -48,10 +49,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Defaults of G64: tip tolerance in mm, axis tolerance in rad."""
+    """Defaults of G64: tip tolerance in mm, axis tolerance in rad; and the largest tool axis error of the as-built machine, rad."""
 
     tip: float
     axis: float
+    uncorrected_axis: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Machine:
 
     The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
-    does not name them; ``bodies`` are the sizes that ``clearance`` is computed from.
+    does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
     """
 
     name: str
@@ -122,6 +124,7 @@ class Machine:
     provenance: dict[str, str]
     drives: tuple[Drive, ...] = ()
     bodies: Bodies | None = None
+    rod_places: RodPlaces | None = None
 
     @property
     def margins(self) -> tuple[Margin, ...]:

@@ -175,6 +175,9 @@ class Options(BaseModel):
         "auto: as the poses were programmed, I J K or A C.", Group.CONTOURING)] = "auto"
 
     # --- rotary table ---
+    correct_axis: Annotated[bool, About(
+        "On an as-built machine C takes the part of the tool axis error that A cannot, where the tool is tilted by more than 2 "
+        "degrees, all of it from 6. Programs with tool vectors (I J K) have this anyway.", Group.TABLE)] = False
     allow_rewind: Annotated[bool, About(
         "The table may rewind C or change to the other solution where a limit needs it, with a retract, between feed moves.",
         Group.TABLE)] = False

@@ -316,6 +316,21 @@ class Drawable(Protocol):
         """Rods of solved poses (n,) from slider to platform: (n, k, 2, 3), base frame, mm."""
 
 
+@runtime_checkable
+class AxisCorrecting(Protocol):
+    """A machine whose tool axis is not exactly the programmed one while C stays as programmed."""
+
+    def with_correction(self, *, on: bool) -> "FiveAxis":
+        """The machine whose C takes its share of the axis error, or does not."""
+
+    @property
+    def corrects_axis(self) -> bool:
+        """Whether C takes its share of the axis error."""
+
+    def axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Axis error (...) of solved poses that is left along the tilt axis, rad."""
+
+
 class FiveAxis(Protocol):
     """The whole machine: parallel module and tilting rotary table (tool centre point control). Table frame, workpiece sense."""
 
@@ -340,6 +355,9 @@ class FiveAxis(Protocol):
 
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
+
+    def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+        """Joints -> (tip (..., 3), nominal angles (..., 2), true tool axis (..., 3), ok)."""
 
     def platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., n_joints), and whether the rods close (...)."""

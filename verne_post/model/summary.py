@@ -83,6 +83,9 @@ class Summary:
         Auxiliary functions that the blocks before a restart have switched on.
     tools : tuple of (int, float)
         Tools in use and their lengths, mm, in order; number 0 where the program names none.
+    axis_error_deg : float or None
+        Largest angle, along the whole motion, by which the tool axis is off because the as-built machine cannot correct it; None
+        for a nominal machine.
     timed : tuple of TimedEvent
         All events and dwells with their rows; empty where nothing was written.
     """
@@ -112,4 +115,5 @@ class Summary:
     parts: tuple[Part, ...] = ()
     switched: tuple[Event, ...] = ()
     tools: tuple[tuple[int, float], ...] = ()
+    axis_error_deg: float | None = None
     timed: tuple[TimedEvent, ...] = ()

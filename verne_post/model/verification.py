@@ -20,6 +20,8 @@ class Verification:
         Largest share of the programmed feed rate, and its source line.
     tip_deviation_mm, axis_deviation_deg : float
         Largest distance from the programmed path.
+    axis_error_deg : float
+        Largest angle between the true tool axis of the as-built machine and that of its nominal angles.
     slow : dict
         Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or "control cycle" where none is near.
     first_row : ndarray, shape (n_joints,)
@@ -34,6 +36,7 @@ class Verification:
     feed_line: int = 0
     tip_deviation_mm: float = 0.0
     axis_deviation_deg: float = 0.0
+    axis_error_deg: float = 0.0
     slow: dict[str, float] = field(default_factory=dict)
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)

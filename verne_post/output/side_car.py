@@ -84,6 +84,7 @@ def _verification(verdict: Verification, machine: Machine) -> dict[str, object]:
         "below_feed_s": dict(sorted(verdict.slow.items())),
         "tip_deviation_mm": verdict.tip_deviation_mm,
         "axis_deviation_deg": verdict.axis_deviation_deg,
+        "axis_error_deg": verdict.axis_error_deg,
     }
 
 

@@ -16,6 +16,8 @@ from verne_post.verification.following import Following
 
 #: A work offset of the program differs from the one of ``--wcs`` when it is farther off than this, mm: noise of two sums.
 _OFFSET_NOISE = 1e-9
+#: A true axis nearer to the nominal one than this is the same: rounding of the written numbers turns it by less.
+_NO_AXIS_ERROR_DEG = 1e-5
 #: Limits that are named as reasons for a speed below the feed rate.
 _REASONS = 3
 
@@ -29,7 +31,7 @@ def paragraph(summary: Summary) -> str:
     """One paragraph of sentences, wrapped at 100 columns."""
     sentences = [
         _motion(summary), _first_row(summary), *_restart(summary), *_dry_run(summary), *_bound(summary),
-        *_verification(summary), *_feed(summary), *_free_turn(summary), *remarks(summary), *_manual_stops(summary),
+        *_verification(summary), *_axis_error(summary), *_feed(summary), *_free_turn(summary), *remarks(summary), *_manual_stops(summary),
         *_rounding(summary), *_provisional(summary),
     ]  # fmt: skip
     return _wrap(" ".join(sentences))
@@ -41,8 +43,15 @@ def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
     return (
         f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_worst_ratios(verdict, machine)}, "
         f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg "
-        "from the programmed path."
+        f"from the programmed path{_true_axis(verdict)}."
     )
+
+
+def _true_axis(verdict: Verification) -> str:
+    """How far the true axis of an as-built machine is off, where it is."""
+    if verdict.axis_error_deg < _NO_AXIS_ERROR_DEG:
+        return ""
+    return f"; as built, the tool axis is up to {verdict.axis_error_deg:.4f} deg off that of A and C"
 
 
 def following_text(name: str, following: Following, lines: NDArray[np.int32], cycle: float, machine: Machine) -> str:
@@ -154,6 +163,19 @@ def _verification(summary: Summary) -> list[str]:
         f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
         f"axis {verdict.axis_deviation_deg:.6f} deg.",
     ]
+
+
+def _axis_error(summary: Summary) -> list[str]:
+    """What the as-built machine cannot correct."""
+    if summary.axis_error_deg is None:
+        return []
+    if summary.machine.five_axis.corrects_axis:  # type: ignore[attr-defined]
+        why = "where the tool is too upright for C to take its share"
+    else:
+        why = "because C stays as programmed (--correct-axis)"
+    if summary.axis_error_deg < _NO_AXIS_ERROR_DEG:
+        return ["As built, tip and tool axis are exact."]
+    return [f"As built, the tool axis is up to {summary.axis_error_deg:.4f} deg off, {why}; the tip is exact."]
 
 
 def _feed(summary: Summary) -> list[str]:

@@ -17,7 +17,8 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.verification.projection import RADIAN_MM, Measured, tool_axis, unwrapped_u
 from verne_post.verification.reference import Reference
 
-Forward = Callable[[Array, Array], tuple[Array, Array, Mask]]
+#: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
+Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
 
 #: Rows looked at together when several segments share a source line.
 _LOOK_AHEAD: Final = 1024
@@ -121,6 +122,8 @@ class RowMatcher:
 
     def __init__(self, reference: Reference, forward: Forward) -> None:
         self.reference, self.forward = reference, forward
+        #: The largest angle between the true tool axis and that of the nominal angles so far, rad.
+        self.axis_error = 0.0
         self.last = LastRow()
 
     def match(self, block: SetpointBlock) -> tuple[MeasuredRows | None, LostPath | None]:
@@ -143,14 +146,16 @@ class RowMatcher:
             item = self._split_groups(q, group, item, several)
         rest = items.rest_segment[item]
         segment = np.minimum(rest, len(path) - 1)
-        tip, angles, ok = self.forward(q, path.tool_length[segment])
+        tip, angles, axis, ok = self.forward(q, path.tool_length[segment])
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
             if not n:
                 return None, lost
             group, item, rest, segment = group[:n], item[:n], rest[:n], segment[:n]
-            q, tip, angles = q[:n], tip[:n], angles[:n]
+            q, tip, angles, axis = q[:n], tip[:n], angles[:n], axis[:n]
+        # what no angle of the axes corrects: the true axis against that of the nominal angles
+        self.axis_error = max(self.axis_error, float(row_norm(axis - tool_axis(angles)).max()))
         u = self._progress(item, rest, segment, Measured(q, tip, angles))
         return self._measure(block, group, item, segment, u, Measured(q, tip, angles)), lost
 
@@ -224,7 +229,7 @@ class RowMatcher:
         for begin in range(0, len(q), _LOOK_AHEAD):
             some_q = q[begin : begin + _LOOK_AHEAD]
             at = np.full(len(some_q), segment)
-            tip, angles, _ok = self.forward(some_q, path.tool_length[at])
+            tip, angles, _axis, _ok = self.forward(some_q, path.tool_length[at])
             fresh = np.zeros(len(some_q), dtype=bool)
             fresh[0] = u_before is None
             u = unwrapped_u(path, at, Measured(some_q, tip, angles), fresh, u_before or 0.0)

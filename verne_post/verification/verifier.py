@@ -3,6 +3,9 @@
 It is handed the programmed segments as data and the forward kinematics as a function, and shares nothing with planning.
 """
 
+import math
+
+from verne_post.base.tolerances import PATH_AXIS_DEG
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
@@ -27,16 +30,20 @@ class Verifier:
         The programmed segments, where they may be stopped between, and how far the motion may be from each. Nothing
         else is taken from it: the geometry that was followed is not looked at.
     forward : callable
-        (q, tool_length) -> tip, nominal angles, ok; mm and rad, workpiece sense.
+        (q, tool_length) -> tip, nominal angles, true tool axis, ok; mm and rad, workpiece sense.
     limits, columns :
         Of the machine.
     fmt : SetpointFormat
         How the rows are rounded, and their cycle.
+    axis_error_limit : float
+        How far the true tool axis may be from that of the nominal angles, rad.
     """
 
     def __init__(
-        self, contour: Contour, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat
-    ) -> None:
+        self, contour: Contour, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat,
+        axis_error_limit: float = math.inf,
+    ) -> None:  # fmt: skip
+        self._axis_error_limit = axis_error_limit
         reference = build_reference(contour, limits, columns, fmt)
         self._derivative_limits = reference.derivative_limits
         self._findings = FindingCollector()
@@ -78,12 +85,21 @@ class Verifier:
             self._dynamics.finish(result.n_rows)
             if not self._lost:
                 self._completeness.finish(self._matcher.last)
+        self._check_axis_error()
         result.velocity_ratio, result.acceleration_ratio, result.jerk_ratio = (
             worst / limit for worst, limit in zip(self._dynamics.worst, self._derivative_limits, strict=True)
         )
         result.feed_ratio, result.feed_line = self._feed.ratio, self._feed.line
         result.tip_deviation_mm = self._path.tip_deviation
         result.axis_deviation_deg = self._path.axis_deviation * DEG_PER_RAD
+        result.axis_error_deg = self._matcher.axis_error * DEG_PER_RAD
         result.slow = self._feed.slow_seconds()
         result.findings = self._findings.findings
         return result
+
+    def _check_axis_error(self) -> None:
+        """Compare the axis error that the machine leaves with what its file accepts."""
+        error, limit = self._matcher.axis_error * DEG_PER_RAD, self._axis_error_limit * DEG_PER_RAD
+        if error > limit + PATH_AXIS_DEG:
+            text = f"the true tool axis is {error:.6f} deg off that of the axes' angles, accepted {limit:g} deg"
+            self._findings.add("VP411", text, None, value=error, limit=limit, unit="deg")

@@ -14,7 +14,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
-from verne_post.model.deviations import Deviations
+from verne_post.model.deviations import Deviations, RodPlaces
 
 #: Leg of each rod, and the rods of each leg.
 LEG: Final = np.array([0, 0, 1, 1, 2, 2])
@@ -22,19 +22,6 @@ FIRST_ROD: Final = np.array([0, 2, 4])
 SECOND_ROD: Final = np.array([1, 3, 5])
 #: F: the base frame against the upright frame.
 MIRROR: Final = np.array([1.0, -1.0, -1.0])
-
-
-@dataclass(frozen=True)
-class RodPlaces:
-    """Places along x that the nominal equations cannot see, mm, base frame: [rods] of the machine file.
-
-    ``leg1_slider_x`` and ``leg23_slider_x`` are d1 and d2 of the paper, ``leg23_spacing`` is the distance of the two
-    rods of legs II and III.
-    """
-
-    leg1_slider_x: float
-    leg23_slider_x: float
-    leg23_spacing: float
 
 
 @dataclass(frozen=True)

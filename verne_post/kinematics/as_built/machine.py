@@ -24,10 +24,10 @@ from verne_post.kinematics.as_built.forward import (
     solve_rods,
     tool_on_table,
 )
-from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, RodPlaces, place_parts
+from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, place_parts
 from verne_post.kinematics.five_axis import HybridMachine, axis_and_angles, pose_vectors
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
-from verne_post.model.deviations import Deviations
+from verne_post.model.deviations import Deviations, RodPlaces
 from verne_post.model.protocols import Margin, Platform, WholeSolution
 
 #: Steps that bring C, and the nominal angles of written joints, to where they stand; each gains a digit or more.
@@ -102,6 +102,11 @@ class AsBuiltMachine:
     def spindle(self) -> Array:
         """Unit vector from P towards the tip, platform frame."""
         return self.geometry.spindle
+
+    @property
+    def corrects_axis(self) -> bool:
+        """Whether C takes its share of the axis error."""
+        return self.correction is not None
 
     def with_deviations(self, deviations: Deviations) -> "AsBuiltMachine":
         """The machine with other deviations."""
@@ -278,7 +283,12 @@ class AsBuiltMachine:
         return tip.T.reshape(*shape, 3), axis.T.reshape(*shape, 3), pose
 
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
-        """Where the tool is: tip (..., 3) and the programmed angles (..., 2) that these joint values (..., 5) stand for.
+        """The tip, the angles and ok of :meth:`measure`."""
+        tip, angles, _axis, ok = self.measure(q, tool_length)
+        return tip, angles, ok
+
+    def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+        """Where the tool is: tip (..., 3), the programmed angles (..., 2) that these joint values (..., 5) stand for, true axis.
 
         C is the joint's, and A the one whose axis lies in one plane with the true axis and the tilt axis. Where C takes
         a share of the axis error the pair is the one that :meth:`solve` would bring to these joints.
@@ -289,7 +299,7 @@ class AsBuiltMachine:
         angles = self._programmed_angles(flat, axis.reshape(-1, 3), flat[:, 4])
         if self.correction is not None:
             angles = self._programmed_by_correction(flat, axis.reshape(-1, 3), tip.reshape(-1, 3), angles, tool_length)
-        return tip, angles.reshape(*q.shape[:-1], 2), np.isfinite(tip[..., 0])
+        return tip, angles.reshape(*q.shape[:-1], 2), axis, np.isfinite(tip[..., 0])
 
     def _programmed_angles(self, q: Array, axis: Array, turn: Array) -> Array:
         """Nominal A and C (n, 2) of true axes (n, 3) on the table, C being ``turn`` (n,)."""
@@ -337,13 +347,17 @@ class AsBuiltMachine:
         return direction_on_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
 
     def axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
-        """Component of the tool axis along the tilt axis beyond the programmed one (...), rad: what A cannot correct."""
+        """Angle (...) by which the tool axis is off, positive along the tilt axis, rad: what A cannot correct."""
         true = self.tool_axis(q, angles, platform).reshape(-1, 3)
         a, c = np.asarray(angles, dtype=float).reshape(-1, 2).T
         wanted = np.stack([np.sin(c) * np.sin(a), np.cos(c) * np.sin(a), np.cos(a)])
         turn = np.asarray(q, dtype=float).reshape(-1, 5)[:, 4]
-        difference = inverse.turn_about(self.geometry.rotary_axis, true.T - wanted, np.cos(turn), np.sin(turn))
-        return np.asarray((self.geometry.tilt_axis @ difference).reshape(np.shape(q)[:-1]))
+        along = (
+            self.geometry.tilt_axis @ inverse.turn_about(self.geometry.rotary_axis, axis, np.cos(turn), np.sin(turn))
+            for axis in (true.T, wanted)
+        )
+        off, meant = (np.arcsin(part) for part in along)
+        return np.asarray((off - meant).reshape(np.shape(q)[:-1]))
 
     def on_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""

@@ -12,8 +12,8 @@ from verne_post.kinematics.as_built.inverse import cross, dot
 from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins
 from verne_post.model.protocols import Margin
 
-#: Names of the two directions of the axis error.
-_AXIS_ERROR: Final = "tool axis error that A cannot correct"
+#: What is left of the tool axis error, once in either direction: both must be above minus the threshold.
+_AXIS_ERROR: Final = ("tool axis error left over (+)", "tool axis error left over (-)")
 
 
 def margin_names(
@@ -22,9 +22,9 @@ def margin_names(
     """What :func:`measure_margins` measures; an axis error beyond ``axis_error_deg`` is VP217, infinite: never."""
     crossing = Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0)
     holds = Margin("hold of legs II and III against turning", "VP203", None, "", *([parallel_singularity] * 2))
-    axis = Margin(_AXIS_ERROR, "VP217", None, "deg", -axis_error_deg, -axis_error_deg)
+    axis = (Margin(name, "VP217", None, "deg", -axis_error_deg, -axis_error_deg) for name in _AXIS_ERROR)
     return (
-        *drop_margins(actuators, serial_singularity), crossing, determinant_margin(parallel_singularity), holds, axis, axis
+        *drop_margins(actuators, serial_singularity), crossing, determinant_margin(parallel_singularity), holds, *axis
     )  # fmt: skip
 
 

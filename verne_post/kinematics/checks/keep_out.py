@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import rotate_z
+from verne_post.base.rotations import axis_of_angles, rotate_z
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding

@@ -6,7 +6,7 @@ collected, which stop-to-stop profiles need.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -45,11 +45,14 @@ class JointBounds:
     Attributes
     ----------
     first, second, third : ndarray, shape (n, n_joints)
+    axis_error_deg : float
+        Over all elements: how far the tool axis may be off because an as-built machine cannot correct it. 0 where it can.
     """
 
     first: Array
     second: Array
     third: Array
+    axis_error_deg: float = 0.0
 
 
 def check_limits(joints: JointPath, progress: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
@@ -78,7 +81,10 @@ def check_limits(joints: JointPath, progress: Callable[[int], None] | None = Non
         every.extend(**vars(derivatives.bounds))
         if progress:
             progress(int(chunk[-1]) + 1)
-    return JointBounds(**every.columns()), sorted(limits.findings(), key=lambda item: (item.line or 0, item.code))
+    bounds = JointBounds(**every.columns())
+    return replace(bounds, axis_error_deg=limits.axis_error_deg), sorted(
+        limits.findings(), key=lambda item: (item.line or 0, item.code)
+    )
 
 
 class _Derivatives:
@@ -132,6 +138,9 @@ class _LimitCheck:
         self.joints = joints
         self.checks = machine_checks(machine)
         self.worst = [Worst() for _ in self.checks]
+        #: Columns of the axis error, of either sign, and the largest error so far, degrees.
+        self.axis_columns = [len(machine.columns) + k for k, one in enumerate(machine.margins) if one.code == "VP217"]
+        self.axis_error_deg = 0.0
         self.below_table = Worst()
         #: Finding codes of elements that cannot be solved.
         self.unreachable: dict[int, str] = {}
@@ -189,6 +198,10 @@ class _LimitCheck:
             worst.note(part.element[broken], seen[broken], check.warn + check.sign * seen[broken])
             deepest = np.where(seen[open_] < -check.slack, WORST_DEPTH, MAX_DEPTH)
             halve[open_[(seen[open_] - certain[open_] > check.slack) & (part.depth[open_] < deepest)]] = True
+        settled = np.flatnonzero(~halve)
+        for k in self.axis_columns:
+            bound = tail[settled, k] - lower[settled, k]
+            self.axis_error_deg = max(self.axis_error_deg, float(bound.max(initial=0.0)))
         return np.asarray(halve)
 
     def _check_table(self, part: Spans, solved: Solved) -> Mask:
