@@ -10,7 +10,8 @@ import verne_post as vp
 from verne_post.base.rotations import axis_of_angles
 from verne_post.config import machine_files
 from verne_post.config.load import machine_from_toml
-from verne_post.kinematics.as_built.machine import AsBuiltMachine, AxisCorrection
+from verne_post.kinematics.as_built.axis_correction import AxisCorrection
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
 
 from .six_rods import SixRods, as_toml, random_table
 

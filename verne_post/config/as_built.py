@@ -10,7 +10,7 @@ from pydantic import Field, StringConstraints, ValidationError
 
 from verne_post.base.units import MILLI
 from verne_post.config.schema import Group
-from verne_post.config.sentences import sentences
+from verne_post.config.sentences import describe_mistakes
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.as_built.soundness import find_fault
 from verne_post.kinematics.five_axis import HybridMachine
@@ -92,9 +92,8 @@ def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -
     try:
         return AsBuiltFile.model_validate(table), raw
     except ValidationError as error:
-        raise InputError(
-            *(finding("VP501", f"{file_name}: as_built.{text}") for text in sentences(error, AsBuiltFile))
-        ) from None
+        mistakes = describe_mistakes(error, AsBuiltFile, table, "[as_built]", "as_built")
+        raise InputError(*(finding("VP501", f"{file_name}: {text}") for text in mistakes)) from None
 
 
 def build_as_built(

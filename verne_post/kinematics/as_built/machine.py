@@ -15,6 +15,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import angles_of_axis, wrap_angle
 from verne_post.base.tolerances import CORRECTION_STEP, DIFFERENCE_STEP
 from verne_post.kinematics.as_built import inverse, margins
+from verne_post.kinematics.as_built.axis_correction import AxisCorrection
 from verne_post.kinematics.as_built.bodies import rod_ends
 from verne_post.kinematics.as_built.forward import (
     PlatformPose,
@@ -25,6 +26,7 @@ from verne_post.kinematics.as_built.forward import (
     tool_on_table,
 )
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, place_parts
+from verne_post.kinematics.as_built.rotations import angles_of_rotation, tilted
 from verne_post.kinematics.five_axis import HybridMachine, axis_and_angles, pose_vectors
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations, RodPlaces
@@ -32,24 +34,6 @@ from verne_post.model.protocols import Margin, Platform, WholeSolution
 
 #: Steps that bring C, and the nominal angles of written joints, to where they stand; each gains a digit or more.
 _CORRECTION_STEPS: Final = 60
-
-
-@dataclass(frozen=True)
-class AxisCorrection:
-    """How much of the axis error C takes, by the programmed tilt: nothing below ``begins``, all above ``whole``, rad.
-
-    Between them the share is a polynomial with three continuous derivatives in the sine of the tilt, so the joints stay
-    as smooth as the program. C moves by at most the axis error over sin(begins).
-    """
-
-    begins: float = float(np.radians(2.0))
-    whole: float = float(np.radians(6.0))
-
-    def share(self, tilt: Array) -> Array:
-        """The share (...) that C takes at programmed tilts (...)."""
-        low, high = np.sin(self.begins), np.sin(self.whole)
-        u = np.clip((np.abs(np.sin(tilt)) - low) / (high - low), 0.0, 1.0)
-        return np.asarray(u**4 * (35.0 - u * (84.0 - u * (70.0 - u * 20.0))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -416,25 +400,6 @@ class AsBuiltMachine:
         shape = np.shape(q)[:-1]
         parallel, serial = ((value[:, -1] / value[:, 0]).reshape(shape) for value in values)
         return parallel, serial
-
-
-def tilted(alpha: Array) -> Array:
-    """Rotations (3, 3, n) about x by tilts (n,)."""
-    c, s = np.cos(alpha), np.sin(alpha)
-    one, zero = np.ones_like(c), np.zeros_like(c)
-    return np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
-
-
-def angles_of_rotation(rotation: Array) -> Array:
-    """Angles alpha, beta, gamma (n, 3) of rotations (3, 3, n) = Rx(alpha) Ry(beta) Rz(gamma), rad."""
-    return np.stack(
-        [
-            np.arctan2(-rotation[1, 2], rotation[2, 2]),
-            np.arcsin(rotation[0, 2]),
-            np.arctan2(-rotation[0, 1], rotation[0, 0]),
-        ],
-        axis=1,
-    )
 
 
 def _joints(angles: Array, found: inverse.PlatformSolution, turn: Array) -> Array:

@@ -6,7 +6,7 @@ collected, which stop-to-stop profiles need.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -52,7 +52,7 @@ class JointBounds:
     first: Array
     second: Array
     third: Array
-    axis_error_deg: float = 0.0
+    axis_error_deg: float
 
 
 def check_limits(joints: JointPath, progress: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
@@ -78,13 +78,11 @@ def check_limits(joints: JointPath, progress: Callable[[int], None] | None = Non
         for part in cover_elements(contour, chunk):
             while len(part):
                 part = part.halve(limits.check(part, derivatives))
-        every.extend(**vars(derivatives.bounds))
+        every.extend(**derivatives.largest)
         if progress:
             progress(int(chunk[-1]) + 1)
-    bounds = JointBounds(**every.columns())
-    return replace(bounds, axis_error_deg=limits.axis_error_deg), sorted(
-        limits.findings(), key=lambda item: (item.line or 0, item.code)
-    )
+    bounds = JointBounds(**every.columns(), axis_error_deg=limits.axis_error_deg)
+    return bounds, sorted(limits.findings(), key=lambda item: (item.line or 0, item.code))
 
 
 class _Derivatives:
@@ -102,7 +100,7 @@ class _Derivatives:
         count = np.cumsum(wanted)
         shape = (int(count[-1]), len(joints.machine.columns))
         self.joints, self._first = joints, int(chunk[0])
-        self.bounds = JointBounds(*(np.zeros(shape) for _ in range(3)))
+        self.largest = {name: np.zeros(shape) for name in ("first", "second", "third")}
         #: Row of each element in the bounds; -1: none.
         self._row = np.where(wanted, count - 1, -1)
 
@@ -125,7 +123,7 @@ class _Derivatives:
             values, width = values.copy(), width.copy()
             values[:, short[solved]], width[short[solved]] = q[:, solved], 2 * half[solved]
         row = self._row[element - self._first]
-        for order, target in enumerate((self.bounds.first, self.bounds.second, self.bounds.third), start=1):
+        for order, target in enumerate(self.largest.values(), start=1):
             lower, upper = spans.enclosure(values, order)
             np.maximum.at(target, row, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
 
