@@ -286,7 +286,7 @@ def test_setpoints_for_the_drawing_are_out_by_tenths_on_the_real_machine(perturb
 
 
 def test_tool_vectors_are_corrected_through_both_axes(perturbed):
-    source = b"G21 G90 G94 F2000\nG43.5\nG0 X0 Y0 Z60 I0 J0.6 K0.8\nG1 X20 I0.48 J0.36 K0.8\nX40 I0.6 J0 K0.8\nM2\n"
+    source = b"G21 G90 G94 F2000\nG43.5 H1\nG0 X0 Y0 Z60 I0 J0.6 K0.8\nG1 X20 I0.48 J0.36 K0.8\nX40 I0.6 J0 K0.8\nM2\n"
     result = vp.convert(source, perturbed, vp.Options(dialect="fanuc", tool_length=80.0))
     assert result.ok, result.findings
     assert result.summary.verification.axis_error_deg < 1e-5
