@@ -1,0 +1,115 @@
+"""What goes into a calibration of the machine as built: readings of the tool, of lengths, and what was known before."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.model.deviations import IS_ANGLE
+
+#: Deviations of manufacture that are expected where nobody says otherwise: mm and rad, standard deviations.
+TOLERANCE_MM: Final = 0.05
+TOLERANCE_RAD: Final = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class ToolReadings:
+    """Measured tools on the table, n rows.
+
+    Attributes
+    ----------
+    joints : ndarray, shape (n, 5)
+        As commanded: rho1, rho2, rho3 (mm), A and C (rad, workpiece sense).
+    length : ndarray, shape (n,)
+        Gauge line to tip, mm.
+    tip : ndarray, shape (n, 3)
+        In the table frame or from the centre of the row's sphere, mm; NaN where a coordinate was not measured.
+    axis : ndarray, shape (n, 3)
+        Unit tool axis from tip to spindle, table frame; NaN where it was not measured.
+    sigma_tip, sigma_axis : ndarray, shape (n,)
+        Standard uncertainties: of each coordinate (mm), and of the axis about each of two directions (rad).
+    sphere : ndarray of int, shape (n,)
+        Which unknown centre the tip is measured from; -1: none, the table frame.
+    line : ndarray of int, shape (n,)
+        Where the row stands in its file.
+    """
+
+    joints: Array
+    length: Array
+    tip: Array
+    axis: Array
+    sigma_tip: Array
+    sigma_axis: Array
+    sphere: Ints
+    line: Ints
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    def take(self, chosen: Ints | Mask) -> "ToolReadings":
+        """Some of the rows."""
+        return ToolReadings(*(getattr(self, item.name)[chosen] for item in fields(self)))
+
+    def with_tips(self, tip: Array) -> "ToolReadings":
+        """The same rows with other tips."""
+        return replace(self, tip=tip)
+
+
+@dataclass(frozen=True)
+class LengthReading:
+    """A length that was measured on the machine: a rod, or the distance of the ends of two rods.
+
+    ``part`` is "rod", "platform" or "slider", ``rods`` are one or two of 0 ... 5; mm.
+    """
+
+    part: str
+    rods: tuple[int, ...]
+    value: float
+    sigma: float
+    line: int
+
+
+@dataclass(frozen=True)
+class JointUncertainty:
+    """Standard uncertainty of where a commanded joint really stands: sliders in mm, A and C in rad."""
+
+    slider: float = 0.0
+    angle: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What is known of the deviations before the readings: a normal distribution.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (58,)
+    factor : ndarray, shape (58, 58)
+        The covariance is ``factor @ factor.T``.
+    """
+
+    mean: Array
+    factor: Array
+
+
+def tolerance_vector(lengths: float = TOLERANCE_MM, directions: float = TOLERANCE_RAD) -> Array:
+    """One tolerance (58,) for all places and lengths, mm, and one for all directions, rad."""
+    return np.where(IS_ANGLE, directions, lengths)
+
+
+def prior_of_manufacture(tolerances: Array) -> Prior:
+    """Every part near its nominal place, as far off as its tolerance (58,) says."""
+    return Prior(np.zeros(len(tolerances)), np.diag(tolerances))
+
+
+def prior_of_covariance(mean: Array, covariance: Array) -> Prior:
+    """A normal distribution with this mean (58,) and covariance (58, 58).
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        The covariance is not positive definite.
+    """
+    scale = np.sqrt(np.diag(covariance))
+    return Prior(mean, scale[:, None] * np.linalg.cholesky(covariance / np.outer(scale, scale)))

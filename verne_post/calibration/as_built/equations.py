@@ -1,0 +1,149 @@
+"""The equations of a calibration: readings minus predictions, their derivatives, both in standard uncertainties.
+
+Every reading is one block of up to five equations: the coordinates of its tip, and its tool axis seen from two sides. A
+measured length is a block with one equation. The unknowns are the 58 deviations, then the centres of the spheres.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.calibration.as_built.data import JointUncertainty, LengthReading, ToolReadings
+from verne_post.calibration.as_built.model import AsBuiltModel
+from verne_post.kinematics.as_built.geometry import nominal_ends
+from verne_post.kinematics.as_built.parameter_rates import COUNT, PLACES
+from verne_post.model.deviations import Deviations
+
+#: Equations of a block.
+ROWS: Final = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Equations in standard uncertainties, one block a reading; zero where an equation is not used.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (n, 5)
+        Measured minus predicted.
+    design : ndarray, shape (n, 5, p)
+        Derivatives of the predictions by the unknowns.
+    used : ndarray of bool, shape (n, 5)
+    off : ndarray, shape (n, 5)
+        Measured minus predicted, mm and rad; NaN where not measured.
+    """
+
+    residual: Array
+    design: Array
+    used: Mask
+    off: Array
+
+    def take(self, chosen: Ints | Mask) -> "Blocks":
+        """Some of the blocks."""
+        return Blocks(self.residual[chosen], self.design[chosen], self.used[chosen], self.off[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """All that was measured, with the model that must explain it; blocks are the tools, then the lengths."""
+
+    model: AsBuiltModel
+    tools: ToolReadings
+    lengths: tuple[LengthReading, ...] = ()
+    joint_sigma: JointUncertainty = JointUncertainty()
+
+    @property
+    def spheres(self) -> int:
+        """Number of spheres of unknown centre."""
+        return int(self.tools.sphere.max(initial=-1)) + 1
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return COUNT + 3 * self.spheres
+
+    def __len__(self) -> int:
+        return len(self.tools) + len(self.lengths)
+
+    def blocks(self, unknowns: Array) -> Blocks:
+        """The equations at these unknowns (p,).
+
+        Raises
+        ------
+        ArithmeticError
+            The rods of the machine with these deviations do not close at a reading.
+        """
+        tools = self._tool_blocks(unknowns)
+        if not self.lengths:
+            return tools
+        lengths = self._length_blocks(unknowns)
+        return Blocks(*(np.concatenate([getattr(part, name) for part in (tools, lengths)])
+                        for name in ("residual", "design", "used", "off")))  # fmt: skip
+
+    def _tool_blocks(self, unknowns: Array) -> Blocks:
+        tools, n = self.tools, len(self.tools)
+        found, rates = self.model.rates(unknowns[:COUNT], tools.joints, tools.length)
+        if not found.ok.all():
+            line = tools.line[np.flatnonzero(~found.ok)[0]]
+            raise ArithmeticError(f"the rods do not close at the joints of line {line}")
+        across = _across(np.where(np.isnan(tools.axis), found.axis, tools.axis))
+        off = np.full((n, ROWS), np.nan)
+        off[:, :3] = tools.tip - found.tip
+        off[:, 3:] = np.einsum("nkj,nj->nk", across, tools.axis - found.axis)
+        design = np.zeros((n, ROWS, self.size))
+        design[:, :3, :COUNT] = rates.tip
+        design[:, 3:, :COUNT] = across @ rates.axis
+        on_sphere = np.flatnonzero(tools.sphere >= 0)
+        for k in range(3):
+            column = COUNT + 3 * tools.sphere[on_sphere] + k
+            off[on_sphere, k] += unknowns[column]
+            design[on_sphere, k, column] = -1.0
+        by_joint = np.concatenate([rates.tip_by_joint, across @ rates.axis_by_joint], axis=1)
+        spread = np.array([self.joint_sigma.slider] * 3 + [self.joint_sigma.angle] * 2)
+        by_joint = by_joint * spread
+        covariance = by_joint @ by_joint.transpose(0, 2, 1)
+        own = np.concatenate([np.repeat(tools.sigma_tip[:, None], 3, 1), np.repeat(tools.sigma_axis[:, None], 2, 1)], 1)
+        covariance[:, range(ROWS), range(ROWS)] += own**2
+        return _whiten(off, design, covariance)
+
+    def _length_blocks(self, unknowns: Array) -> Blocks:
+        parts = Deviations.from_vector(unknowns[:COUNT])
+        platform, slider, rods = nominal_ends(self.model.module, self.model.places)
+        ends = {"platform": platform + parts.platform_ends, "slider": slider + parts.slider_ends}
+        n = len(self.lengths)
+        off, design = np.full((n, ROWS), np.nan), np.zeros((n, ROWS, self.size))
+        for row, reading in enumerate(self.lengths):
+            if reading.part == "rod":
+                (rod,) = reading.rods
+                off[row, 0] = reading.value - (rods + parts.rod_lengths)[rod]
+                design[row, 0, PLACES["rod_lengths"].start + rod] = 1.0
+                continue
+            one, other = reading.rods
+            between = ends[reading.part][one] - ends[reading.part][other]
+            distance = float(np.linalg.norm(between))
+            off[row, 0] = reading.value - distance
+            first = PLACES[f"{reading.part}_ends"].start
+            for rod, sign in ((one, 1.0), (other, -1.0)):
+                design[row, 0, first + 3 * rod : first + 3 * rod + 3] = sign * between / distance
+        covariance = np.array([reading.sigma**2 for reading in self.lengths])[:, None, None] * np.eye(ROWS)
+        return _whiten(off, design, covariance)
+
+
+def _across(axis: Array) -> Array:
+    """Two directions (n, 2, 3) perpendicular to unit vectors (n, 3) and to each other."""
+    least = np.eye(3)[np.abs(axis).argmin(axis=1)]
+    first = np.cross(axis, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(axis, first)], axis=1)
+
+
+def _whiten(off: Array, design: Array, covariance: Array) -> Blocks:
+    """Blocks in standard uncertainties; equations with NaN are left out."""
+    used = np.isfinite(off)
+    both = used[:, :, None] & used[:, None, :]
+    covariance = np.where(both, covariance, np.eye(ROWS))
+    inverse = np.linalg.inv(np.linalg.cholesky(covariance))
+    residual = (inverse @ np.where(used, off, 0.0)[..., None])[..., 0]
+    return Blocks(residual, inverse @ np.where(used[..., None], design, 0.0), used, off)

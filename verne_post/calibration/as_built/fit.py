@@ -1,0 +1,238 @@
+"""The most probable deviations for readings and a prior (Gauss-Newton), without readings that contradict the others."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import chdtrc
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.calibration.as_built.data import Prior
+from verne_post.calibration.as_built.equations import ROWS, Blocks, Measurement
+from verne_post.kinematics.as_built.parameter_rates import COUNT
+
+#: Steps of Gauss and Newton; four where the readings are sound.
+STEPS: Final = 30
+#: The fit ends when a step is smaller than this, in standard deviations of what is known before.
+SETTLED: Final = 1e-9
+#: Centres of spheres are known before to this, mm: nothing, but the equations stay regular.
+ANYWHERE_MM: Final = 1e4
+#: A reading is left out when chance would put one of all readings so far off with this probability.
+BAD_READING: Final = 1e-3
+#: At most this share of the readings is left out; where more contradict, no choice among them is safe.
+MOST_LEFT_OUT: Final = 0.1
+#: A reading that nothing else checks: the rest of its variance is below this share.
+UNCHECKED: Final = 1e-9
+#: Parts of the readings: each is predicted from all the others.
+FOLDS: Final = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where a fit ends.
+
+    Attributes
+    ----------
+    unknowns : ndarray, shape (p,)
+        58 deviations (mm, rad), and centres of spheres (mm).
+    factor : ndarray, shape (p, p)
+        Their covariance is ``factor @ factor.T``.
+    blocks : Blocks
+        Of all readings at the solution, those left out too.
+    chi_square : float
+        Of the readings used and the prior together.
+    freedom : int
+    converged : bool
+    """
+
+    unknowns: Array
+    factor: Array
+    blocks: Blocks
+    chi_square: float
+    freedom: int
+    converged: bool
+
+    @property
+    def deviations(self) -> Array:
+        """The deviations (58,)."""
+        return self.unknowns[:COUNT]
+
+    @property
+    def probability(self) -> float:
+        """How often readings with the stated uncertainties, of a machine within its prior, miss as much; NaN without any."""
+        return float(chdtrc(self.freedom, self.chi_square)) if self.freedom > 0 else float("nan")
+
+    @property
+    def covariance(self) -> Array:
+        """Of the deviations (58, 58)."""
+        part = self.factor[:COUNT]
+        return part @ part.T
+
+
+@dataclass(frozen=True)
+class BadReading:
+    """A block that was left out, and how far it is from what the others predict (5,), mm and rad."""
+
+    block: int
+    off: Array
+    probability: float
+
+
+def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
+    """The most probable deviations, from the readings that are kept (n,)."""
+    size = measurement.size
+    factor = np.zeros((size, size))
+    factor[:COUNT, :COUNT] = prior.factor
+    factor[range(COUNT, size), range(COUNT, size)] = ANYWHERE_MM
+    mean = np.zeros(size)
+    mean[:COUNT] = prior.mean
+    start = measurement.blocks(mean)
+    for sphere in range(measurement.spheres):
+        rows = np.flatnonzero((measurement.tools.sphere == sphere) & kept[: len(measurement.tools)])
+        if len(rows):
+            with np.errstate(all="ignore"):
+                middle = np.nanmedian(np.vstack([start.off[rows, :3], np.zeros((0, 3))]), axis=0)
+            mean[COUNT + 3 * sphere : COUNT + 3 * sphere + 3] = -np.nan_to_num(middle)
+    at = np.zeros(size)
+    converged = False
+    for _ in range(STEPS):
+        blocks = measurement.blocks(mean + factor @ at)
+        rows = (blocks.design[kept] @ factor).reshape(-1, size)
+        matrix = np.concatenate([rows, np.eye(size)])
+        step = np.linalg.lstsq(matrix, np.concatenate([blocks.residual[kept].ravel(), -at]), rcond=None)[0]
+        at = at + step
+        converged = bool(np.abs(step).max() < SETTLED)
+        if converged:
+            break
+    blocks = measurement.blocks(mean + factor @ at)
+    rows = (blocks.design[kept] @ factor).reshape(-1, size)
+    upper = np.linalg.qr(np.concatenate([rows, np.eye(size)]), mode="r")
+    chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
+    seen = len(set(measurement.tools.sphere[kept[: len(measurement.tools)]].tolist()) - {-1})
+    freedom = int(blocks.used[kept].sum()) - 3 * seen
+    return Fit(mean + factor @ at, factor @ np.linalg.inv(upper), blocks, chi_square, freedom, converged)
+
+
+def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tuple[BadReading, ...]]:
+    """Fit, and leave out readings that the others contradict, the worst one first.
+
+    Returns
+    -------
+    Fit
+    kept : ndarray of bool, shape (n,)
+    bad : tuple of BadReading
+        More than :data:`MOST_LEFT_OUT` of the readings are never left out.
+    """
+    n = len(measurement)
+    kept = np.ones(n, dtype=bool)
+    allowed = max(1, int(MOST_LEFT_OUT * n))
+    out: list[int] = []
+    found = fit(measurement, prior, kept)
+    while len(out) < allowed:
+        chance = _chance_if_left_out(found, kept)
+        worst = int(np.argmin(np.where(kept, chance, np.inf)))
+        if not chance[worst] < BAD_READING / n:
+            break
+        kept[worst] = False
+        out.append(worst)
+        found = fit(measurement, prior, kept)
+    # a reading may have looked bad beside a worse one
+    chance = _chance_if_left_out(found, kept)
+    again = [block for block in out if chance[block] >= BAD_READING / n]
+    if again:
+        kept[again] = True
+        found = fit(measurement, prior, kept)
+        chance = _chance_if_left_out(found, kept)
+    bad = tuple(
+        BadReading(block, found.blocks.off[block], float(chance[block])) for block in out if block not in again
+    )
+    return found, kept, bad
+
+
+def _chance_if_left_out(found: Fit, kept: Mask) -> Array:
+    """How probable each reading is as seen from all the others (n,); 1 where nothing else checks it.
+
+    With V the share of a block's variance that the fit takes up, a reading that was used is off by ``(1 - V)^-1 r``
+    from what the others predict, one that was not by r itself.
+    """
+    blocks = found.blocks
+    reach = blocks.design @ found.factor
+    taken = reach @ reach.transpose(0, 2, 1)
+    sign = np.where(kept, -1.0, 1.0)[:, None, None]
+    spread = np.eye(ROWS) + sign * taken
+    size, turn = np.linalg.eigh(spread)
+    part = (blocks.residual[:, None, :] @ turn)[:, 0]
+    checked = size > UNCHECKED
+    distance = np.where(checked, part**2 / np.where(checked, size, 1.0), 0.0).sum(axis=1)
+    return np.asarray(chdtrc(np.maximum(blocks.used.sum(axis=1), 1), distance))
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Readings predicted from the others, in :data:`FOLDS` parts.
+
+    Attributes
+    ----------
+    tip : ndarray, shape (m,)
+        Distances of measured and predicted tips, mm.
+    axis : ndarray, shape (k,)
+        Angles of measured and predicted axes, rad.
+    expected_tip : float
+        Root mean square of the distances that the stated uncertainties make.
+    probability : float
+        The smallest of the parts' probabilities, times their number.
+    """
+
+    tip: Array
+    axis: Array
+    expected_tip: float
+    probability: float
+
+
+def hold_out(measurement: Measurement, prior: Prior, kept: Mask) -> HeldOut | None:
+    """Predict every part of the readings from the others; None for fewer than two."""
+    tools = measurement.tools
+    rows = np.flatnonzero(kept[: len(tools)])
+    parts = min(FOLDS, len(rows))
+    if parts < 2:
+        return None
+    order = np.random.default_rng(0).permutation(len(rows))
+    tips, axes, variances, chances = [], [], [], []
+    for part in range(parts):
+        held = rows[np.flatnonzero(order % parts == part)]
+        training = np.array(kept)
+        training[held] = False
+        held = held[_foreseen(tools.sphere, held, training)]
+        if not len(held):
+            continue
+        found = fit(measurement, prior, training)
+        blocks = found.blocks.take(held)
+        tips.append(_norms(blocks.off[:, :3]))
+        axes.append(_norms(blocks.off[:, 3:]))
+        reach = (blocks.design @ found.factor).reshape(len(held) * ROWS, -1)
+        spread = np.eye(len(reach)) + reach @ reach.T
+        residual = blocks.residual.ravel()
+        used = int(blocks.used.sum())
+        chances.append(float(chdtrc(used, residual @ np.linalg.solve(spread, residual))))
+        own = tools.sigma_tip[held, None] ** 2 * blocks.used[:, :3]
+        ways = found.factor
+        plain = reach.reshape(len(held), ROWS, -1)[:, :3] * tools.sigma_tip[held, None, None]
+        variances.append((own + (plain**2).sum(axis=2) * blocks.used[:, :3]).sum(axis=1))
+        del ways
+    if not chances:
+        return None
+    tip, axis = np.concatenate(tips), np.concatenate(axes)
+    expected = float(np.sqrt(np.concatenate(variances).mean()))
+    return HeldOut(tip[np.isfinite(tip)], axis[np.isfinite(axis)], expected, min(1.0, len(chances) * min(chances)))
+
+
+def _foreseen(sphere: Ints, held: Ints, training: Mask) -> Mask:
+    """Which held rows are measured from a place that the others know too."""
+    known = set(sphere[training[: len(sphere)]].tolist()) | {-1}
+    return np.array([int(sphere[row]) in known for row in held], dtype=bool)
+
+
+def _norms(off: Array) -> Array:
+    """Lengths of what was measured of vectors (n, k); NaN where nothing was."""
+    measured = np.isfinite(off).any(axis=1)
+    return np.where(measured, np.sqrt(np.nansum(off**2, axis=1)), np.nan)

@@ -1,0 +1,104 @@
+"""Which poses to measure next: those that leave the least tip error over the workspace (I-optimal, greedy, exchanged)."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+from verne_post.calibration.as_built.data import Prior
+from verne_post.calibration.as_built.model import AsBuiltModel
+from verne_post.calibration.as_built.workspace import WorkspacePoses
+
+#: Exchanges of planned poses against better ones end when a whole round gains less than this share of the error.
+GAIN: Final = 1e-3
+#: ... and after so many rounds.
+ROUNDS: Final = 8
+
+
+def choose_poses(
+    model: AsBuiltModel,
+    prior: Prior,
+    candidates: WorkspacePoses,
+    judged: WorkspacePoses,
+    count: int,
+    sigma_tip: float,
+) -> tuple[list[int], Array]:
+    """Choose poses whose tips, measured to ``sigma_tip`` (mm), leave the smallest mean square tip error.
+
+    Parameters
+    ----------
+    model : AsBuiltModel
+    prior : Prior
+        What is known before.
+    candidates : WorkspacePoses
+        Each may be chosen once.
+    judged : WorkspacePoses
+        Where the tip error counts.
+    count : int
+        Poses to choose, no more than there are candidates.
+    sigma_tip : float
+
+    Returns
+    -------
+    chosen : list of int
+        Candidates.
+    errors : ndarray, shape (m,)
+        Expected tip error (root mean square) at the judged poses, mm.
+    """
+    design = model.rates(prior.mean, candidates.joints, candidates.length)[1].tip @ prior.factor / sigma_tip
+    seen = model.rates(prior.mean, judged.joints, judged.length)[1].tip @ prior.factor
+    weight = np.einsum("nkp,nkq->pq", seen, seen) / len(seen)
+    covariance = np.eye(weight.shape[0])
+    chosen: list[int] = []
+    while len(chosen) < count:
+        best = _best(design, covariance, weight, chosen)
+        chosen.append(best)
+        covariance = _with(covariance, design[best])
+    error = float(np.einsum("pq,pq->", weight, covariance))
+    for _ in range(ROUNDS):
+        before = error
+        for place in range(count):
+            rest = [other for k, other in enumerate(chosen) if k != place]
+            rows = design[rest].reshape(-1, weight.shape[0])
+            without = np.linalg.inv(np.eye(weight.shape[0]) + rows.T @ rows)
+            chosen[place] = _best(design, without, weight, rest)
+            covariance = _with(without, design[chosen[place]])
+        error = float(np.einsum("pq,pq->", weight, covariance))
+        if error > (1.0 - GAIN) * before:
+            break
+    return chosen, np.sqrt(np.einsum("nkp,pq,nkq->n", seen, covariance, seen))
+
+
+def _best(design: Array, covariance: Array, weight: Array, chosen: list[int]) -> int:
+    """The candidate whose reading takes most away from the mean square error."""
+    moved = design @ covariance  # (n, 3, p)
+    spread = moved @ design.transpose(0, 2, 1) + np.eye(design.shape[1])
+    told = moved @ weight @ moved.transpose(0, 2, 1)
+    gain = np.trace(np.linalg.solve(spread, told), axis1=1, axis2=2)
+    gain[chosen] = -np.inf
+    return int(np.argmax(gain))
+
+
+def _with(covariance: Array, rows: Array) -> Array:
+    """The covariance (p, p) once a reading with these derivatives (3, p), in its uncertainties, is known."""
+    moved = covariance @ rows.T
+    spread = np.eye(len(rows)) + rows @ moved
+    return np.asarray(covariance - moved @ np.linalg.solve(spread, moved.T))
+
+
+def order_by_travel(joints: Array, groups: Ints) -> list[int]:
+    """Poses (n, 5) one after the other, the nearest next, group by group (tools change between groups)."""
+    order: list[int] = []
+    for group in np.unique(groups):
+        left = np.flatnonzero(groups == group).tolist()
+        at = left.pop(int(np.argmin(np.abs(joints[left, 3]))))
+        order.append(at)
+        while left:
+            step = np.abs(joints[left] - joints[at]) / [1.0, 1.0, 1.0, MM_PER_TURN, MM_PER_TURN]
+            at = left.pop(int(np.argmin(step.max(axis=1))))
+            order.append(at)
+    return order
+
+
+#: A turn of the table counts so many radians to the millimetre of a slider: both drives then take about as long.
+MM_PER_TURN: Final = 1.0 / 400.0
