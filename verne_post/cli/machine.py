@@ -8,6 +8,7 @@ import click
 
 from verne_post.cli.common import load, refuse, shown_name
 from verne_post.cli.files import RunFiles
+from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.options import options_of
 from verne_post.model.verdict import ExitStatus
 
@@ -17,7 +18,11 @@ if TYPE_CHECKING:
 
 @click.group("machine")
 def command() -> None:
-    """List, show, draw and validate machine files, check axes, and identify lengths from measured poses."""
+    """List, show, draw and validate machine files, check axes, identify lengths, and calibrate the machine as built."""
+
+
+for _one in (calibrate, perturb, tolerances):
+    command.add_command(_one)
 
 
 @command.command("list")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from verne_post.base.units import RAD_PER_DEG
+from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.as_built import build_as_built, read_as_built
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.schema import (
@@ -21,6 +21,7 @@ from verne_post.config.schema import (
     LimitsFile,
     MachineFile,
     RodsFile,
+    TolerancesFile,
     limits_file,
 )
 from verne_post.config.sentences import describe_mistakes
@@ -30,7 +31,7 @@ from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
-from verne_post.model.deviations import Deviations, RodPlaces
+from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
@@ -133,7 +134,18 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         drives=_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
         rod_places=places,
+        tolerances=_tolerances(content.tolerances or TolerancesFile()),
     )
+
+
+def _tolerances(file: TolerancesFile) -> np.ndarray:
+    """Of all deviations in the order of their vector, mm and rad."""
+    parts = []
+    for key, shape, angle in ENTRIES.values():
+        common = file.directions_mrad if angle else file.lengths_mm
+        value = getattr(file, key) or common
+        parts.append(np.full(int(np.prod(shape)), value * (MILLI if angle else 1.0)))
+    return np.concatenate(parts)
 
 
 def _drives(

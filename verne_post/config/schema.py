@@ -206,6 +206,22 @@ class VerneRodsFile(RodsFile):
     leg23_spacing: Positive
 
 
+class TolerancesFile(Group):
+    """[tolerances]: standard deviations of the parts as made, mm and mrad; a key of [as_built] for parts of their own."""
+
+    lengths_mm: Positive = 0.05
+    directions_mrad: Positive = 0.1
+    platform_ends_mm: Positive | None = None
+    slider_ends_mm: Positive | None = None
+    rod_lengths_mm: Positive | None = None
+    guides_mrad: Positive | None = None
+    tilt_axis_mm: Positive | None = None
+    tilt_axis_mrad: Positive | None = None
+    rotary_axis_mm: Positive | None = None
+    rotary_axis_mrad: Positive | None = None
+    spindle_axis_mrad: Positive | None = None
+
+
 class ClearanceFile(Group):
     """[clearance]: smallest distance between bodies, and the bodies other than rods."""
 
@@ -270,6 +286,7 @@ class ProvenanceFile(Group):
     control: Source
     home: Source | None = None
     rods: Source | None = None
+    tolerances: Source | None = None
     clearance: Source | None = None
     drives: Source | None = None
     accuracy: Source | None = None
@@ -296,6 +313,7 @@ class MachineFile(Group):
     accuracy: AccuracyFile | None = None
     rods: dict[str, object] | None = None
     as_built: object = None
+    tolerances: TolerancesFile | None = None
     clearance: ClearanceFile | None = None
     drives: dict[str, DriveFile] | None = None
     control: ControlFile
@@ -303,7 +321,7 @@ class MachineFile(Group):
 
     @model_validator(mode="after")
     def _optional_groups_have_a_source(self) -> "MachineFile":
-        for group in ("home", "accuracy", "rods", "clearance", "drives"):
+        for group in ("home", "accuracy", "rods", "tolerances", "clearance", "drives"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         return self

@@ -1,6 +1,6 @@
 """The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -106,6 +106,8 @@ class Machine:
     The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
     does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
+    ``tolerances`` are standard deviations of
+    manufacture, mm and rad, in the order of :data:`verne_post.model.deviations.PARAMETERS`.
     """
 
     name: str
@@ -125,6 +127,7 @@ class Machine:
     drives: tuple[Drive, ...] = ()
     bodies: Bodies | None = None
     rod_places: RodPlaces | None = None
+    tolerances: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def margins(self) -> tuple[Margin, ...]:

@@ -78,6 +78,9 @@ class JointUncertainty:
     angle: float = 0.0
 
 
+COMMANDED_EXACTLY: Final = JointUncertainty()
+
+
 @dataclass(frozen=True, eq=False)
 class Prior:
     """What is known of the deviations before the readings: a normal distribution.

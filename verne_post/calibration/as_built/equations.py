@@ -10,10 +10,11 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.calibration.as_built.data import JointUncertainty, LengthReading, ToolReadings
+from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty, LengthReading, ToolReadings
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.kinematics.as_built.geometry import nominal_ends
 from verne_post.kinematics.as_built.parameter_rates import COUNT, PLACES
+from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations
 
 #: Equations of a block.
@@ -52,7 +53,7 @@ class Measurement:
     model: AsBuiltModel
     tools: ToolReadings
     lengths: tuple[LengthReading, ...] = ()
-    joint_sigma: JointUncertainty = JointUncertainty()
+    joint_sigma: JointUncertainty = COMMANDED_EXACTLY
 
     @property
     def spheres(self) -> int:
@@ -110,7 +111,9 @@ class Measurement:
 
     def _length_blocks(self, unknowns: Array) -> Blocks:
         parts = Deviations.from_vector(unknowns[:COUNT])
-        platform, slider, rods = nominal_ends(self.model.module, self.model.places)
+        module = self.model.machine.nominal_machine.module
+        assert isinstance(module, VerneGeometry)
+        platform, slider, rods = nominal_ends(module, self.model.machine.places)
         ends = {"platform": platform + parts.platform_ends, "slider": slider + parts.slider_ends}
         n = len(self.lengths)
         off, design = np.full((n, ROWS), np.nan), np.zeros((n, ROWS, self.size))

@@ -90,27 +90,32 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     for sphere in range(measurement.spheres):
         rows = np.flatnonzero((measurement.tools.sphere == sphere) & kept[: len(measurement.tools)])
         if len(rows):
-            with np.errstate(all="ignore"):
-                middle = np.nanmedian(np.vstack([start.off[rows, :3], np.zeros((0, 3))]), axis=0)
-            mean[COUNT + 3 * sphere : COUNT + 3 * sphere + 3] = -np.nan_to_num(middle)
+            for k in range(3):
+                off = start.off[rows, k]
+                if np.isfinite(off).any():
+                    mean[COUNT + 3 * sphere + k] = -np.median(off[np.isfinite(off)])
     at = np.zeros(size)
-    converged = False
     for _ in range(STEPS):
         blocks = measurement.blocks(mean + factor @ at)
-        rows = (blocks.design[kept] @ factor).reshape(-1, size)
-        matrix = np.concatenate([rows, np.eye(size)])
-        step = np.linalg.lstsq(matrix, np.concatenate([blocks.residual[kept].ravel(), -at]), rcond=None)[0]
+        step = np.linalg.lstsq(
+            _stack(blocks, kept, factor), np.concatenate([blocks.residual[kept].ravel(), -at]), rcond=None
+        )[0]
         at = at + step
         converged = bool(np.abs(step).max() < SETTLED)
         if converged:
             break
     blocks = measurement.blocks(mean + factor @ at)
-    rows = (blocks.design[kept] @ factor).reshape(-1, size)
-    upper = np.linalg.qr(np.concatenate([rows, np.eye(size)]), mode="r")
+    upper = np.linalg.qr(_stack(blocks, kept, factor), mode="r")
     chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
     seen = len(set(measurement.tools.sphere[kept[: len(measurement.tools)]].tolist()) - {-1})
     freedom = int(blocks.used[kept].sum()) - 3 * seen
     return Fit(mean + factor @ at, factor @ np.linalg.inv(upper), blocks, chi_square, freedom, converged)
+
+
+def _stack(blocks: Blocks, kept: Mask, factor: Array) -> Array:
+    """Rows of the kept equations, and of what is known before, by the unknowns in standard deviations."""
+    size = len(factor)
+    return np.concatenate([(blocks.design[kept] @ factor).reshape(-1, size), np.eye(size)])
 
 
 def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tuple[BadReading, ...]]:
@@ -143,9 +148,7 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
         kept[again] = True
         found = fit(measurement, prior, kept)
         chance = _chance_if_left_out(found, kept)
-    bad = tuple(
-        BadReading(block, found.blocks.off[block], float(chance[block])) for block in out if block not in again
-    )
+    bad = tuple(BadReading(block, found.blocks.off[block], float(chance[block])) for block in out if block not in again)
     return found, kept, bad
 
 
@@ -215,10 +218,8 @@ def hold_out(measurement: Measurement, prior: Prior, kept: Mask) -> HeldOut | No
         used = int(blocks.used.sum())
         chances.append(float(chdtrc(used, residual @ np.linalg.solve(spread, residual))))
         own = tools.sigma_tip[held, None] ** 2 * blocks.used[:, :3]
-        ways = found.factor
         plain = reach.reshape(len(held), ROWS, -1)[:, :3] * tools.sigma_tip[held, None, None]
         variances.append((own + (plain**2).sum(axis=2) * blocks.used[:, :3]).sum(axis=1))
-        del ways
     if not chances:
         return None
     tip, axis = np.concatenate(tips), np.concatenate(axes)

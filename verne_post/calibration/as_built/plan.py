@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.data import Prior
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.workspace import WorkspacePoses
@@ -60,7 +60,7 @@ def choose_poses(
         for place in range(count):
             rest = [other for k, other in enumerate(chosen) if k != place]
             rows = design[rest].reshape(-1, weight.shape[0])
-            without = np.linalg.inv(np.eye(weight.shape[0]) + rows.T @ rows)
+            without = np.asarray(np.linalg.inv(np.eye(weight.shape[0]) + rows.T @ rows), dtype=np.float64)
             chosen[place] = _best(design, without, weight, rest)
             covariance = _with(without, design[chosen[place]])
         error = float(np.einsum("pq,pq->", weight, covariance))
@@ -84,21 +84,3 @@ def _with(covariance: Array, rows: Array) -> Array:
     moved = covariance @ rows.T
     spread = np.eye(len(rows)) + rows @ moved
     return np.asarray(covariance - moved @ np.linalg.solve(spread, moved.T))
-
-
-def order_by_travel(joints: Array, groups: Ints) -> list[int]:
-    """Poses (n, 5) one after the other, the nearest next, group by group (tools change between groups)."""
-    order: list[int] = []
-    for group in np.unique(groups):
-        left = np.flatnonzero(groups == group).tolist()
-        at = left.pop(int(np.argmin(np.abs(joints[left, 3]))))
-        order.append(at)
-        while left:
-            step = np.abs(joints[left] - joints[at]) / [1.0, 1.0, 1.0, MM_PER_TURN, MM_PER_TURN]
-            at = left.pop(int(np.argmin(step.max(axis=1))))
-            order.append(at)
-    return order
-
-
-#: A turn of the table counts so many radians to the millimetre of a slider: both drives then take about as long.
-MM_PER_TURN: Final = 1.0 / 400.0

@@ -1,0 +1,92 @@
+"""What the tool is off over the workspace before and after a calibration, as far as the readings tell."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.base.rotations import axis_of_angles
+from verne_post.calibration.as_built.model import AsBuiltModel
+from verne_post.calibration.as_built.workspace import WorkspacePoses
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
+from verne_post.kinematics.as_built.parameter_rates import COUNT
+from verne_post.model.deviations import Deviations
+from verne_post.model.protocols import FiveAxis
+
+#: Machines drawn from what the readings leave open; at every pose each has its own error.
+DRAWS: Final = 64
+
+
+@dataclass(frozen=True, eq=False)
+class ToolErrors:
+    """Distances of tips in mm and angles of tool axes in rad from where they should be; NaN where nothing is reached."""
+
+    tip: Array
+    axis: Array
+
+
+def tool_errors(model: AsBuiltModel, deviations: Array, joints: Array, poses: WorkspacePoses) -> ToolErrors:
+    """How far a machine with these deviations (58,) is from poses (n,) when it stands at ``joints`` (n, 5)."""
+    found = model.predict(deviations, joints, poses.length)
+    wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
+    return ToolErrors(np.linalg.norm(found.tip - poses.tip, axis=1), _angle(found.axis, wanted))
+
+
+def _angle(one: Array, other: Array) -> Array:
+    """Small angles between unit vectors (..., 3), rad."""
+    return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(one - other, axis=-1), 1.0)))
+
+
+def errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, poses: WorkspacePoses) -> ToolErrors:
+    """Errors (n,) of the machine as found (58,) when the machine file in use makes its joints."""
+    return tool_errors(model, found, present.joints(poses.tip, poses.angles, poses.length), poses)
+
+
+def errors_after(
+    machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses
+) -> tuple[ToolErrors, Array]:
+    """Errors that are left when the found deviations make the joints.
+
+    Parameters
+    ----------
+    machine : AsBuiltMachine
+    found : ndarray, shape (58,)
+    factor : ndarray, shape (p, p)
+        What is left open: see :attr:`Fit.factor`.
+    poses : WorkspacePoses
+        n poses.
+
+    Returns
+    -------
+    ToolErrors
+        Of :data:`DRAWS` machines, each (n, DRAWS). The tip is off by what is not known; the axis also by what A cannot
+        correct while C stays as programmed.
+    unknown_axis : ndarray, shape (n, DRAWS)
+        The part of the axis error that is not known, rad.
+    """
+    calibrated = machine.with_deviations(Deviations.from_vector(found))
+    joints = calibrated.joints(poses.tip, poses.angles, poses.length)
+    at, rates = AsBuiltModel(machine).rates(found, joints, poses.length)
+    drawn = factor[:COUNT] @ np.random.default_rng(0).standard_normal((len(factor), DRAWS))
+    tip = np.einsum("nkp,pd->nkd", rates.tip, drawn)
+    axis = np.einsum("nkp,pd->nkd", rates.axis, drawn)
+    wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
+    left = at.axis - wanted
+    return (
+        ToolErrors(np.linalg.norm(tip, axis=1), np.linalg.norm(left[:, :, None] + axis, axis=1)),
+        np.linalg.norm(axis, axis=1),
+    )
+
+
+def expected_tip_error(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> Array:
+    """Root mean square (n,) of the tip error that is left, mm."""
+    joints = machine.with_deviations(Deviations.from_vector(found)).joints(poses.tip, poses.angles, poses.length)
+    rates = AsBuiltModel(machine).rates(found, joints, poses.length)[1]
+    return np.asarray(np.sqrt(((rates.tip @ factor[:COUNT]) ** 2).sum(axis=(1, 2))))
+
+
+def quantiles(values: Array) -> tuple[float, float, float]:
+    """Median, 95 % and maximum of what is reached."""
+    reached = values[np.isfinite(values)]
+    return float(np.median(reached)), float(np.quantile(reached, 0.95)), float(reached.max())

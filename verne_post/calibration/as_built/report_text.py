@@ -1,0 +1,168 @@
+"""What a calibration, a touch-up, a plan or a study of tolerances found, as text."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.base.units import DEG_PER_RAD, MILLI
+from verne_post.calibration.as_built.calibrate import Calibration
+from verne_post.calibration.as_built.drift import Drift
+from verne_post.calibration.as_built.equations import Measurement
+from verne_post.calibration.as_built.fit import BadReading
+from verne_post.calibration.as_built.prediction import quantiles
+from verne_post.calibration.as_built.tolerances import ToleranceStudy
+from verne_post.model.machine import Machine
+
+#: Combinations that the readings leave open are named up to this number, the simplest first.
+NAMED: Final = 6
+#: Micrometres are easier to read than thousandths of a millimetre.
+UM: Final = 1e3
+
+
+@dataclass(frozen=True)
+class CalibrationReport:
+    """A calibration with what it was made from; ``blank`` rows had no measured value yet."""
+
+    source: str
+    machine: Machine
+    measurement: Measurement
+    result: Calibration
+    blank: int
+    drift: Drift | None = None
+
+
+def calibration_text(report: CalibrationReport) -> str:
+    """The whole report as lines of text."""
+    return "".join(line + "\n" for line in _lines(report))
+
+
+def _lines(report: CalibrationReport) -> Iterator[str]:
+    measurement, result = report.measurement, report.result
+    tools = measurement.tools
+    tips, axes = (int(np.isfinite(values).any(axis=1).sum()) for values in (tools.tip, tools.axis))
+    parts = [f"{tips} tips", f"{axes} tool axes", f"{len(measurement.lengths)} lengths"]
+    said = ", ".join(part for part in parts if not part.startswith("0 "))
+    yield f"{report.source}: {said}; {report.machine.name} ({report.machine.kind})"
+    if measurement.spheres:
+        yield f"measured from {measurement.spheres} unknown centre{'s' if measurement.spheres > 1 else ''}, estimated too"
+    if report.blank:
+        yield f"{report.blank} row{'s' if report.blank > 1 else ''} without a measured value: not used"
+    for bad in result.bad:
+        yield _bad_line(measurement, bad)
+    yield from _quality(report)
+    yield ""
+    yield from _workspace(result)
+    yield ""
+    if report.drift is not None:
+        yield from _drift(report.drift)
+        return
+    yield from _open(result)
+
+
+def _bad_line(measurement: Measurement, bad: BadReading) -> str:
+    """A reading that was left out, and how far it is from what the others say."""
+    tools = measurement.tools
+    if bad.block >= len(tools):
+        reading = measurement.lengths[bad.block - len(tools)]
+        return f"left out: measured length of line {reading.line}, {bad.off[0]:+.4f} mm from what the others say"
+    named = [f"{name} {value:+.4f} mm" for name, value in zip("xyz", bad.off[:3], strict=True) if np.isfinite(value)]
+    if np.isfinite(bad.off[3]):
+        named.append(f"tool axis {np.hypot(*bad.off[3:]) / MILLI:.4f} mrad")
+    return f"left out: line {tools.line[bad.block]}, from what the others say: {', '.join(named)}"
+
+
+def _quality(report: CalibrationReport) -> Iterator[str]:
+    result = report.result
+    fit, held = result.fit, result.held
+    if not fit.converged:
+        yield "the fit did not converge: no verdict"
+    if fit.freedom > 0:
+        verdict = "the stated uncertainties and tolerances explain the readings"
+        if result.contradicted:
+            verdict = "the readings contradict the stated uncertainties, or the machine its tolerances"
+        yield f"chi-square {fit.chi_square:.4g} at {fit.freedom} degrees of freedom, probability {fit.probability:.2g}: {verdict}"
+    if held is None:
+        yield "too few readings to hold some out: nothing judges the result"
+        return
+    if len(held.tip):
+        median, high, worst = (UM * value for value in quantiles(held.tip))
+        expected = UM * held.expected_tip
+        yield (
+            f"each reading predicted from others: tip off by {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most "
+            f"(root mean square {UM * np.sqrt((held.tip**2).mean()):.1f} um, expected {expected:.1f} um with the noise of the reading); "
+            f"probability {held.probability:.2g}"
+        )
+    if len(held.axis):
+        median, high, worst = (value / MILLI for value in quantiles(held.axis))
+        yield f"tool axis off by {median:.4f} mrad median, {high:.4f} mrad 95 %, {worst:.4f} mrad at most"
+
+
+def _workspace(result: Calibration) -> Iterator[str]:
+    yield f"{'predicted over the workspace':<34}{'tip um: median':>15}{'95 %':>8}{'max':>8}{'axis deg: median':>19}{'95 %':>9}{'max':>9}"
+    for name, errors in (
+        ("before, with the file in use", result.before),
+        ("after, with the file written", result.after),
+    ):
+        yield f"{name:<34}{_tip(errors.tip)}{_axis(errors.axis)}"
+    yield f"{'  of it not known':<34}{_tip(result.after.tip)}{_axis(result.unknown_axis)}"
+    yield "the axis error that is known and left is what A cannot correct while C stays as programmed (--correct-axis)"
+
+
+def _tip(values: Array) -> str:
+    median, high, worst = (UM * value for value in quantiles(values))
+    return f"{median:>15.1f}{high:>8.1f}{worst:>8.1f}"
+
+
+def _axis(values: Array) -> str:
+    median, high, worst = (DEG_PER_RAD * value for value in quantiles(values))
+    return f"{median:>19.4f}{high:>9.4f}{worst:>9.4f}"
+
+
+def _open(result: Calibration) -> Iterator[str]:
+    count = len(result.undetermined)
+    yield (
+        f"{result.determined} of {result.determined + count} directions of the deviations are known better than before; "
+        f"the other {count} stay near nominal, which no measured tip minds:"
+    )
+    for direction in result.undetermined[:NAMED]:
+        yield f"  {direction.words()} (in tolerances)"
+    if count > NAMED:
+        yield f"  and {count - NAMED} wider combinations"
+    named = ", ".join(f"{name} {value:+.2f}" for name, value in result.left)
+    yield f"most of the tip error that is left ({100 * result.left_share:.0f} % of its square): {named} (in tolerances)"
+
+
+def _drift(drift: Drift) -> Iterator[str]:
+    yield "drift since the calibration (uncertainty), mm:"
+    for name, values, spread in (
+        ("growth of the rods", drift.growth, drift.growth_sigma),
+        ("zero of the slider", drift.zeros, drift.zeros_sigma),
+    ):
+        for leg, value, sigma in zip(("I", "II", "III"), values, spread, strict=True):
+            yield f"  {name}, leg {leg:<4}{value:>+10.4f} ({sigma:.4f})"
+    yield f"  {'height of the table':<24}{drift.height:>+8.4f} ({drift.height_sigma:.4f})"
+
+
+def tolerances_text(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:
+    """What each tolerance does to the tool, worst first."""
+    lines = [
+        f"{machine.name} ({machine.kind}): what each part does to the tool when it is off by its tolerance and nobody calibrates it",
+        f"{'parameter':<44}{'tolerance':>15}{'tip um: rms':>14}{'max':>9}{'axis mrad: rms':>17}{'max':>9}",
+    ]
+    chosen = study.parameters if shown is None else study.parameters[:shown]
+    for item in chosen:
+        size = f"{item.tolerance / MILLI:g} mrad" if item.angle else f"{item.tolerance:g} mm"
+        lines.append(
+            f"{item.name:<44}{size:>15}{UM * item.tip:>14.1f}{UM * item.tip_max:>9.1f}"
+            f"{item.axis / MILLI:>17.4f}{item.axis_max / MILLI:>9.4f}"
+        )
+    if len(chosen) < len(study.parameters):
+        lines.append(f"and {len(study.parameters) - len(chosen)} less (--all)")
+    lines.append(
+        f"{'all together':<59}{UM * float(np.sqrt((study.tip**2).mean())):>14.1f}{UM * study.tip.max():>9.1f}"
+        f"{float(np.sqrt((study.axis**2).mean())) / MILLI:>17.4f}{study.axis.max() / MILLI:>9.4f}"
+    )
+    return "".join(line + "\n" for line in lines)

@@ -1,0 +1,104 @@
+"""Files of readings as tables: header, rows, numbers; every error names line, column and what is right."""
+
+import csv
+import difflib
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from verne_post.base.tolerances import LARGEST_READING_MM
+from verne_post.model.findings import Finding, InputError, finding
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV file: names of the columns, and each row's line and cells by name."""
+
+    header: tuple[str, ...]
+    header_line: int
+    rows: tuple[tuple[int, dict[str, str]], ...]
+
+
+def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mistakes: list[Finding]) -> Table:
+    """Read a table whose header line names its columns in any order; blank lines and lines that begin with # are skipped.
+
+    Rows with another number of cells are left out, with a mistake each.
+
+    Raises
+    ------
+    InputError
+        VP502: no text, or a header that is not right.
+    """
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise InputError(finding("VP502", "not UTF-8 text; expected a CSV file", line=line)) from None
+    rows = _rows(text)
+    if not rows:
+        raise InputError(finding("VP502", f"no header line; expected the columns {', '.join(needed)}"))
+    head_line, cells = rows[0]
+    header = tuple(name.strip() for name in cells)
+    _check_header(header, head_line, needed, optional)
+    found = []
+    for line, cells in rows[1:]:
+        if len(cells) != len(header):
+            message = f"{len(cells)} values; expected {len(header)}, as many as the header in line {head_line} names"
+            mistakes.append(finding("VP502", message, line=line))
+            continue
+        found.append((line, dict(zip(header, (cell.strip() for cell in cells), strict=True))))
+    return Table(header, head_line, tuple(found))
+
+
+def _rows(text: str) -> list[tuple[int, list[str]]]:
+    """Line number and cells of every line that is neither blank nor a comment."""
+    rows = []
+    for line, content in enumerate(text.splitlines(), start=1):
+        if content.strip() and not content.lstrip().startswith("#"):
+            rows.append((line, next(csv.reader(io.StringIO(content)))))
+    return rows
+
+
+def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], optional: Sequence[str]) -> None:
+    known = (*needed, *optional)
+    mistakes = []
+    for column, name in enumerate(header):
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+            mistakes.append(finding("VP502", f"column {name!r} is not known; {hint}", line=line))
+        elif name in header[:column]:
+            mistakes.append(finding("VP502", f"column {name} stands twice in the header", line=line))
+    mistakes += [
+        finding("VP502", f"column {name} is missing in the header; needed are {', '.join(needed)}", line=line)
+        for name in needed
+        if name not in header
+    ]
+    refuse_mistakes(mistakes)
+
+
+#: What a column's number counts, by the end of its name.
+_UNITS = {"_rad": "radians", "_deg": "degrees", "_mrad": "milliradians", "_mm": "millimetres"}
+
+
+def refuse_mistakes(mistakes: list[Finding]) -> None:
+    """Raise InputError with all mistakes in the order of their lines, if there are any."""
+    if mistakes:
+        raise InputError(*sorted(mistakes, key=lambda item: item.line or 0))
+
+
+def read_number(cell: str, name: str, line: int, mistakes: list[Finding]) -> float:
+    """The number of a cell; NaN, with a mistake, where it is none."""
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        what = "is blank" if not cell else f"= {cell!r} is not a finite number"
+        unit = next((unit for end, unit in _UNITS.items() if name.endswith(end)), "a number")
+        mistakes.append(finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))
+    elif abs(value) > LARGEST_READING_MM:
+        text = f"{name} = {value:g} is beyond {LARGEST_READING_MM:g}; no machine is so large"
+        mistakes.append(finding("VP502", text, line=line))
+    return value

@@ -1,0 +1,335 @@
+"""`verne-post machine perturb, calibrate, tolerances`: the machine as built, from readings, from chance, and what matters."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from verne_post.cli.common import load, refuse, shown_name
+from verne_post.cli.files import RunFiles
+from verne_post.model.verdict import ExitStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from verne_post.base.arrays import Array
+    from verne_post.calibration.as_built.workspace import WorkspacePoses
+    from verne_post.kinematics.as_built.machine import AsBuiltMachine
+    from verne_post.model.machine import Machine
+
+#: Tools of a plan or a study where nobody names any, mm.
+TOOL_LENGTHS: Final = (60.0, 160.0)
+#: Poses over the workspace at which errors are judged.
+JUDGED: Final = 1000
+
+_MACHINE = click.option(
+    "--machine", "machine_name", default="verne", show_default=True, metavar="NAME|FILE", help="Machine by name, or its TOML file."
+)  # fmt: skip
+_OUTPUT = click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), required=True, metavar="FILE")
+_TOLERANCES = (
+    click.option("--tolerance-mm", type=float, metavar="MM", help="Standard deviation of every place and length, in place of [tolerances]."),
+    click.option("--tolerance-mrad", type=float, metavar="MRAD", help="Standard deviation of every direction, likewise."),
+)  # fmt: skip
+
+
+def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
+    for option in reversed(_TOLERANCES):
+        function = option(function)
+    return function
+
+
+class Opened:
+    """A machine file with its bytes: the machine in use, and the same with its as-built kinematics."""
+
+    def __init__(self, files: RunFiles, name: str) -> None:
+        from verne_post.calibration.as_built.machine_text import as_built_route
+        from verne_post.config import machine_files
+
+        self.path = Path(machine_files().get(name, name))
+        self.present: Machine = load(files, name)
+        self.raw = files.read(self.path, "--machine")
+        route = as_built_route(self.present, self.raw, self.path.name)
+        self.machine: Machine = route[0]
+        self.as_built: AsBuiltMachine = route[1]
+
+    def text(self, deviations: "Array", source: str) -> str:
+        """The machine file with other deviations (58,)."""
+        from verne_post.calibration.as_built.machine_text import machine_text
+        from verne_post.model.deviations import Deviations
+
+        return machine_text(self.raw, Deviations.from_vector(deviations), source, self.path.name)
+
+    @staticmethod
+    def like(files: RunFiles, name: str) -> "AsBuiltMachine":
+        """The as-built kinematics of another machine."""
+        from verne_post.kinematics.as_built.machine import AsBuiltMachine
+
+        other = load(files, name, "--simulate").five_axis
+        if not isinstance(other, AsBuiltMachine):
+            raise click.UsageError(f"--simulate {name}: has no [as_built]; machine perturb makes such a file")
+        return other
+
+    @staticmethod
+    def require_sound(text: str, output: Path) -> None:
+        """Refuse the text of a machine file that could not be loaded."""
+        from verne_post.config.load import machine_from_toml
+
+        machine_from_toml(text.encode(), output.name)
+
+    @staticmethod
+    def lengths(given: tuple[float, ...]) -> tuple[float, ...]:
+        """Tool lengths of an option."""
+        for value in given:
+            _require_positive("--tool-length", value, zero=True)
+        return given or TOOL_LENGTHS
+
+    def judged(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
+        """Poses all over the workspace."""
+        import numpy as np
+
+        from verne_post.calibration.as_built.workspace import sample_workspace
+
+        try:
+            return sample_workspace(self.machine, JUDGED, lengths, np.random.default_rng(0))
+        except ValueError as error:
+            raise click.UsageError(f"tools of {', '.join(f'{length:g}' for length in lengths)} mm: {error}") from None
+
+    def tolerances(self, lengths: float | None, directions: float | None) -> "Array":
+        """Standard deviations of manufacture (58,), mm and rad."""
+        import numpy as np
+
+        from verne_post.base.units import MILLI
+        from verne_post.model.deviations import IS_ANGLE
+
+        found = np.array(self.machine.tolerances)
+        for option, value, chosen, unit in (
+            ("--tolerance-mm", lengths, ~IS_ANGLE, 1.0),
+            ("--tolerance-mrad", directions, IS_ANGLE, MILLI),
+        ):
+            if value is not None:
+                _require_positive(option, value)
+                found[chosen] = value * unit
+        return found
+
+
+def _require_positive(option: str, value: float, *, zero: bool = False) -> None:
+    if not (math.isfinite(value) and (value >= 0 if zero else value > 0)):
+        raise click.UsageError(f"{option} {value:g}: expected a number {'from 0 on' if zero else 'above 0'}")
+
+
+# --- perturb ---------------------------------------------------------------------------------------
+
+
+@click.command("perturb")
+@_MACHINE
+@click.option(
+    "--seed", type=click.IntRange(min=0), required=True, metavar="N", help="The same seed gives the same machine."
+)
+@click.option("--sigma-mm", type=float, default=0.05, show_default=True, metavar="MM", help="Of places and lengths.")
+@click.option("--sigma-mrad", type=float, default=0.1, show_default=True, metavar="MRAD", help="Of directions.")
+@_OUTPUT
+def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
+    """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
+    from verne_post.base.units import MILLI
+    from verne_post.calibration.as_built.data import tolerance_vector
+    from verne_post.calibration.as_built.perturb import draw_deviations
+    from verne_post.model.findings import InputError
+
+    _require_positive("--sigma-mm", sigma_mm, zero=True)
+    _require_positive("--sigma-mrad", sigma_mrad, zero=True)
+    files = RunFiles()
+    files.writes(output, "-o")
+    try:
+        opened = Opened(files, machine_name)
+        drawn = draw_deviations(seed, tolerance_vector(sigma_mm, MILLI * sigma_mrad))
+        source = f"perturbed with seed {seed}, sigma {sigma_mm:g} mm and {sigma_mrad:g} mrad"
+        text = opened.text(drawn.to_vector(), source)
+        opened.require_sound(text, output)
+    except InputError as error:
+        return refuse(machine_name, error)
+    files.write(output, "-o", [text])
+    click.echo(f"{output}: {opened.machine.name}, {source}")
+    return ExitStatus.CLEAN
+
+
+# --- tolerances --------------------------------------------------------------------------------------
+
+
+@click.command("tolerances")
+@_MACHINE
+@_with_tolerances
+@click.option(
+    "--tool-length",
+    "lengths",
+    type=float,
+    multiple=True,
+    metavar="MM",
+    help="Gauge line to tip; repeatable; default 60 and 160.",
+)
+@click.option("--all", "every", is_flag=True, help="All 58 parameters, not the 15 worst.")
+def tolerances(
+    machine_name: str, tolerance_mm: float | None, tolerance_mrad: float | None, lengths: tuple[float, ...], every: bool
+) -> int:
+    """Show what the tolerance of each part does to the tool over the workspace, worst first."""
+    from verne_post.calibration.as_built.model import AsBuiltModel
+    from verne_post.calibration.as_built.report_text import tolerances_text
+    from verne_post.calibration.as_built.tolerances import study_tolerances
+    from verne_post.model.deviations import IS_ANGLE
+    from verne_post.model.findings import InputError
+
+    files = RunFiles()
+    try:
+        opened = Opened(files, machine_name)
+    except InputError as error:
+        return refuse(machine_name, error)
+    chosen = opened.tolerances(tolerance_mm, tolerance_mrad)
+    poses = opened.judged(opened.lengths(lengths))
+    study = study_tolerances(
+        AsBuiltModel(opened.as_built), opened.as_built.deviations.to_vector(), chosen, poses, IS_ANGLE
+    )
+    click.echo(tolerances_text(opened.machine, study, None if every else 15), nl=False)
+    return ExitStatus.CLEAN
+
+
+# --- calibrate ---------------------------------------------------------------------------------------
+
+
+@click.command("calibrate")
+@click.argument("readings", required=False, metavar="[READINGS.csv]")
+@_MACHINE
+@_OUTPUT
+@click.option(
+    "--lengths", "length_file", metavar="FILE.csv", help="Lengths measured on the machine: length,value_mm,sigma_mm."
+)
+@click.option(
+    "--sigma-mm",
+    type=float,
+    default=0.003,
+    show_default=True,
+    metavar="MM",
+    help="Standard uncertainty of each coordinate of a tip, where a row states none.",
+)
+@click.option(
+    "--sigma-mrad",
+    type=float,
+    default=0.02,
+    show_default=True,
+    metavar="MRAD",
+    help="The same of a measured tool axis.",
+)
+@click.option(
+    "--sigma-rho",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="MM",
+    help="Standard uncertainty of where a commanded slider stands.",
+)
+@click.option(
+    "--sigma-angle-mrad", type=float, default=0.0, show_default=True, metavar="MRAD", help="The same of A and C."
+)
+@_with_tolerances
+@click.option(
+    "--touch-up",
+    is_flag=True,
+    help="Few readings of a warm machine: growth of rods, zeros of sliders, on top of a calibration.",
+)
+@click.option(
+    "--drift-mm", type=float, metavar="MM", help="With --touch-up: standard deviation of the drift; default 0.05."
+)
+@click.option(
+    "--covariance", metavar="FILE.csv", help="What the calibration of --machine left open; default the file beside it."
+)
+@click.option(
+    "--plan",
+    "planned",
+    type=click.IntRange(1, 1000),
+    metavar="N",
+    help="Write the N poses to measure next: FILE is the empty file of readings, the program stands beside it.",
+)
+@click.option(
+    "--tool-length",
+    "tool_lengths",
+    type=float,
+    multiple=True,
+    metavar="MM",
+    help="Tools of --plan, gauge line to tip; repeatable; default 60 and 160.",
+)
+@click.option(
+    "--at",
+    "places",
+    multiple=True,
+    metavar="X,Y,Z",
+    help="With --plan: measure with the tip here only, table frame; repeatable.",
+)
+@click.option(
+    "--dwell", type=float, metavar="S", help="With --plan: how long the program stands at each pose; default 2 s."
+)
+@click.option(
+    "--simulate",
+    metavar="NAME|FILE",
+    help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm.",
+)
+@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    metavar="OUT.png|OUT.svg",
+    help="Draw the tip error over the table before and after.",
+)
+def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path | None, **given: Any) -> int:
+    """Find the deviations of the parts of a machine from readings of the tool on the table.
+
+    READINGS.csv has the columns rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg (as commanded), tool_length_mm, x_mm,y_mm,z_mm (tip in
+    the table frame; blank: not measured), and as you like i,j,k (tool axis from tip to spindle), sigma_mm, sigma_mrad, sphere
+    (rows with the same text are measured from one unknown point of the table).
+
+    Exit status: 0 a machine file, 1 the readings contradict their uncertainties (nothing is written), 2 unusable input,
+    3 no verdict.
+    """
+    from verne_post.cli.machine_calibration import run_calibration, run_plan
+    from verne_post.model.findings import InputError
+
+    if given["planned"] is None and readings is None:
+        raise click.UsageError("READINGS.csv is missing: name a file of readings, or --plan N for the poses to measure")
+    _require_used(given, plan=given["planned"] is not None, plot=plot)
+    for option in ("sigma_mm", "sigma_mrad"):
+        _require_positive(f"--{option.replace('_', '-')}", given[option])
+    for option in ("sigma_rho", "sigma_angle_mrad"):
+        _require_positive(f"--{option.replace('_', '-')}", given[option], zero=True)
+    for option in ("drift_mm", "dwell"):
+        if given[option] is not None:
+            _require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
+    files = RunFiles()
+    name = machine_name
+    try:
+        opened = Opened(files, machine_name)
+        tolerances = opened.tolerances(given["tolerance_mm"], given["tolerance_mrad"])
+        name = shown_name(readings) if readings else machine_name
+        if given["planned"] is not None:
+            return run_plan(files, opened, tolerances, readings, output, given)
+        assert readings is not None
+        return run_calibration(files, opened, tolerances, readings, output, plot, given)
+    except InputError as error:
+        return refuse(name, error)
+
+
+def _require_used(given: dict[str, Any], *, plan: bool, plot: Path | None) -> None:
+    """Refuse options that would be ignored."""
+    if not plan:
+        for option, key in (
+            ("--tool-length", "tool_lengths"), ("--at", "places"), ("--dwell", "dwell"), ("--simulate", "simulate"),
+        ):  # fmt: skip
+            if given[key] not in (None, ()):
+                raise click.UsageError(f"{option} is about poses to measure: it goes with --plan N")
+    elif plot is not None:
+        raise click.UsageError("--plot: a plan has no errors before and after to draw; leave it out")
+    if given["seed"] is not None and given["simulate"] is None:
+        raise click.UsageError("--seed is about the noise of --simulate")
+    if given["drift_mm"] is not None and not given["touch_up"]:
+        raise click.UsageError("--drift-mm goes with --touch-up")
+    if given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
+        raise click.UsageError(
+            "--touch-up takes what is known from the calibration; leave --tolerance-mm and -mrad out"
+        )

@@ -1,0 +1,211 @@
+"""What `machine calibrate` does: reads, fits, writes the machine file with its covariance; or plans poses."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.base.units import MILLI
+from verne_post.calibration.as_built.calibrate import calibrate
+from verne_post.calibration.as_built.covariance_file import covariance_lines, covariance_path, read_covariance
+from verne_post.calibration.as_built.data import JointUncertainty, Prior, prior_of_covariance, prior_of_manufacture
+from verne_post.calibration.as_built.drift import DRIFT_MM, drift_directions, prior_of_drift, split_drift
+from verne_post.calibration.as_built.equations import Measurement
+from verne_post.calibration.as_built.fit import fit_robustly
+from verne_post.calibration.as_built.model import AsBuiltModel
+from verne_post.calibration.as_built.perturb import simulate_tips
+from verne_post.calibration.as_built.plan import choose_poses
+from verne_post.calibration.as_built.prediction import quantiles
+from verne_post.calibration.as_built.program import find_middle, order_poses, program_lines, reached_from, round_poses
+from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
+from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
+from verne_post.calibration.as_built.workspace import sample_workspace
+from verne_post.cli.common import print_findings, shown_name
+from verne_post.cli.files import RunFiles
+from verne_post.cli.options import numbers_of
+from verne_post.model.findings import InputError, finding
+from verne_post.model.verdict import ExitStatus
+
+if TYPE_CHECKING:
+    from verne_post.cli.machine_as_built import Opened
+
+#: Poses among which a plan chooses. Tips of readings may stand higher than parts do: they then tell more.
+CANDIDATES: Final = 4000
+CANDIDATES_HEIGHT: Final = 2.0
+#: Poses over the workspace that a plan is judged by.
+JUDGED_BY_PLAN: Final = 500
+DWELL_S: Final = 2.0
+
+
+def _measurement(files: RunFiles, opened: "Opened", readings: str, given: dict[str, Any]) -> tuple[Measurement, int]:
+    """All readings, and how many rows have no measured value."""
+    tools, blank = read_tool_readings(
+        files.read(readings, "READINGS.csv"), opened.machine, given["sigma_mm"], given["sigma_mrad"]
+    )
+    lengths = read_length_readings(files.read(given["length_file"], "--lengths")) if given["length_file"] else ()
+    joint_sigma = JointUncertainty(given["sigma_rho"], MILLI * given["sigma_angle_mrad"])
+    return Measurement(AsBuiltModel(opened.as_built), tools, lengths, joint_sigma), blank
+
+
+def _prior(files: RunFiles, opened: "Opened", tolerances: Array, given: dict[str, Any]) -> Prior:
+    """What is known before: a former calibration where its covariance is named or needed, else the tolerances."""
+    name = given["covariance"]
+    if name is None and not given["touch_up"]:
+        return prior_of_manufacture(tolerances)
+    path = Path(name) if name is not None else covariance_path(opened.path)
+    if name is None and not path.exists():
+        raise click.UsageError(
+            f"--touch-up: {path} is missing, which machine calibrate writes beside a machine file; name it with --covariance"
+        )
+    try:
+        return read_covariance(files.read(path, "--covariance"), opened.as_built.deviations.to_vector())
+    except InputError as error:
+        raise InputError(*(replace(item, message=f"{path.name}: {item.message}") for item in error.findings)) from None
+
+
+def run_calibration(
+    files: RunFiles, opened: "Opened", tolerances: Array, readings: str, output: Path, plot: Path | None, given: dict[str, Any]
+) -> int:  # fmt: skip
+    """Fit the readings, and write the machine file, its covariance and the picture."""
+    beside = covariance_path(output)
+    files.writes(output, "-o")
+    files.writes(beside, "the covariance of -o")
+    suffix = _suffix(files, plot)
+    measurement, blank = _measurement(files, opened, readings, given)
+    prior = _prior(files, opened, tolerances, given)
+    before = opened.as_built.deviations.to_vector()
+    directions, drift_mm = drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
+    if given["touch_up"]:
+        prior = prior_of_drift(before, prior.factor @ prior.factor.T, directions, drift_mm)
+    poses = opened.judged(tuple(np.unique(measurement.tools.length).tolist()))
+    try:
+        result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        click.echo(f"{shown_name(readings)}: no verdict: {error}", err=True)
+        return ExitStatus.NO_VERDICT
+    fit = result.fit
+    drift = None
+    if given["touch_up"]:
+        drift = split_drift(before, fit.deviations, prior, fit.covariance, directions, drift_mm)
+    report = CalibrationReport(shown_name(readings), opened.machine, measurement, result, blank, drift)
+    click.echo(calibration_text(report), nl=False)
+    if not fit.converged:
+        return ExitStatus.NO_VERDICT
+    if result.contradicted:
+        click.echo(f"{output}: not written; find out why before a machine moves by these deviations", err=True)
+        return ExitStatus.VIOLATION
+    how = "touched up with" if given["touch_up"] else "calibration from"
+    text = opened.text(fit.deviations, f"{how} {shown_name(readings)}, {int(result.kept.sum())} readings")
+    opened.require_sound(text, output)
+    files.write(beside, "the covariance of -o", covariance_lines(fit.deviations, fit.covariance))
+    files.write(output, "-o", [text])
+    click.echo(f"written: {output}, and {beside} for --touch-up")
+    if plot is not None and suffix is not None:
+        _draw(files, opened, result.fit.deviations, fit.factor, float(measurement.tools.length.max()), plot, suffix)
+    return ExitStatus.CLEAN
+
+
+def _suffix(files: RunFiles, plot: Path | None) -> str | None:
+    """The format of the picture; names the file for writing."""
+    from verne_post.output import plots
+
+    if plot is None:
+        return None
+    suffix = plots.suffix_of(plot)
+    if suffix is None:
+        raise click.UsageError(f"--plot {plot}: expected a name that ends in {' or '.join(plots.SUFFIXES)}")
+    try:
+        import matplotlib as _needed  # noqa: F401
+    except ImportError:
+        raise click.UsageError(
+            "--plot needs matplotlib, which is not installed; install it with: pip install 'verne-post[plot]'"
+        ) from None
+    files.writes(plot, "--plot")
+    return suffix
+
+
+def _draw(
+    files: RunFiles, opened: "Opened", found: Array, factor: Array, length: float, plot: Path, suffix: str
+) -> None:
+    """Write the picture of the tip error before and after."""
+    from verne_post.calibration.as_built.error_field import error_fields
+    from verne_post.output import plots
+    from verne_post.output.error_plots import error_figure
+
+    fields = error_fields(opened.machine, opened.present.five_axis, opened.as_built, found, factor, length)
+    files.write(plot, "--plot", [plots.picture(error_figure(opened.machine, fields, length), suffix)])
+
+
+# --- plan --------------------------------------------------------------------------------------------
+
+
+def run_plan(
+    files: RunFiles, opened: "Opened", tolerances: Array, readings: str | None, output: Path, given: dict[str, Any]
+) -> int:
+    """Choose poses, check the program that visits them, and write it with an empty file of readings."""
+    from verne_post.app.check import check_source
+    from verne_post.model.options import Options
+
+    program = output.with_suffix(".nc")
+    if program == output:
+        raise click.UsageError(
+            f"-o {output}: names the empty file of readings, such as plan.csv; the program is plan.nc"
+        )
+    files.writes(output, "-o")
+    files.writes(program, "the program of -o")
+    prior = _prior(files, opened, tolerances, given)
+    if readings is not None:  # the poses to measure next, after these readings
+        fit, _kept, _bad = fit_robustly(_measurement(files, opened, readings, given)[0], prior)
+        prior = prior_of_covariance(fit.deviations, fit.covariance)
+    lengths = opened.lengths(given["tool_lengths"])
+    places = [numbers_of(text, f"--at {text}") for text in given["places"]]
+    if any(len(place) != 3 for place in places):
+        raise click.UsageError("--at takes three numbers X,Y,Z of the table frame, mm")
+    machine, rng, planned = opened.machine, np.random.default_rng(0), given["planned"]
+    try:
+        drawn = sample_workspace(
+            machine, CANDIDATES, lengths, rng, np.array(places) if places else None, CANDIDATES_HEIGHT
+        )
+        middle = find_middle(machine, lengths)
+    except ValueError as error:
+        raise click.UsageError(f"--plan: {error}") from None
+    candidates, legal = round_poses(machine, drawn)
+    candidates = candidates.take(legal & reached_from(machine, middle, candidates))
+    if len(candidates.length) < planned:
+        raise click.UsageError(
+            f"--plan {planned}: only {len(candidates.length)} of {CANDIDATES} poses tried can be reached"
+        )
+    judged = sample_workspace(machine, JUDGED_BY_PLAN, lengths, np.random.default_rng(1))
+    model = AsBuiltModel(opened.as_built)
+    chosen, errors = choose_poses(model, prior, candidates, judged, planned, given["sigma_mm"])
+    poses = candidates.take(np.array(chosen))
+    order, over = order_poses(machine, poses)
+    poses = poses.take(np.array(order))
+    dwell = DWELL_S if given["dwell"] is None else given["dwell"]
+    tips = np.full((planned, 3), np.nan)
+    if given["simulate"] is not None:
+        true = opened.like(files, given["simulate"])
+        tips = simulate_tips(true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0)
+    text = "".join(program_lines(machine, middle, poses, over, dwell, output.name))
+    checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True))
+    if not checked.ok:
+        print_findings(program.name, checked.findings)
+        raise InputError(
+            finding(
+                "VP502",
+                "the program that visits the poses breaks a limit between them; plan fewer poses, or other --at",
+            )
+        )
+    files.write(program, "the program of -o", [text])
+    files.write(output, "-o", reading_lines(machine, poses.joints, poses.length, tips))
+    median, high, worst = (UM * value for value in quantiles(errors))
+    click.echo(f"{planned} poses, tools {', '.join(f'{length:g}' for length in np.unique(poses.length))} mm")
+    click.echo(
+        f"tip error expected after these readings: {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most"
+    )
+    filled = "to be filled in" if given["simulate"] is None else f"as {given['simulate']} would fill it in"
+    click.echo(f"written: {output} {filled}, and {program}, which visits the poses in this order")
+    return ExitStatus.CLEAN
