@@ -17,12 +17,11 @@ from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit_robustly
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.perturb import simulate_tips
-from verne_post.calibration.as_built.plan import choose_poses
+from verne_post.calibration.as_built.plan import plan_poses
 from verne_post.calibration.as_built.prediction import quantiles
-from verne_post.calibration.as_built.program import find_middle, order_poses, program_lines, reached_from, round_poses
+from verne_post.calibration.as_built.program import program_lines
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
 from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
-from verne_post.calibration.as_built.workspace import sample_workspace
 from verne_post.cli.common import print_findings, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import numbers_of
@@ -32,11 +31,7 @@ from verne_post.model.verdict import ExitStatus
 if TYPE_CHECKING:
     from verne_post.cli.machine_as_built import Opened
 
-#: Poses among which a plan chooses. Tips of readings may stand higher than parts do: they then tell more.
-CANDIDATES: Final = 4000
-CANDIDATES_HEIGHT: Final = 2.0
-#: Poses over the workspace that a plan is judged by.
-JUDGED_BY_PLAN: Final = 500
+#: How long the program of a plan stands at each pose, s: time for an instrument to read.
 DWELL_S: Final = 2.0
 
 
@@ -60,10 +55,15 @@ def _prior(files: RunFiles, opened: "Opened", tolerances: Array, given: dict[str
         raise click.UsageError(
             f"--touch-up: {path} is missing, which machine calibrate writes beside a machine file; name it with --covariance"
         )
+    before = opened.as_built.deviations.to_vector()
     try:
-        return read_covariance(files.read(path, "--covariance"), opened.as_built.deviations.to_vector())
+        prior = read_covariance(files.read(path, "--covariance"), before)
     except InputError as error:
         raise InputError(*(replace(item, message=f"{path.name}: {item.message}") for item in error.findings)) from None
+    if not given["touch_up"]:
+        return prior
+    directions = drift_directions(opened.as_built.geometry)
+    return prior_of_drift(before, prior.factor @ prior.factor.T, directions, given["drift_mm"] or DRIFT_MM)
 
 
 def run_calibration(
@@ -77,9 +77,6 @@ def run_calibration(
     measurement, blank = _measurement(files, opened, readings, given)
     prior = _prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.to_vector()
-    directions, drift_mm = drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
-    if given["touch_up"]:
-        prior = prior_of_drift(before, prior.factor @ prior.factor.T, directions, drift_mm)
     poses = opened.judged(tuple(np.unique(measurement.tools.length).tolist()))
     try:
         result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
@@ -89,6 +86,7 @@ def run_calibration(
     fit = result.fit
     drift = None
     if given["touch_up"]:
+        directions, drift_mm = drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
         drift = split_drift(before, fit.deviations, prior, fit.covariance, directions, drift_mm)
     report = CalibrationReport(shown_name(readings), opened.machine, measurement, result, blank, drift)
     click.echo(calibration_text(report), nl=False)
@@ -158,38 +156,27 @@ def run_plan(
     files.writes(program, "the program of -o")
     prior = _prior(files, opened, tolerances, given)
     if readings is not None:  # the poses to measure next, after these readings
-        fit, _kept, _bad = fit_robustly(_measurement(files, opened, readings, given)[0], prior)
+        fit = fit_robustly(_measurement(files, opened, readings, given)[0], prior)[0]
         prior = prior_of_covariance(fit.deviations, fit.covariance)
     lengths = opened.lengths(given["tool_lengths"])
     places = [numbers_of(text, f"--at {text}") for text in given["places"]]
     if any(len(place) != 3 for place in places):
         raise click.UsageError("--at takes three numbers X,Y,Z of the table frame, mm")
-    machine, rng, planned = opened.machine, np.random.default_rng(0), given["planned"]
+    machine, planned = opened.machine, given["planned"]
     try:
-        drawn = sample_workspace(
-            machine, CANDIDATES, lengths, rng, np.array(places) if places else None, CANDIDATES_HEIGHT
-        )
-        middle = find_middle(machine, lengths)
+        plan = plan_poses(
+            machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"],
+            np.array(places) if places else None,
+        )  # fmt: skip
     except ValueError as error:
-        raise click.UsageError(f"--plan: {error}") from None
-    candidates, legal = round_poses(machine, drawn)
-    candidates = candidates.take(legal & reached_from(machine, middle, candidates))
-    if len(candidates.length) < planned:
-        raise click.UsageError(
-            f"--plan {planned}: only {len(candidates.length)} of {CANDIDATES} poses tried can be reached"
-        )
-    judged = sample_workspace(machine, JUDGED_BY_PLAN, lengths, np.random.default_rng(1))
-    model = AsBuiltModel(opened.as_built)
-    chosen, errors = choose_poses(model, prior, candidates, judged, planned, given["sigma_mm"])
-    poses = candidates.take(np.array(chosen))
-    order, over = order_poses(machine, poses)
-    poses = poses.take(np.array(order))
+        raise click.UsageError(f"--plan {planned}: {error}; choose other tools or places") from None
+    poses = plan.poses
     dwell = DWELL_S if given["dwell"] is None else given["dwell"]
     tips = np.full((planned, 3), np.nan)
     if given["simulate"] is not None:
         true = opened.like(files, given["simulate"])
         tips = simulate_tips(true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0)
-    text = "".join(program_lines(machine, middle, poses, over, dwell, output.name))
+    text = "".join(program_lines(machine, plan.middle, poses, plan.over, dwell, output.name))
     checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True))
     if not checked.ok:
         print_findings(program.name, checked.findings)
@@ -201,7 +188,7 @@ def run_plan(
         )
     files.write(program, "the program of -o", [text])
     files.write(output, "-o", reading_lines(machine, poses.joints, poses.length, tips))
-    median, high, worst = (UM * value for value in quantiles(errors))
+    median, high, worst = (UM * value for value in quantiles(plan.errors))
     click.echo(f"{planned} poses, tools {', '.join(f'{length:g}' for length in np.unique(poses.length))} mm")
     click.echo(
         f"tip error expected after these readings: {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most"

@@ -1,5 +1,7 @@
 """Which poses to measure next: those that leave the least tip error over the workspace (I-optimal, greedy, exchanged)."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -7,12 +9,85 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.data import Prior
 from verne_post.calibration.as_built.model import AsBuiltModel
-from verne_post.calibration.as_built.workspace import WorkspacePoses
+from verne_post.calibration.as_built.program import find_middle, order_poses, reached_from, round_poses
+from verne_post.calibration.as_built.workspace import WorkspacePoses, sample_workspace
+from verne_post.model.machine import Machine
+
+#: Legal poses among which a plan chooses. Tips of readings may stand higher than parts do: they then tell more.
+CANDIDATES: Final = 4000
+CANDIDATES_HEIGHT: Final = 2.0
+#: Poses over the workspace at which the tip error counts.
+JUDGED: Final = 500
 
 #: Exchanges of planned poses against better ones end when a whole round gains less than this share of the error.
 GAIN: Final = 1e-3
 #: ... and after so many rounds.
 ROUNDS: Final = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Poses in the order in which they are visited.
+
+    Attributes
+    ----------
+    poses : WorkspacePoses
+    over : list of bool
+        Ways to each pose that go over the middle pose.
+    middle : ndarray, shape (3,)
+        Tip of the middle pose, upright, mm.
+    errors : ndarray, shape (m,)
+        Expected tip error over the workspace once they are measured, mm.
+    """
+
+    poses: WorkspacePoses
+    over: list[bool]
+    middle: Array
+    errors: Array
+
+
+def plan_poses(
+    machine: Machine,
+    model: AsBuiltModel,
+    prior: Prior,
+    lengths: Sequence[float],
+    count: int,
+    sigma_tip: float,
+    places: Array | None = None,
+) -> Plan:
+    """Plan ``count`` readings of tips, each coordinate to ``sigma_tip`` (mm).
+
+    Parameters
+    ----------
+    machine : Machine
+        Whose limits and clearances hold.
+    model : AsBuiltModel
+    prior : Prior
+        What is known before.
+    lengths : sequence of float
+        Tools, gauge line to tip, mm.
+    count : int
+    sigma_tip : float
+    places : ndarray, shape (k, 3), optional
+        Tips stand at these places of the table frame only, mm.
+
+    Raises
+    ------
+    ValueError
+        The machine reaches too few poses.
+    """
+    rng = np.random.default_rng(0)
+    middle = find_middle(machine, lengths)
+    drawn = sample_workspace(machine, CANDIDATES, lengths, rng, places, CANDIDATES_HEIGHT)
+    candidates, legal = round_poses(machine, drawn)
+    candidates = candidates.take(legal & reached_from(machine, middle, candidates))
+    if len(candidates.length) < count:
+        raise ValueError(f"only {len(candidates.length)} of {CANDIDATES} poses tried can be visited")
+    judged = sample_workspace(machine, JUDGED, lengths, rng)
+    chosen, errors = choose_poses(model, prior, candidates, judged, count, sigma_tip)
+    poses = candidates.take(np.array(chosen))
+    order, over = order_poses(machine, poses)
+    return Plan(poses.take(np.array(order)), over, middle, errors)
 
 
 def choose_poses(

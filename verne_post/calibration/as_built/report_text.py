@@ -14,10 +14,13 @@ from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import BadReading
 from verne_post.calibration.as_built.prediction import quantiles
 from verne_post.calibration.as_built.tolerances import ToleranceStudy
+from verne_post.calibration.data import Direction
 from verne_post.model.machine import Machine
 
 #: Combinations that the readings leave open are named up to this number, the simplest first.
 NAMED: Final = 6
+#: Parts of a combination smaller than this are left out of the text.
+SHOWN: Final = 0.1
 #: Micrometres are easier to read than thousandths of a millimetre.
 UM: Final = 1e3
 
@@ -128,11 +131,12 @@ def _open(result: Calibration) -> Iterator[str]:
         f"the other {count} stay near nominal, which no measured tip minds:"
     )
     for direction in result.undetermined[:NAMED]:
-        yield f"  {direction.words()} (in tolerances)"
+        large = {name: value for name, value in direction.coefficients.items() if abs(value) >= SHOWN}
+        yield f"  {Direction(large).words()} (in tolerances)"
     if count > NAMED:
         yield f"  and {count - NAMED} wider combinations"
     named = ", ".join(f"{name} {value:+.2f}" for name, value in result.left)
-    yield f"most of the tip error that is left ({100 * result.left_share:.0f} % of its square): {named} (in tolerances)"
+    yield f"the largest part of the tip error that is left ({100 * result.left_share:.0f} % of its square): {named} (in tolerances)"
 
 
 def _drift(drift: Drift) -> Iterator[str]:
@@ -142,8 +146,8 @@ def _drift(drift: Drift) -> Iterator[str]:
         ("zero of the slider", drift.zeros, drift.zeros_sigma),
     ):
         for leg, value, sigma in zip(("I", "II", "III"), values, spread, strict=True):
-            yield f"  {name}, leg {leg:<4}{value:>+10.4f} ({sigma:.4f})"
-    yield f"  {'height of the table':<24}{drift.height:>+8.4f} ({drift.height_sigma:.4f})"
+            yield f"  {name + ', leg ' + leg:<27}{value:>+10.4f} ({sigma:.4f})"
+    yield f"  {'height of the table':<27}{drift.height:>+10.4f} ({drift.height_sigma:.4f})"
 
 
 def tolerances_text(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:
