@@ -76,7 +76,9 @@ def test_senses_of_the_machine_file_are_those_of_the_program(forty, machine):
     from verne_post.config import machine_files
 
     raw = machine_files()["verne"].read_bytes().replace(b'a_positive = "workpiece"', b'a_positive = "tool"')
-    other = as_built_route(dataclasses.replace(machine), raw.replace(b'c_positive = "workpiece"', b'c_positive = "tool"'), "x.toml")[0]
+    other = as_built_route(
+        dataclasses.replace(machine), raw.replace(b'c_positive = "workpiece"', b'c_positive = "tool"'), "x.toml"
+    )[0]
     text = "".join(program_lines(other, forty.middle, forty.poses, forty.over, 0.0, "readings.csv"))
     plain = "".join(program_lines(machine, forty.middle, forty.poses, forty.over, 0.0, "readings.csv"))
     assert text != plain

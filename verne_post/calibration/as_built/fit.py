@@ -134,26 +134,28 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
     out: list[int] = []
     found = fit(measurement, prior, kept)
     while len(out) < allowed:
-        chance = _chance_if_left_out(found, kept)
-        worst = int(np.argmin(np.where(kept, chance, np.inf)))
+        chance, distance = _judge_from_others(found, kept)
+        worst = int(np.argmax(np.where(kept, distance, -1.0)))  # chances as small as 1e-400 are all zero
         if not chance[worst] < BAD_READING / n:
             break
         kept[worst] = False
         out.append(worst)
         found = fit(measurement, prior, kept)
     # a reading may have looked bad beside a worse one
-    chance = _chance_if_left_out(found, kept)
+    chance, _distance = _judge_from_others(found, kept)
     again = [block for block in out if chance[block] >= BAD_READING / n]
     if again:
         kept[again] = True
         found = fit(measurement, prior, kept)
-        chance = _chance_if_left_out(found, kept)
+        chance, _distance = _judge_from_others(found, kept)
     bad = tuple(BadReading(block, found.blocks.off[block], float(chance[block])) for block in out if block not in again)
     return found, kept, bad
 
 
-def _chance_if_left_out(found: Fit, kept: Mask) -> Array:
-    """How probable each reading is as seen from all the others (n,); 1 where nothing else checks it.
+def _judge_from_others(found: Fit, kept: Mask) -> tuple[Array, Array]:
+    """How probable each reading is as seen from all the others (n,), and how far off, as a chi-square (n,).
+
+    Where nothing else checks a reading the chance is 1. A single bad reading is always the one that is farthest off.
 
     With V the share of a block's variance that the fit takes up, a reading that was used is off by ``(1 - V)^-1 r``
     from what the others predict, one that was not by r itself.
@@ -167,7 +169,7 @@ def _chance_if_left_out(found: Fit, kept: Mask) -> Array:
     part = (blocks.residual[:, None, :] @ turn)[:, 0]
     checked = size > UNCHECKED
     distance = np.where(checked, part**2 / np.where(checked, size, 1.0), 0.0).sum(axis=1)
-    return np.asarray(chdtrc(np.maximum(blocks.used.sum(axis=1), 1), distance))
+    return np.asarray(chdtrc(np.maximum(blocks.used.sum(axis=1), 1), distance)), distance
 
 
 @dataclass(frozen=True, eq=False)
