@@ -1,27 +1,18 @@
 """`verne-post machine perturb, calibrate, tolerances`: the machine as built, from readings, from chance, and what matters."""
 
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import load, refuse, shown_name
+from verne_post.cli.common import refuse, shown_name
 from verne_post.cli.files import RunFiles
+from verne_post.cli.opened_machine import OpenedMachine, require_positive
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from verne_post.base.arrays import Array
-    from verne_post.calibration.as_built.workspace import WorkspacePoses
-    from verne_post.kinematics.as_built.machine import AsBuiltMachine
-    from verne_post.model.machine import Machine
-
-#: Tools of a plan or a study where nobody names any, mm.
-TOOL_LENGTHS: Final = (60.0, 160.0)
-#: Poses over the workspace at which errors are judged.
-JUDGED: Final = 1000
 
 _MACHINE = click.option(
     "--machine", "machine_name", default="verne", show_default=True, metavar="NAME|FILE", help="Machine by name, or its TOML file."
@@ -37,85 +28,6 @@ def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
     for option in reversed(_TOLERANCES):
         function = option(function)
     return function
-
-
-class Opened:
-    """A machine file with its bytes: the machine in use, and the same with its as-built kinematics."""
-
-    def __init__(self, files: RunFiles, name: str) -> None:
-        from verne_post.calibration.as_built.machine_text import as_built_route
-        from verne_post.config import machine_files
-
-        self.path = Path(machine_files().get(name, name))
-        self.present: Machine = load(files, name)
-        self.raw = files.read(self.path, "--machine")
-        route = as_built_route(self.present, self.raw, self.path.name)
-        self.machine: Machine = route[0]
-        self.as_built: AsBuiltMachine = route[1]
-
-    def text(self, deviations: "Array", source: str) -> str:
-        """The machine file with other deviations (58,)."""
-        from verne_post.calibration.as_built.machine_text import machine_text
-        from verne_post.model.deviations import Deviations
-
-        return machine_text(self.raw, Deviations.from_vector(deviations), source, self.path.name)
-
-    @staticmethod
-    def like(files: RunFiles, name: str) -> "AsBuiltMachine":
-        """The as-built kinematics of another machine."""
-        from verne_post.kinematics.as_built.machine import AsBuiltMachine
-
-        other = load(files, name, "--simulate").five_axis
-        if not isinstance(other, AsBuiltMachine):
-            raise click.UsageError(f"--simulate {name}: has no [as_built]; machine perturb makes such a file")
-        return other
-
-    @staticmethod
-    def require_sound(text: str, output: Path) -> None:
-        """Refuse the text of a machine file that could not be loaded."""
-        from verne_post.config.load import machine_from_toml
-
-        machine_from_toml(text.encode(), output.name)
-
-    @staticmethod
-    def lengths(given: tuple[float, ...]) -> tuple[float, ...]:
-        """Tool lengths of an option."""
-        for value in given:
-            _require_positive("--tool-length", value, zero=True)
-        return given or TOOL_LENGTHS
-
-    def judged(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
-        """Poses all over the workspace."""
-        import numpy as np
-
-        from verne_post.calibration.as_built.workspace import sample_workspace
-
-        try:
-            return sample_workspace(self.machine, JUDGED, lengths, np.random.default_rng(0))
-        except ValueError as error:
-            raise click.UsageError(f"tools of {', '.join(f'{length:g}' for length in lengths)} mm: {error}") from None
-
-    def tolerances(self, lengths: float | None, directions: float | None) -> "Array":
-        """Standard deviations of manufacture (58,), mm and rad."""
-        import numpy as np
-
-        from verne_post.base.units import MILLI
-        from verne_post.model.deviations import IS_ANGLE
-
-        found = np.array(self.machine.tolerances)
-        for option, value, chosen, unit in (
-            ("--tolerance-mm", lengths, ~IS_ANGLE, 1.0),
-            ("--tolerance-mrad", directions, IS_ANGLE, MILLI),
-        ):
-            if value is not None:
-                _require_positive(option, value)
-                found[chosen] = value * unit
-        return found
-
-
-def _require_positive(option: str, value: float, *, zero: bool = False) -> None:
-    if not (math.isfinite(value) and (value >= 0 if zero else value > 0)):
-        raise click.UsageError(f"{option} {value:g}: expected a number {'from 0 on' if zero else 'above 0'}")
 
 
 # --- perturb ---------------------------------------------------------------------------------------
@@ -136,12 +48,12 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
     from verne_post.calibration.as_built.perturb import draw_deviations
     from verne_post.model.findings import InputError
 
-    _require_positive("--sigma-mm", sigma_mm, zero=True)
-    _require_positive("--sigma-mrad", sigma_mrad, zero=True)
+    require_positive("--sigma-mm", sigma_mm, zero=True)
+    require_positive("--sigma-mrad", sigma_mrad, zero=True)
     files = RunFiles()
     files.writes(output, "-o")
     try:
-        opened = Opened(files, machine_name)
+        opened = OpenedMachine(files, machine_name)
         drawn = draw_deviations(seed, tolerance_vector(sigma_mm, MILLI * sigma_mrad))
         source = f"perturbed with seed {seed}, sigma {sigma_mm:g} mm and {sigma_mrad:g} mrad"
         text = opened.text(drawn.to_vector(), source)
@@ -180,7 +92,7 @@ def tolerances(
 
     files = RunFiles()
     try:
-        opened = Opened(files, machine_name)
+        opened = OpenedMachine(files, machine_name)
     except InputError as error:
         return refuse(machine_name, error)
     chosen = opened.tolerances(tolerance_mm, tolerance_mrad)
@@ -295,16 +207,16 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
         raise click.UsageError("READINGS.csv is missing: name a file of readings, or --plan N for the poses to measure")
     _require_used(given, plan=given["planned"] is not None, plot=plot)
     for option in ("sigma_mm", "sigma_mrad"):
-        _require_positive(f"--{option.replace('_', '-')}", given[option])
+        require_positive(f"--{option.replace('_', '-')}", given[option])
     for option in ("sigma_rho", "sigma_angle_mrad"):
-        _require_positive(f"--{option.replace('_', '-')}", given[option], zero=True)
+        require_positive(f"--{option.replace('_', '-')}", given[option], zero=True)
     for option in ("drift_mm", "dwell"):
         if given[option] is not None:
-            _require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
+            require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
     files = RunFiles()
     name = machine_name
     try:
-        opened = Opened(files, machine_name)
+        opened = OpenedMachine(files, machine_name)
         tolerances = opened.tolerances(given["tolerance_mm"], given["tolerance_mrad"])
         name = shown_name(readings) if readings else machine_name
         if given["planned"] is not None:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 import numpy as np
@@ -24,18 +24,18 @@ from verne_post.calibration.as_built.readings import read_length_readings, read_
 from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
 from verne_post.cli.common import print_findings, shown_name
 from verne_post.cli.files import RunFiles
+from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import numbers_of
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus
-
-if TYPE_CHECKING:
-    from verne_post.cli.machine_as_built import Opened
 
 #: How long the program of a plan stands at each pose, s: time for an instrument to read.
 DWELL_S: Final = 2.0
 
 
-def _measurement(files: RunFiles, opened: "Opened", readings: str, given: dict[str, Any]) -> tuple[Measurement, int]:
+def _measurement(
+    files: RunFiles, opened: OpenedMachine, readings: str, given: dict[str, Any]
+) -> tuple[Measurement, int]:
     """All readings, and how many rows have no measured value."""
     tools, blank = read_tool_readings(
         files.read(readings, "READINGS.csv"), opened.machine, given["sigma_mm"], given["sigma_mrad"]
@@ -45,7 +45,7 @@ def _measurement(files: RunFiles, opened: "Opened", readings: str, given: dict[s
     return Measurement(AsBuiltModel(opened.as_built), tools, lengths, joint_sigma), blank
 
 
-def _prior(files: RunFiles, opened: "Opened", tolerances: Array, given: dict[str, Any]) -> Prior:
+def _prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given: dict[str, Any]) -> Prior:
     """What is known before: a former calibration where its covariance is named or needed, else the tolerances."""
     name = given["covariance"]
     if name is None and not given["touch_up"]:
@@ -67,7 +67,7 @@ def _prior(files: RunFiles, opened: "Opened", tolerances: Array, given: dict[str
 
 
 def run_calibration(
-    files: RunFiles, opened: "Opened", tolerances: Array, readings: str, output: Path, plot: Path | None, given: dict[str, Any]
+    files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str, output: Path, plot: Path | None, given: dict[str, Any]
 ) -> int:  # fmt: skip
     """Fit the readings, and write the machine file, its covariance and the picture."""
     beside = covariance_path(output)
@@ -126,7 +126,7 @@ def _suffix(files: RunFiles, plot: Path | None) -> str | None:
 
 
 def _draw(
-    files: RunFiles, opened: "Opened", found: Array, factor: Array, length: float, plot: Path, suffix: str
+    files: RunFiles, opened: OpenedMachine, found: Array, factor: Array, length: float, plot: Path, suffix: str
 ) -> None:
     """Write the picture of the tip error before and after."""
     from verne_post.calibration.as_built.error_field import error_fields
@@ -141,7 +141,7 @@ def _draw(
 
 
 def run_plan(
-    files: RunFiles, opened: "Opened", tolerances: Array, readings: str | None, output: Path, given: dict[str, Any]
+    files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str | None, output: Path, given: dict[str, Any]
 ) -> int:
     """Choose poses, check the program that visits them, and write it with an empty file of readings."""
     from verne_post.app.check import check_source

@@ -435,10 +435,10 @@ CODES: Final[dict[str, Code]] = _table(
     ),
     (
         "VP502",
-        "measured poses",
+        "readings",
         "error",
-        "The file of measured sliders and poses has a missing column, a value that is no number, or too little data.",
-        "Correct the line and column that the message names; docs/calibration.md shows a valid file.",
+        "A file of readings has a missing column, a value that is no number, or too little data.",
+        "Correct the line and column that the message names; docs/calibration.md and docs/as-built.md show valid files.",
     ),
     (
         "VP503",

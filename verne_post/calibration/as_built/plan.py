@@ -16,6 +16,8 @@ from verne_post.model.machine import Machine
 #: Legal poses among which a plan chooses. Tips of readings may stand higher than parts do: they then tell more.
 CANDIDATES: Final = 4000
 CANDIDATES_HEIGHT: Final = 2.0
+#: ... and no lower than this over the table's face, mm: the machine is still off by tenths, and a probe has a ball.
+LOWEST_MM: Final = 20.0
 #: Poses over the workspace at which the tip error counts.
 JUDGED: Final = 500
 
@@ -78,7 +80,7 @@ def plan_poses(
     """
     rng = np.random.default_rng(0)
     middle = find_middle(machine, lengths)
-    drawn = sample_workspace(machine, CANDIDATES, lengths, rng, places, CANDIDATES_HEIGHT)
+    drawn = sample_workspace(machine, CANDIDATES, lengths, rng, places, CANDIDATES_HEIGHT, LOWEST_MM)
     candidates, legal = round_poses(machine, drawn)
     candidates = candidates.take(legal & reached_from(machine, middle, candidates))
     if len(candidates.length) < count:

@@ -147,7 +147,11 @@ def _drift(drift: Drift) -> Iterator[str]:
     ):
         for leg, value, sigma in zip(("I", "II", "III"), values, spread, strict=True):
             yield f"  {name + ', leg ' + leg:<27}{value:>+10.4f} ({sigma:.4f})"
+    told = [*zip(drift.growth, drift.growth_sigma, strict=True), *zip(drift.zeros, drift.zeros_sigma, strict=True)]
+    still = all(abs(value) < 2.0 * sigma for value, sigma in (*told, (drift.height, drift.height_sigma)))
     yield f"  {'height of the table':<27}{drift.height:>+10.4f} ({drift.height_sigma:.4f})"
+    if still:
+        yield "none of it is beyond twice its uncertainty: the machine stands as it was calibrated"
 
 
 def tolerances_text(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:

@@ -61,6 +61,7 @@ def sample_workspace(
     rng: np.random.Generator,
     places: Array | None = None,
     height: float = HEIGHT,
+    lowest: float = 0.0,
 ) -> WorkspacePoses:
     """Draw legal poses: tips over the table's face, every A within its travel, every C.
 
@@ -74,7 +75,9 @@ def sample_workspace(
     places : ndarray, shape (k, 3), optional
         Tips stand at these places of the table frame only.
     height : float
-        Tips stand up to this many times the table's radius above its face.
+        Tips stand up to this many times the table's radius above its face ...
+    lowest : float
+        ... and no nearer to it than this, mm.
 
     Raises
     ------
@@ -88,7 +91,7 @@ def sample_workspace(
         if places is None:
             radius = machine.table_radius * np.sqrt(rng.uniform(size=BATCH))
             around = rng.uniform(-np.pi, np.pi, BATCH)
-            above = height * machine.table_radius * rng.uniform(size=BATCH)
+            above = rng.uniform(lowest, height * machine.table_radius, BATCH)
             tip = np.stack([radius * np.cos(around), radius * np.sin(around), above], axis=1)
         else:
             tip = places[rng.integers(len(places), size=BATCH)]

@@ -1,0 +1,101 @@
+"""A machine file as commands of calibration need it: its bytes, the machine in use, and its as-built kinematics."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from verne_post.cli.common import load
+from verne_post.cli.files import RunFiles
+
+if TYPE_CHECKING:
+    from verne_post.base.arrays import Array
+    from verne_post.calibration.as_built.workspace import WorkspacePoses
+    from verne_post.kinematics.as_built.machine import AsBuiltMachine
+    from verne_post.model.machine import Machine
+
+#: Tools of a plan or a study where nobody names any, mm.
+TOOL_LENGTHS: Final = (60.0, 160.0)
+#: Poses over the workspace at which errors are judged.
+JUDGED: Final = 1000
+
+
+class OpenedMachine:
+    """A machine file with its bytes: the machine in use, and the same with its as-built kinematics."""
+
+    def __init__(self, files: RunFiles, name: str) -> None:
+        from verne_post.calibration.as_built.machine_text import as_built_route
+        from verne_post.config import machine_files
+
+        self.path = Path(machine_files().get(name, name))
+        self.present: Machine = load(files, name)
+        self.raw = files.read(self.path, "--machine")
+        route = as_built_route(self.present, self.raw, self.path.name)
+        self.machine: Machine = route[0]
+        self.as_built: AsBuiltMachine = route[1]
+
+    def text(self, deviations: "Array", source: str) -> str:
+        """The machine file with other deviations (58,)."""
+        from verne_post.calibration.as_built.machine_text import machine_text
+        from verne_post.model.deviations import Deviations
+
+        return machine_text(self.raw, Deviations.from_vector(deviations), source, self.path.name)
+
+    @staticmethod
+    def like(files: RunFiles, name: str) -> "AsBuiltMachine":
+        """The as-built kinematics of another machine."""
+        from verne_post.kinematics.as_built.machine import AsBuiltMachine
+
+        other = load(files, name, "--simulate").five_axis
+        if not isinstance(other, AsBuiltMachine):
+            raise click.UsageError(f"--simulate {name}: has no [as_built]; machine perturb makes such a file")
+        return other
+
+    @staticmethod
+    def require_sound(text: str, output: Path) -> None:
+        """Refuse the text of a machine file that could not be loaded."""
+        from verne_post.config.load import machine_from_toml
+
+        machine_from_toml(text.encode(), output.name)
+
+    @staticmethod
+    def lengths(given: tuple[float, ...]) -> tuple[float, ...]:
+        """Tool lengths of an option."""
+        for value in given:
+            require_positive("--tool-length", value, zero=True)
+        return given or TOOL_LENGTHS
+
+    def judged(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
+        """Poses all over the workspace."""
+        import numpy as np
+
+        from verne_post.calibration.as_built.workspace import sample_workspace
+
+        try:
+            return sample_workspace(self.machine, JUDGED, lengths, np.random.default_rng(0))
+        except ValueError as error:
+            raise click.UsageError(f"tools of {', '.join(f'{length:g}' for length in lengths)} mm: {error}") from None
+
+    def tolerances(self, lengths: float | None, directions: float | None) -> "Array":
+        """Standard deviations of manufacture (58,), mm and rad."""
+        import numpy as np
+
+        from verne_post.base.units import MILLI
+        from verne_post.model.deviations import IS_ANGLE
+
+        found = np.array(self.machine.tolerances)
+        for option, value, chosen, unit in (
+            ("--tolerance-mm", lengths, ~IS_ANGLE, 1.0),
+            ("--tolerance-mrad", directions, IS_ANGLE, MILLI),
+        ):
+            if value is not None:
+                require_positive(option, value)
+                found[chosen] = value * unit
+        return found
+
+
+def require_positive(option: str, value: float, *, zero: bool = False) -> None:
+    """Refuse the value of an option that is no number above 0, or from 0 on."""
+    if not (math.isfinite(value) and (value >= 0 if zero else value > 0)):
+        raise click.UsageError(f"{option} {value:g}: expected a number {'from 0 on' if zero else 'above 0'}")
