@@ -1,6 +1,8 @@
 """`machine perturb`, `calibrate` and `tolerances`: files, answers, exit status, refusals."""
 
+import json
 import re
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -109,6 +111,23 @@ def test_the_report_says_what_the_readings_tell(inside: Path, run: Callable[...,
     assert "each reading predicted from others" in answer.out
 
 
+def test_json_says_the_same(inside: Path, run: Callable[..., Any]) -> None:
+    answer = run("machine", "calibrate", "plan.csv", "-o", "again.toml", "--json")
+    assert (answer.code, answer.err) == (0, "")
+    data = json.loads(answer.out)
+    assert (data["schema"], data["left_out"], data["contradicted"], data["drift_mm"]) == (1, [], False, None)
+    assert data["readings"] == {"tools": 30, "lengths": 0, "blank": 0}
+    assert data["degrees_of_freedom"] == 90
+    written = tomllib.loads(Path("again.toml").read_text())["as_built"]
+    for key, value in data["as_built"].items():
+        assert np.array(written[key]) == pytest.approx(np.array(value), abs=1e-7)
+    text = run("machine", "calibrate", "plan.csv", "-o", "again.toml").out
+    median, high, worst = numbers(text, "after, with the file")[:3]
+    after = data["workspace"]["after"]["tip_mm"]
+    assert [1e3 * after[key] for key in ("median", "p95", "max")] == pytest.approx([median, high, worst], abs=0.06)
+    assert f"{data['determined']} of 58 directions" in text
+
+
 def test_the_picture_is_one(inside: Path) -> None:
     height, width, _colours = matplotlib.image.imread(inside / "errors.png").shape
     assert height > 500
@@ -208,6 +227,7 @@ def test_a_plan_is_a_program_and_a_file_to_fill_in(
         ("plan.csv -o plan.csv", "this is the file of"),
         ("--plan 5 -o x.nc", "names the empty file of readings"),
         ("--plan 5 -o x.csv --plot x.png", "leave it out"),
+        ("--plan 5 -o x.csv --json", "leave it out"),
         ("--plan 5 -o x.csv --at 1,2", "three numbers"),
         ("--plan 5 -o x.csv --at 900,0,5", "keep every limit"),
         ("--plan 5 -o x.csv --tool-length -5", "--tool-length -5"),

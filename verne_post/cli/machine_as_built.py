@@ -190,6 +190,7 @@ def tolerances(
     metavar="OUT.png|OUT.svg",
     help="Draw the tip error over the table before and after.",
 )
+@click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path | None, **given: Any) -> int:
     """Find the deviations of the parts of a machine from readings of the tool on the table.
 
@@ -235,6 +236,8 @@ def _require_used(given: dict[str, Any], *, plan: bool, plot: Path | None) -> No
         ):  # fmt: skip
             if given[key] not in (None, ()):
                 raise click.UsageError(f"{option} is about poses to measure: it goes with --plan N")
+    elif given["as_json"]:
+        raise click.UsageError("--json: a plan is a program and a file of readings; leave it out")
     elif plot is not None:
         raise click.UsageError("--plot: a plan has no errors before and after to draw; leave it out")
     if given["seed"] is not None and given["simulate"] is None:

@@ -21,6 +21,7 @@ from verne_post.calibration.as_built.plan import plan_poses
 from verne_post.calibration.as_built.prediction import quantiles
 from verne_post.calibration.as_built.program import program_lines
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
+from verne_post.calibration.as_built.report_json import calibration_json
 from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
 from verne_post.cli.common import print_findings, shown_name
 from verne_post.cli.files import RunFiles
@@ -89,7 +90,7 @@ def run_calibration(
         directions, drift_mm = drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
         drift = split_drift(before, fit.deviations, prior, fit.covariance, directions, drift_mm)
     report = CalibrationReport(shown_name(readings), opened.machine, measurement, result, blank, drift)
-    click.echo(calibration_text(report), nl=False)
+    click.echo((calibration_json if given["as_json"] else calibration_text)(report), nl=False)
     if not fit.converged:
         return ExitStatus.NO_VERDICT
     if result.contradicted:
@@ -100,7 +101,8 @@ def run_calibration(
     opened.require_sound(text, output)
     files.write(beside, "the covariance of -o", covariance_lines(fit.deviations, fit.covariance))
     files.write(output, "-o", [text])
-    click.echo(f"written: {output}, and {beside} for --touch-up")
+    if not given["as_json"]:
+        click.echo(f"written: {output}, and {beside} for --touch-up")
     if plot is not None and suffix is not None:
         _draw(files, opened, result.fit.deviations, fit.factor, float(measurement.tools.length.max()), plot, suffix)
     return ExitStatus.CLEAN

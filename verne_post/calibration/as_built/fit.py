@@ -1,7 +1,7 @@
 """The most probable deviations for readings and a prior (Gauss-Newton), without readings that contradict the others."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc
@@ -202,31 +202,44 @@ def hold_out(measurement: Measurement, prior: Prior, kept: Mask) -> HeldOut | No
     if parts < 2:
         return None
     order = np.random.default_rng(0).permutation(len(rows))
-    tips, axes, variances, chances = [], [], [], []
-    for part in range(parts):
-        held = rows[np.flatnonzero(order % parts == part)]
-        training = np.array(kept)
-        training[held] = False
-        held = held[_foreseen(tools.sphere, held, training)]
-        if not len(held):
-            continue
-        found = fit(measurement, prior, training)
-        blocks = found.blocks.take(held)
-        tips.append(_norms(blocks.off[:, :3]))
-        axes.append(_norms(blocks.off[:, 3:]))
-        reach = (blocks.design @ found.factor).reshape(len(held) * ROWS, -1)
-        spread = np.eye(len(reach)) + reach @ reach.T
-        residual = blocks.residual.ravel()
-        used = int(blocks.used.sum())
-        chances.append(float(chdtrc(used, residual @ np.linalg.solve(spread, residual))))
-        own = tools.sigma_tip[held, None] ** 2 * blocks.used[:, :3]
-        plain = reach.reshape(len(held), ROWS, -1)[:, :3] * tools.sigma_tip[held, None, None]
-        variances.append((own + (plain**2).sum(axis=2) * blocks.used[:, :3]).sum(axis=1))
-    if not chances:
+    found = [
+        one
+        for part in range(parts)
+        if (one := _predict(measurement, prior, kept, rows[np.flatnonzero(order % parts == part)])) is not None
+    ]
+    if not found:
         return None
-    tip, axis = np.concatenate(tips), np.concatenate(axes)
-    expected = float(np.sqrt(np.concatenate(variances).mean()))
-    return HeldOut(tip[np.isfinite(tip)], axis[np.isfinite(axis)], expected, min(1.0, len(chances) * min(chances)))
+    tip, axis = (np.concatenate([_norms(one.off[:, part]) for one in found]) for part in (slice(3), slice(3, None)))
+    expected = float(np.sqrt(np.concatenate([one.variance for one in found]).mean()))
+    probability = min(1.0, len(found) * min(one.probability for one in found))
+    return HeldOut(tip[np.isfinite(tip)], axis[np.isfinite(axis)], expected, probability)
+
+
+class _Predicted(NamedTuple):
+    """Readings (m, 5) minus predictions, mm and rad; expected squares of the tips' distances (m,); their probability."""
+
+    off: Array
+    variance: Array
+    probability: float
+
+
+def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> _Predicted | None:
+    """Predict some rows from the other kept ones; None where these know nothing of the points they are measured from."""
+    tools = measurement.tools
+    training = np.array(kept)
+    training[held] = False
+    held = held[_foreseen(tools.sphere, held, training)]
+    if not len(held):
+        return None
+    found = fit(measurement, prior, training)
+    blocks = found.blocks.take(held)
+    reach = blocks.design @ found.factor
+    flat, residual = reach.reshape(len(held) * ROWS, -1), blocks.residual.ravel()
+    spread = np.eye(len(flat)) + flat @ flat.T
+    probability = float(chdtrc(int(blocks.used.sum()), residual @ np.linalg.solve(spread, residual)))
+    share = 1.0 + (reach[:, :3] ** 2).sum(axis=2)  # of the fit's uncertainty and the reading's own
+    variance = (tools.sigma_tip[held, None] ** 2 * share * blocks.used[:, :3]).sum(axis=1)
+    return _Predicted(blocks.off, variance, probability)
 
 
 def _foreseen(sphere: Ints, held: Ints, training: Mask) -> Mask:
