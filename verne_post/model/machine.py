@@ -106,8 +106,7 @@ class Machine:
     The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
     does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
-    ``tolerances`` are standard deviations of
-    manufacture, mm and rad, in the order of :data:`verne_post.model.deviations.PARAMETERS`.
+    ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine.
     """
 
     name: str

@@ -16,6 +16,8 @@ from verne_post.model.protocols import Platform, Pose
 HEIGHT: Final = 1.0
 #: Poses tried at a time; about a quarter of them is legal on the VERNE.
 BATCH: Final = 2048
+#: So many batches without any legal pose, and nothing is within reach at all.
+EMPTY_BATCHES: Final = 3
 #: So many batches without enough legal poses mean that the machine reaches next to nothing.
 MOST_BATCHES: Final = 100
 
@@ -87,7 +89,7 @@ def sample_workspace(
     parts: list[WorkspacePoses] = []
     found = 0
     low, high = (max(-np.pi, machine.limits.lower[3]), min(np.pi, machine.limits.upper[3]))
-    for _ in range(MOST_BATCHES):
+    for batch in range(1, MOST_BATCHES + 1):
         if places is None:
             radius = machine.table_radius * np.sqrt(rng.uniform(size=BATCH))
             around = rng.uniform(-np.pi, np.pi, BATCH)
@@ -103,7 +105,7 @@ def sample_workspace(
         found += int(ok.sum())
         if found >= count:
             break
-    else:
-        raise ValueError(f"only {found} of {MOST_BATCHES * BATCH} poses tried keep every limit")
+        if batch == MOST_BATCHES or (batch == EMPTY_BATCHES and not found):
+            raise ValueError(f"only {found} of {batch * BATCH} poses tried keep every limit")
     names = ("tip", "angles", "length", "joints")
     return WorkspacePoses(*(np.concatenate([getattr(part, name) for part in parts])[:count] for name in names))
