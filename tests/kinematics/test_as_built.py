@@ -290,3 +290,13 @@ def test_tool_vectors_are_corrected_through_both_axes(perturbed):
     result = vp.convert(source, perturbed, vp.Options(dialect="fanuc", tool_length=80.0))
     assert result.ok, result.findings
     assert result.summary.verification.axis_error_deg < 1e-5
+
+
+def test_no_command_writes_over_the_parts_of_the_machine(tmp_path, run, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "machine.toml").write_text(VERNE + '\n[as_built]\nfile = "parts.csv"\n', encoding="utf-8")
+    (tmp_path / "parts.csv").write_text(as_toml(random_table(2)), encoding="utf-8")
+    (tmp_path / "a.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nX5\nM2\n", encoding="utf-8")
+    answer = run("convert", "a.nc", "--machine", "machine.toml", "--tool-length", "80", "-o", "parts.csv")
+    assert answer.code == 2
+    assert (tmp_path / "parts.csv").read_text(encoding="utf-8") == as_toml(random_table(2))

@@ -70,10 +70,9 @@ def program_text(
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
     """Load a machine; its findings end the command."""
-    from verne_post.config import load_machine, machine_files
+    from verne_post.config import load_machine
 
-    files.reads(machine_files().get(name, name), what)
-    return load_machine(name)
+    return load_machine(name, lambda path: files.reads(path, what))
 
 
 def _text(files: RunFiles, name: str) -> "Text":

@@ -53,8 +53,8 @@ def machine_files() -> dict[str, Path]:
     return {}
 
 
-def load_machine(name_or_path: str | Path = "verne") -> Machine:
-    """Load a machine by name, or from a file.
+def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], None] | None = None) -> Machine:
+    """Load a machine by name, or from a file; ``reads`` is told of every file before it is read.
 
     Raises
     ------
@@ -63,13 +63,19 @@ def load_machine(name_or_path: str | Path = "verne") -> Machine:
     """
     known = machine_files()
     path = known.get(str(name_or_path), Path(name_or_path))
-    raw = _read(path, f"machine file {str(name_or_path)!r}", f"; machines by name: {', '.join(known)}")
+
+    def read(path: Path, what: str, hint: str = "") -> bytes:
+        if reads is not None:
+            reads(path)
+        return _read(path, what, hint)
+
+    raw = read(path, f"machine file {str(name_or_path)!r}", f"; machines by name: {', '.join(known)}")
     return machine_from_toml(
-        raw, path.name, lambda name: _read(path.parent / name, f"{path.name}: as_built.file {name!r}")
+        raw, path.name, lambda name: read(path.parent / name, f"{path.name}: as_built.file {name!r}")
     )
 
 
-def _read(path: Path, what: str, hint: str = "") -> bytes:
+def _read(path: Path, what: str, hint: str) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:

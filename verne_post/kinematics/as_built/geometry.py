@@ -18,8 +18,8 @@ from verne_post.model.deviations import Deviations, RodPlaces
 
 #: Leg of each rod, and the rods of each leg.
 LEG: Final = np.array([0, 0, 1, 1, 2, 2])
-FIRST_ROD: Final = np.array([0, 2, 4])
-SECOND_ROD: Final = np.array([1, 3, 5])
+FIRST_ROD: Final = slice(0, 6, 2)
+SECOND_ROD: Final = slice(1, 6, 2)
 #: F: the base frame against the upright frame.
 MIRROR: Final = np.array([1.0, -1.0, -1.0])
 

@@ -18,7 +18,7 @@ from verne_post.base.tolerances import PLATFORM_BEND, PLATFORM_ERROR, ROD_RESIDU
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, MIRROR, SECOND_ROD, AsBuiltGeometry
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
-CHUNK: Final = 1024
+CHUNK: Final = 4096
 #: Newton's steps. Two reach rounding on a machine made to tenths of a millimetre; the rest is for its rim.
 STEPS: Final = 12
 #: Every slider above the platform.

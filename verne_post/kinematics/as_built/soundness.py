@@ -8,6 +8,9 @@ from verne_post.base.arrays import Array
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.deviations import IS_ANGLE, PARAMETERS, Deviations
 
+#: Only places whose drops are at least this share of the shortest rod are tried, and twice what the machine file asks for:
+#: nearer to a serial singularity a deviation of some tenths may cost a solution, which is then a finding of the pose.
+WORKING_SHARE: Final = 0.25
 #: Slider positions are tried at so many places of each travel, and A and C at these angles (rad).
 PLACES: Final = 5
 _ANGLES: Final = np.radians([[0.0, 0.0], [60.0, 30.0], [-60.0, 200.0]])
@@ -20,7 +23,7 @@ SAME_JOINTS: Final = 1e-6
 def find_fault(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> str | None:
     """The parameter that keeps a machine from working where its nominal one does; None where it works.
 
-    The sliders take places of their travel (3, 2), mm, at which the nominal machine closes with drops (mm) of at least
+    The sliders take places of their travel (3, 2), mm, at which the nominal machine closes with drops (mm) well above
     ``smallest_drop``; there the as-built one has to close too, and its inverse has to lead back to the same sliders.
 
     Returns
@@ -52,9 +55,10 @@ def _places(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> Arr
     each = [np.linspace(low, high, PLACES) for low, high in travel]
     rho = np.stack(np.meshgrid(*each, indexing="ij"), axis=-1).reshape(-1, 3)
     module = machine.nominal_machine.module
+    least = max(2.0 * smallest_drop, WORKING_SHARE * float(machine.geometry.rods.min()))
     position, alpha, ok = module.forward(rho)
     with np.errstate(invalid="ignore"):
-        ok &= (module.geometry_margins(position, alpha)[:, :3] > smallest_drop).all(axis=1)
+        ok &= (module.geometry_margins(position, alpha)[:, :3] > least).all(axis=1)
     return np.concatenate([np.column_stack([rho[ok], np.tile(pair, (int(ok.sum()), 1))]) for pair in _ANGLES])
 
 
