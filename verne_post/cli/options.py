@@ -176,7 +176,9 @@ def build_options(files: RunFiles, name: str, **given: Any) -> Options:
         For what stands in a file.
     """
     settings = settings_of(files, given.get("settings"))
-    values: dict[str, Any] = {} if settings is None else {**settings.options, "remap": dict(settings.remap)}
+    values: dict[str, Any] = {}
+    if settings is not None:
+        values = {**settings.options, "remap": dict(settings.remap), "control": {"siemens": settings.siemens}}
     values |= {
         key: value for key, value in given.items() if key in Options.model_fields and value not in (None, (), [])
     }

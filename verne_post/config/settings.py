@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
+from verne_post.gcode.siemens.keys import read_keys
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import CODE, Meaning
 from verne_post.model.options import Options, about
@@ -71,6 +72,7 @@ class SettingsFile(BaseModel):
 
     options: dict[str, Any] = Field(default_factory=dict)
     remap: dict[str, Meaning] = Field(default_factory=dict)
+    siemens: dict[str, Any] = Field(default_factory=dict)
     keep_out: dict[str, BoxFile] = Field(default_factory=dict)
     stock: BoxFile | None = None
     check: CheckFile = Field(default_factory=CheckFile)
@@ -111,6 +113,10 @@ def load_settings(path: Path) -> SettingsFile:
         settings.check.baseline = str(path.parent / settings.check.baseline)
     wrong = [finding("VP503", f"{path.name}: {why}") for code in settings.remap if (why := _mistake(code))]
     wrong += [finding("VP503", f"{path.name}: {why}") for why in _wrong_options(settings.options)]
+    try:
+        read_keys(settings.siemens)
+    except ValueError as error:
+        wrong.append(finding("VP503", f"{path.name}: siemens.{error}"))
     if wrong:
         raise InputError(*wrong)
     return settings

@@ -28,6 +28,8 @@ class TextOptions:
         So many blocks, and moves of such blocks, may loops and calls repeat.
     dialect : str
         Name of the program's dialect; "auto" recognises it.
+    control : mapping
+        Keys of controls by dialect: what builders of machines choose ([siemens] of the settings file).
     """
 
     block_delete: bool = False
@@ -37,6 +39,7 @@ class TextOptions:
     remap: Mapping[str, str] = field(default_factory=dict)
     max_repeats: int = 100_000
     dialect: str = "auto"
+    control: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

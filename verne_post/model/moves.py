@@ -52,12 +52,13 @@ class PathMode(IntEnum):
 class PathControl:
     """How exactly corners are taken.
 
-    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm; None means not given.
+    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm, ``axis_deg`` is the tolerance of the tool axis; None means not given.
     """
 
     mode: PathMode = PathMode.BLEND
     tolerance: float | None = None
     merge: float | None = None
+    axis_deg: float | None = None
 
 
 @dataclass(frozen=True)

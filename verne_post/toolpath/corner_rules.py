@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Moves, PathMode
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.blend import find_tangents
@@ -87,12 +88,13 @@ def _may_blend(path: ToolPath) -> Mask:
 def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
     """Tip (mm) and axis (rad) tolerance of the corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0.
 
-    The axis tolerance is that of the options.
+    The axis tolerance is that of the program (OTOL of Siemens programs), else of the options.
     """
     given = [smoothing.tip if control.tolerance is None else control.tolerance for control in moves.controls]
     blends = np.array([control.mode == PathMode.BLEND for control in moves.controls])
     tip = _smaller_of_both(path, moves, np.where(blends, np.array(given), 0.0))
-    return tip, np.where(tip > 0, smoothing.axis, 0.0)
+    axes = [smoothing.axis if control.axis_deg is None else RAD_PER_DEG * control.axis_deg for control in moves.controls]
+    return tip, np.where(tip > 0, _smaller_of_both(path, moves, np.array(axes)), 0.0)
 
 
 def limit_fairing(path: ToolPath, moves: Moves, tip_bound: Array) -> Array:

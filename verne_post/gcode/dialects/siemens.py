@@ -1,0 +1,98 @@
+"""Programs of Siemens SINUMERIK 840D and ONE controls. docs/siemens.md lists every word.
+
+The language is not made of RS274 blocks: :mod:`verne_post.gcode.siemens` reads and executes it, on the interpreter, the
+frames and the Moves table of all dialects.
+"""
+
+import re
+from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.dialect import Dialect
+from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.scan import whole_lines
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.executor import Executor
+from verne_post.gcode.siemens.flow import Flow
+from verne_post.gcode.siemens.program import SiemensText
+from verne_post.gcode.state import State
+
+_HEADER_LINES: Final = 200
+#: What only these controls write.
+_OWN: Final = re.compile(
+    rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+[ \t]*\(|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
+    rb"ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"
+    rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ \t]*=[^=]|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\(",
+    re.IGNORECASE | re.MULTILINE,
+)
+#: What they never write: words of other controls.
+_OTHERS: Final = re.compile(
+    rb"#[0-9<]|^[ \t]*%[ \t]*\r?\n[ \t]*[O:][0-9]|^[ \t]*[0-9]*[ \t]*BEGIN[ \t]+PGM|^[ \t]*O[0-9<]|\((?:MSG|DEBUG|PRINT),|GOTO[ \t]*/|PARTNO",
+    re.IGNORECASE | re.MULTILINE,
+)
+_COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|\([^()\n\"=,]*\)")
+
+
+def _recognise(source: Text) -> bool:
+    """Words near the top that only these controls have, and none of others'."""
+    head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
+    if _OTHERS.search(head) is not None:
+        return False
+    return _OWN.search(_COMMENT.sub(b"", head)) is not None
+
+
+def _initial_state(setup: Setup) -> State:
+    """As the interpreter of all dialects begins; the block of [siemens] start is executed first."""
+    return initial_state(setup)
+
+
+def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+    execution = Execution(state, Recorder())
+    executor = Executor(setup, state, execution.recorder)
+    main = SiemensText(source, setup)
+    flow = Flow(main, executor)
+    while not flow.ended:
+        frame, line = flow.frame, flow.line
+        text = frame.section.text
+        chunk = text.chunk(line) if line <= frame.section.last else None
+        try:
+            if chunk is None:
+                if flow.end_section():
+                    continue
+                execution.recorder.event(max(line - 1, 1), "end", code="end of file")
+                break
+            in_main = text is main and not flow.in_call
+            if in_main and line == stop.before_line:
+                break
+            restart = may_restart(state) and executor.modal is None
+            flow.step(chunk.raw[line - chunk.first_line])
+            if in_main and stop.trace is not None:
+                stop.trace.add(line, line + 1, may_restart=restart)
+        except BlockError as error:
+            if not execution.report(error, line, shown_line=flow.shown_line, file=text.name) or stop.first_error:
+                break
+        if stop.all_known and all_known(state, setup):
+            break
+        if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
+            break
+    return execution
+
+
+def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
+    """True when a word outside comments may give the axis a position."""
+    sought = rb"(?<![A-Z_])" + letter.encode() + rb"[ \t]*(?:=|[-+]?[ \t]*[0-9.])"
+    if letter in "AC":
+        sought += rb"|(?<![A-Z0-9_])[ABC]3[ \t]*=|CYCLE800"
+    elif letter in "XY":
+        sought += rb"|(?<![A-Z0-9_])(?:AP|RP)[ \t]*=|HOLES|CYCLE801"
+    if letter in "XYZ":
+        sought += rb"|CYCLE8"
+    pattern = re.compile(sought, re.IGNORECASE)
+    texts = (text for whole in (source, *setup.subroutines.values()) for text in whole_lines(whole))
+    return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
+
+
+DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis)

@@ -1,0 +1,180 @@
+"""Subprograms of Siemens programs: PROC lines, arguments, where a name is defined."""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.cursor import Cursor, code_part
+from verne_post.gcode.siemens.modes import Modes
+from verne_post.gcode.siemens.program import Section, SiemensText
+from verne_post.gcode.siemens.values import Value
+from verne_post.gcode.siemens.variables import Variable, Variables, read_type
+from verne_post.gcode.siemens.words import Call, read_argument_values
+from verne_post.gcode.text import decode_line
+
+_PROC: Final = re.compile(r"[ \t]*(?:N[0-9]+)?[ \t]*PROC[ \t]+", re.IGNORECASE)
+#: What may follow the arguments of PROC.
+_FLAGS: Final = ("SAVE", "DISPLOF", "DISPLON", "SBLOF", "SBLON", "ACTBLOCNO", "PREPRO")
+_ENDINGS: Final = ("", "_spf", "_mpf")
+#: Lines that may stand before PROC.
+_LINES_BEFORE: Final = 200
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One value of PROC: its name and type, what it is where a call leaves it out; ``by_name`` (VAR): the caller's variable is set."""
+
+    name: str
+    kind: str
+    default: Value | None
+    by_name: bool
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """What the PROC line says: its line, its values, and whether modes are restored at the end (SAVE)."""
+
+    line: int
+    parameters: tuple[Parameter, ...] = ()
+    save: bool = False
+
+
+@dataclass
+class Repeat:
+    """A stretch of lines that REPEAT executes again, and where the program goes on after it."""
+
+    first: int
+    last: int
+    remaining: int
+    back: int
+
+
+@dataclass
+class Frame:
+    """One call: its program, the line that comes next in the caller, how often it still runs, and what it brings back."""
+
+    section: Section
+    line: int
+    remaining: int = 1
+    saved: Modes | None = None
+    repeats: list[Repeat] = field(default_factory=list)
+    ends: dict[int, float] = field(default_factory=dict)
+    results: list[tuple[str, str]] = field(default_factory=list)
+
+
+class Library:
+    """Finds subprograms: in the text that calls, in the program, in files."""
+
+    def __init__(self, setup: Setup, main: SiemensText) -> None:
+        self.setup, self.main = setup, main
+        self._files: dict[str, SiemensText] = {}
+
+    def find(self, name: str, text: SiemensText) -> Section | None:
+        """The subprogram of a name; None where there is none."""
+        for place in (text, self.main):
+            section = place.find_section(name)
+            if section is not None:
+                return section
+        for ending in _ENDINGS:
+            key = name.lower() + ending
+            source = self.setup.subroutines.get(key)
+            if source is not None:
+                if key not in self._files:
+                    self._files[key] = SiemensText(source, self.setup, f"{key}.spf")
+                return self._files[key].main
+        return None
+
+
+def read_procedure(section: Section) -> Procedure:
+    """The PROC line of a subprogram; one without has no values."""
+    for line in range(section.first, min(section.last, section.first + _LINES_BEFORE) + 1):
+        text = code_part(decode_line(section.text.line(line)).rstrip("\r"))
+        if not text.strip() or text.lstrip().startswith("%"):
+            continue
+        match = _PROC.match(text)
+        return Procedure(line - 1) if match is None else _read_proc(Cursor(text, match.end()), line)
+    return Procedure(section.first - 1)
+
+
+def _read_proc(cursor: Cursor, line: int) -> Procedure:
+    cursor.name()
+    found: list[Parameter] = []
+    if cursor.take("(") and not cursor.take(")"):
+        while True:
+            found.append(_read_parameter(cursor))
+            if cursor.take(")"):
+                break
+            cursor.expect(",", "or ')' after a value of PROC")
+    save = False
+    while (name := cursor.name()) is not None:
+        if name not in _FLAGS:
+            raise cursor.error("VP002", f"{name} is not known after PROC")
+        save = save or name == "SAVE"
+    return Procedure(line, tuple(found), save)
+
+
+def _read_parameter(cursor: Cursor) -> Parameter:
+    by_name = cursor.peek_name() == "VAR"
+    if by_name:
+        cursor.name()
+    kind = read_type(cursor)
+    cursor.skip()
+    at, name = cursor.at, cursor.name()
+    if name is None:
+        raise cursor.error("VP001", "expected the name of a value of PROC", at)
+    if cursor.take("["):
+        raise cursor.error("VP002", "arrays as values of PROC are not executed", at)
+    default: Value | None = None
+    if cursor.take("="):
+        sign = -1.0 if cursor.take("-") else 1.0
+        cursor.skip()
+        number = cursor.number()
+        default = sign * number if number is not None else cursor.string()
+    return Parameter(name, kind, default, by_name)
+
+
+def bind_arguments(
+    call: Call, procedure: Procedure, variables: Variables
+) -> tuple[dict[str, Variable], list[tuple[str, str]]]:
+    """The variables that a call begins with, and which of them set the caller's: (name inside, name outside)."""
+    given = read_argument_values(call.arguments or (), variables)
+    given = [] if given == [None] else given
+    if len(given) > len(procedure.parameters):
+        raise BlockError(
+            "VP023",
+            f"{call.name} takes {len(procedure.parameters)} values (its PROC line); here are {len(given)}",
+            call.column,
+        )
+    scope: dict[str, Variable] = {}
+    results = []
+    for number, parameter in enumerate(procedure.parameters):
+        value = given[number] if number < len(given) else None
+        if value is None:
+            value = parameter.default
+        variable = Variable(parameter.kind)
+        if value is not None:
+            variable.values[()] = variable.convert(value, parameter.name, Cursor("", 0), call.column - 1)
+        scope[parameter.name] = variable
+        if parameter.by_name and number < len(given) and call.arguments is not None:
+            results.append((parameter.name, call.arguments[number].text.strip()))
+    return scope, results
+
+
+def freeze(call: Call, variables: Variables) -> Call:
+    """A call whose arguments are numbers and texts: MCALL reads them once."""
+    if call.arguments is None:
+        return call
+    values = read_argument_values(call.arguments, variables)
+    arguments = tuple(
+        type(argument)(
+            "" if value is None else f'"{value}"' if isinstance(value, str) else _written(value), argument.column
+        )
+        for argument, value in zip(call.arguments, values, strict=True)
+    )
+    return Call(call.name, arguments, call.column)
+
+
+def _written(value: float) -> str:
+    return repr(float(value)).replace("e+", "EX").replace("e", "EX")

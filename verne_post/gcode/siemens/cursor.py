@@ -1,0 +1,115 @@
+"""A place in one line of a Siemens program: blanks, numbers, names and texts, each with its column."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.gcode.expressions import MAX_NUMBER, BlockError
+
+#: A number as it is written, with EX for a power of ten.
+NUMBER: Final = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:EX[+-]?[0-9]+)?", re.IGNORECASE)
+#: A name: of a word, a variable, a label or a subprogram.
+NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_]*")
+_BLANKS: Final = re.compile(r"[ \t\r]*")
+_POWER: Final = re.compile("EX", re.IGNORECASE)
+#: Values in other bases: 'HFF', 'B1010'.
+_BASED: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
+
+
+@dataclass
+class Cursor:
+    """A line without its comment, and the next character to read."""
+
+    text: str
+    at: int = 0
+
+    def skip(self) -> str:
+        """Pass blanks; the next character, or an empty text at the end."""
+        match = _BLANKS.match(self.text, self.at)
+        assert match is not None
+        self.at = match.end()
+        return self.text[self.at : self.at + 1]
+
+    def error(self, code: str, message: str, at: int | None = None) -> BlockError:
+        """An error at a character (None: the next one)."""
+        return BlockError(code, message, (self.at if at is None else at) + 1)
+
+    def take(self, symbol: str) -> bool:
+        """Pass a symbol if it comes next."""
+        self.skip()
+        if not self.text.startswith(symbol, self.at):
+            return False
+        self.at += len(symbol)
+        return True
+
+    def expect(self, symbol: str, why: str) -> None:
+        """Pass a symbol that must come next."""
+        if not self.take(symbol):
+            shown = self.text[self.at : self.at + 1]
+            raise self.error(
+                "VP001", f"expected '{symbol}' {why}, found {repr(shown) if shown else 'the end of the line'}"
+            )
+
+    def name(self) -> str | None:
+        """Pass a name, in upper case; None where none comes next."""
+        self.skip()
+        match = NAME.match(self.text, self.at)
+        if match is None:
+            return None
+        self.at = match.end()
+        return match.group().upper()
+
+    def peek_name(self) -> str | None:
+        """The name that comes next, in upper case, without passing it."""
+        self.skip()
+        match = NAME.match(self.text, self.at)
+        return None if match is None else match.group().upper()
+
+    def number(self) -> float | None:
+        """Pass a number without a sign; None where none comes next."""
+        begin = self.at
+        match = NUMBER.match(self.text, begin)
+        if match is None:
+            based = _BASED.match(self.text, begin)
+            if based is None:
+                return None
+            self.at = based.end()
+            return self.bounded(float(int(based[1], 16) if based[1] else int(based[2], 2)), begin)
+        self.at = match.end()
+        if self.text[self.at : self.at + 1] == ".":
+            raise self.error("VP001", f"{match.group()}.: a number has one point")
+        return self.bounded(float(_POWER.sub("E", match.group())), begin)
+
+    def string(self) -> str | None:
+        """Pass a text in double quotes; None where none comes next."""
+        if self.text[self.at : self.at + 1] != '"':
+            return None
+        end = self.text.find('"', self.at + 1)
+        if end < 0:
+            raise self.error("VP001", 'the text is not closed on its line; expected "')
+        value, self.at = self.text[self.at + 1 : end], end + 1
+        return value
+
+    def bounded(self, value: float, at: int) -> float:
+        """The value, unless it is beyond any machine."""
+        if not abs(value) <= MAX_NUMBER:
+            raise self.error("VP007", "the number is beyond any machine", at)
+        return value
+
+    @property
+    def ended(self) -> bool:
+        """True where nothing but blanks is left."""
+        return self.skip() == ""
+
+
+def code_part(line: str) -> str:
+    """A line without its comment; a semicolon inside a text begins none."""
+    if ";" not in line:
+        return line
+    quoted = False
+    for at, character in enumerate(line):
+        if character == '"':
+            quoted = not quoted
+        elif character == ";" and not quoted:
+            return line[:at]
+    return line

@@ -1,0 +1,355 @@
+"""Drilling cycles of Siemens programs: CYCLE81, 82, 83, 85, 86, 89 and 840, at the place where the tool stands."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from verne_post.base.tolerances import DRILL_TILT, ZERO_LENGTH_MM
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.cycle_codes import MAX_PECKS
+from verne_post.gcode.siemens.arguments import Arguments, read_cycle
+from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.words import Call
+from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
+
+_HEIGHTS: Final = ("RTP", "RFP", "SDIS", "DP", "DPR")
+_TAIL: Final = ("_GMODE", "_DMODE", "_AMODE")
+#: Values of each cycle, in order.
+PARAMETERS: Final = {
+    "CYCLE81": (*_HEIGHTS, "DTB", *_TAIL),
+    "CYCLE82": (*_HEIGHTS, "DTB", *_TAIL, "_VARI", "_ZA", "_FA", "_ZD", "_FD"),
+    "CYCLE83": (*_HEIGHTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI", "_AXN", "_MDEP", "_VRT", "_DTD", "_DIS1", *_TAIL),
+    "CYCLE85": (*_HEIGHTS, "DTB", "FFR", "RFF", *_TAIL),
+    "CYCLE86": (*_HEIGHTS, "DTB", "SDIR", "RPA", "RPO", "RPAP", "POSS", *_TAIL),
+    "CYCLE89": (*_HEIGHTS, "DTB", *_TAIL),
+    "CYCLE840": (*_HEIGHTS, "DTB", "SDR", "SDAC", "ENC", "MPIT", "PIT", "_AXN", "_PITA", "_TECHNO", "_PITM", "_PTAB", "_PTABA", *_TAIL),
+}  # fmt: skip
+#: CYCLE83: how far it retracts to break the chip where _VRT does not say, mm.
+_CHIP_MM: Final = 1.0
+#: ... and how far above the last depth rapid traverse ends where _DIS1 does not say: up to this depth, a share beyond, at most.
+_NEAR_MM, _NEAR_DEPTH_MM, _NEAR_SHARE, _NEAR_MOST_MM = 0.6, 30.0, 0.02, 7.0
+_DIRECTIONS: Final = {3: False, 4: True}
+
+
+class Drilling:
+    """Executes drilling cycles on an interpreter."""
+
+    def __init__(self, interpreter: SiemensInterpreter, variables: Variables) -> None:
+        self.interpreter, self.variables = interpreter, variables
+
+    def run(self, call: Call, line: int) -> None:
+        """Execute one cycle where the tool stands.
+
+        Raises
+        ------
+        BlockError
+            With the argument that does not fit.
+        """
+        given = read_cycle(call, PARAMETERS[call.name], self.variables)
+        hole = _Hole(self.interpreter, given, Block(line))
+        control = self.interpreter.state.control
+        if control.mode == PathMode.BLEND:
+            self.interpreter.state.control = PathControl(PathMode.EXACT_PATH)
+        try:
+            hole.drill()
+        finally:
+            self.interpreter.state.control = control
+
+
+class _Hole:
+    """One hole: its heights (mm, programmed), and the moves."""
+
+    def __init__(self, interpreter: SiemensInterpreter, given: Arguments, block: Block) -> None:
+        self.to, self.given, self.block = interpreter, given, block
+        self.unit = interpreter.modes.length
+        axis = given.whole("_AXN") if "_AXN" in given.names else 0
+        plane = given.whole("_DMODE") % 10
+        if plane not in (0, 1, 2, 3) or given.whole("_DMODE") > 3:
+            raise given.error(
+                "VP002", f"_DMODE {given.whole('_DMODE')} is not executed; 0 to 3 name the plane", "_DMODE"
+            )
+        number = interpreter.state.plane if plane == 0 else plane - 1
+        self.normal = PLANES[number][2]
+        if axis:
+            if axis not in (1, 2, 3):
+                raise given.error("VP007", f"_AXN {axis}: axes of the plane are 1 to 3", "_AXN")
+            first, second, third, *_ = PLANES[number]
+            self.normal = (first, second, third)[axis - 1]
+        self._check_place()
+        self._read_heights()
+
+    # --- checks and heights -------------------------------------------------------------------------------
+
+    def _check_place(self) -> None:
+        to, name = self.to, self.given.call.name
+        to._require_known(self.block, [0, 1, 2], name)
+        to._refuse_compensation(name)
+        to._check_feed(self.block, 10)
+        if to.state.feed_mode == FeedMode.INVERSE:
+            raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
+        if to.state.vector is not None and not to.follows_part:
+            to._refuse_open_table(self.block)
+        tool = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
+        if tool is not None and tool[self.normal] < 1.0 - DRILL_TILT:
+            raise BlockError(
+                "VP017", f"{name} drills along {AXES[self.normal]}, but the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}): it would be "
+                "dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
+            )  # fmt: skip
+
+    def _length(self, name: str) -> float:
+        return self.given.number(name) * self.unit
+
+    def _read_heights(self) -> None:
+        given = self.given
+        for name in ("RTP", "RFP"):
+            if not given.given(name):
+                raise given.error("VP005", f"{name} is needed", name)
+        self.retract, self.reference = self._length("RTP"), self._length("RFP")
+        if self.retract == self.reference:
+            raise given.error("VP007", "RTP and RFP are one height: there is no direction to drill", "RTP")
+        self.up = 1.0 if self.retract > self.reference else -1.0
+        modes = given.whole("_AMODE")
+        if not 0 <= modes <= 99_999 or given.whole("_GMODE"):
+            raise given.error(
+                "VP002",
+                "these digits of _GMODE and _AMODE are not executed",
+                "_AMODE" if not given.whole("_GMODE") else "_GMODE",
+            )
+        self.digits = [modes // 10**place % 10 for place in range(5)]
+        if max(self.digits) > 2:
+            raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")
+        self.clear = self.reference + self.up * abs(self._length("SDIS"))
+        self.bottom = self._depth("DP", "DPR", self.digits[0])
+        if (self.reference - self.bottom) * self.up <= 0:
+            raise given.error(
+                "VP007",
+                f"the bottom {self.bottom:g} mm lies on the wrong side of the reference plane {self.reference:g} mm",
+                "DP",
+            )
+
+    def _depth(self, absolute: str, relative: str, digit: int) -> float:
+        """A depth: absolute, or below the reference plane."""
+        given = self.given
+        if digit == 1:
+            return self.reference - self.up * abs(self._length(absolute))
+        if digit == 2 or (given.given(absolute) and not (given.given(relative) and given.number(relative))):
+            if not given.given(absolute):
+                raise given.error("VP005", f"{absolute} is needed", absolute)
+            return self._length(absolute)
+        if not given.given(relative):
+            raise given.error("VP005", f"{absolute} or {relative} is needed", absolute)
+        return self.reference - self.up * abs(self._length(relative))
+
+    def _seconds(self, name: str, digit: int = 0) -> float:
+        """A dwell: seconds, or turns of the spindle where it is negative or its digit says so."""
+        value = self.given.number(name)
+        if digit == 2 or (digit == 0 and value < 0):
+            return self.to.seconds_of_turns(abs(value))
+        if value < 0:
+            raise self.given.error("VP007", f"{name} {value:g}: a dwell is not negative", name)
+        return value
+
+    # --- moves --------------------------------------------------------------------------------------------
+
+    def _go(self, height: float, *, rapid: bool) -> None:
+        self.to.run_line(self.block, MoveKind.RAPID if rapid else MoveKind.FEED, {self.normal: height})
+
+    def _dwell(self, seconds: float) -> None:
+        if seconds:
+            self.to.dwell(self.block, seconds)
+
+    def drill(self) -> None:
+        """Make the hole, and go to the retract plane."""
+        name, given = self.given.call.name, self.given
+        here = self.to.programmed(self.normal)
+        if (here - self.clear) * self.up < -ZERO_LENGTH_MM and (here - self.retract) * self.up < -ZERO_LENGTH_MM:
+            raise BlockError("VP017", f"{name}: the tool stands at {here:g} mm, below the safety clearance {self.clear:g} mm: it would be moved through the part; "
+                             "move it to the retract plane before", given.call.column)  # fmt: skip
+        {
+            "CYCLE81": self._cycle_82, "CYCLE82": self._cycle_82, "CYCLE83": self._cycle_83, "CYCLE85": self._cycle_85, "CYCLE86": self._cycle_86,
+            "CYCLE89": self._cycle_89, "CYCLE840": self._cycle_840,
+        }[name]()  # fmt: skip
+
+    def _cycle_82(self) -> None:
+        seconds = self._seconds("DTB", self.digits[1])
+        self.given.refuse_rest()
+        self._go(self.clear, rapid=True)
+        self._go(self.bottom, rapid=False)
+        self._dwell(seconds)
+        self._go(self.retract, rapid=True)
+
+    def _cycle_89(self) -> None:
+        seconds = self._seconds("DTB", self.digits[1])
+        self.given.refuse_rest()
+        self._go(self.clear, rapid=True)
+        self._go(self.bottom, rapid=False)
+        self._dwell(seconds)
+        self._go(self.clear, rapid=False)
+        self._go(self.retract, rapid=True)
+
+    def _cycle_85(self) -> None:
+        """Ream: FFR in, RFF out."""
+        seconds = self._seconds("DTB", self.digits[1])
+        feeds = [self.given.number(name) for name in ("FFR", "RFF")]
+        self.given.refuse_rest()
+        for name, feed in zip(("FFR", "RFF"), feeds, strict=True):
+            if feed <= 0:
+                raise self.given.error("VP009", f"{name} {feed:g}: a feed rate greater than 0 is needed", name)
+        self._go(self.clear, rapid=True)
+        self._feed_at(feeds[0], self.bottom)
+        self._dwell(seconds)
+        self._feed_at(feeds[1], self.clear)
+        self._go(self.retract, rapid=True)
+
+    def _feed_at(self, feed: float, height: float) -> None:
+        state = self.to.state
+        before, state.feed = state.feed, feed * self.to.modes.feed
+        try:
+            self._go(height, rapid=False)
+        finally:
+            state.feed = before
+
+    def _cycle_86(self) -> None:
+        """Bore: stop the spindle at an angle, lift off, out in rapid traverse."""
+        given, to = self.given, self.to
+        seconds = self._seconds("DTB", self.digits[1])
+        direction = given.whole("SDIR", 3)
+        if direction not in _DIRECTIONS:
+            raise given.error("VP007", f"SDIR {direction}: the spindle turns with 3 or 4", "SDIR")
+        lift = [self._length(name) for name in ("RPA", "RPO", "RPAP")]
+        angle = given.number("POSS")
+        given.refuse_rest()
+        plane = PLANES[to.state.plane][:2]
+        axes = (*plane, self.normal)
+        to._switch_spindle(self.block.line, on=True, backwards=_DIRECTIONS[direction])
+        self._go(self.clear, rapid=True)
+        self._go(self.bottom, rapid=False)
+        self._dwell(seconds)
+        to.recorder.event(self.block.line, "orient", angle=angle)
+        to.state.spindle_on = False
+        hole = {axis: to.programmed(axis) for axis in plane}
+        to.run_line(
+            self.block,
+            MoveKind.RAPID,
+            {axis: to.programmed(axis) + size for axis, size in zip(axes, lift, strict=True)},
+        )
+        self._go(self.clear, rapid=True)
+        to.run_line(self.block, MoveKind.RAPID, hole)
+        self._go(self.retract, rapid=True)
+        to._switch_spindle(self.block.line, on=True, backwards=_DIRECTIONS[direction])
+
+    def _cycle_840(self) -> None:
+        """Tap with a compensating chuck: in, the spindle turns the other way, out."""
+        given, to = self.given, self.to
+        if not (to.state.spindle_on and to.state.spindle_speed > 0):
+            raise BlockError("VP017", "CYCLE840 needs a turning spindle; give S and M3 or M4 first", given.call.column)
+        seconds = self._seconds("DTB", self.digits[1])
+        out, after = given.whole("SDR"), given.whole("SDAC", 3)
+        pitch = self._length("PIT") or _METRIC_PITCH.get(given.number("MPIT"), 0.0)
+        encoder = given.whole("ENC")
+        given.refuse_rest()
+        if encoder not in (0, 1):
+            raise given.error("VP002", f"ENC {encoder}: 0 and 1 are executed (1: feed rate as programmed)", "ENC")
+        backwards = to.state.spindle_reversed
+        if out not in (0, 3, 4) or after not in (3, 4, 5) or (out and _DIRECTIONS[out] == backwards):
+            raise given.error("VP007", "SDR is 0 or the other direction of the spindle, SDAC 3, 4 or 5", "SDR")
+        state = to.state
+        feed = state.feed
+        if pitch and encoder == 0 and state.feed_mode == FeedMode.PER_MINUTE:
+            state.feed = pitch * state.spindle_speed
+        try:
+            self._go(self.clear, rapid=True)
+            self._go(self.bottom, rapid=False)
+            to._switch_spindle(self.block.line, on=True, backwards=not backwards)
+            self._dwell(seconds)
+            self._go(self.clear, rapid=False)
+        finally:
+            state.feed = feed
+        to._switch_spindle(self.block.line, on=after != 5, backwards=after == 4)
+        self._go(self.retract, rapid=True)
+
+    # --- CYCLE83 --------------------------------------------------------------------------------------------
+
+    def _cycle_83(self) -> None:
+        """Deep holes: down in strokes that grow smaller by DAM, out after each (VARI 1), or back a little to break the chip (VARI 0)."""
+        given = self.given
+        first = (
+            self._depth("FDEP", "FDPR", self.digits[4]) if given.given("FDEP") or given.given("FDPR") else self.bottom
+        )
+        amount, least = given.number("DAM"), self._length("_MDEP")
+        dwells = [self._seconds("DTB", self.digits[1]), self._seconds("DTS", self.digits[3])]
+        last_dwell = self._seconds("_DTD", self.digits[2]) if given.number("_DTD") else dwells[0]
+        factor = given.number("FRF") or 1.0
+        out = given.whole("VARI")
+        back, near = self._length("_VRT"), self._length("_DIS1")
+        given.refuse_rest()
+        if out not in (0, 1):
+            raise given.error("VP002", f"VARI {out} is not executed; 0 breaks the chip, 1 takes it out", "VARI")
+        if not 0.001 <= factor <= 1.0:
+            raise given.error("VP007", f"FRF {factor:g}: the share of the feed rate is 0.001 to 1", "FRF")
+        depth = (self.reference - self.bottom) * self.up
+        first_stroke = (self.reference - first) * self.up
+        if not 0 < first_stroke <= depth + ZERO_LENGTH_MM:
+            raise given.error(
+                "VP007", f"the first depth {first:g} mm is not between the reference plane and the bottom", "FDEP"
+            )
+        if near <= 0:
+            near = _NEAR_MM if depth <= _NEAR_DEPTH_MM else min(_NEAR_SHARE * depth, _NEAR_MOST_MM)
+        self._go(self.clear, rapid=True)
+        feed = self.to.state.feed
+        depths = list(_strokes(depth, first_stroke, amount * self.unit if amount > 0 else amount, abs(least), given))
+        for number, below in enumerate(depths):
+            height = self.reference - self.up * below
+            self.to.state.feed = feed * (factor if number == 0 else 1.0)
+            try:
+                self._go(height, rapid=False)
+            finally:
+                self.to.state.feed = feed
+            last = number == len(depths) - 1
+            self._dwell(last_dwell if last else dwells[0])
+            if last:
+                break
+            if out:
+                self._go(self.clear, rapid=True)
+                self._dwell(dwells[1])
+                self._go(self._lower(height + self.up * near, self.clear), rapid=True)
+            else:
+                self._go(self._lower(height + self.up * (abs(back) or _CHIP_MM), self.clear), rapid=False)
+        self._go(self.retract, rapid=True)
+
+    def _lower(self, a: float, b: float) -> float:
+        return min(a, b) if self.up > 0 else max(a, b)
+
+
+def _strokes(depth: float, first: float, amount: float, least: float, given: Arguments) -> Iterator[float]:
+    """Depths of CYCLE83 below the reference plane.
+
+    Each stroke is smaller by ``amount`` (or is its share where it is negative), as long as that is more than ``amount``
+    (``least`` where that is given); then strokes of this size follow, and the last two share what is left.
+    """
+    if amount < -1:
+        raise given.error("VP007", f"DAM {amount:g}: a share is -0.001 to -1", "DAM")
+    below, stroke, count = first, first, 1
+    yield min(below, depth)
+    smallest = least or (amount if amount > 0 else 0.0)
+    while depth - below > ZERO_LENGTH_MM:
+        count += 1
+        if count > MAX_PECKS:
+            raise given.error("VP007", f"more than {MAX_PECKS} strokes in one hole", "DAM")
+        smaller = stroke - amount if amount >= 0 else -amount * stroke
+        stroke = max(smaller, smallest) if smallest else smaller
+        if stroke <= ZERO_LENGTH_MM:
+            raise given.error("VP007", "the strokes become too small; give _MDEP or a smaller DAM", "DAM")
+        left = depth - below
+        if amount > 0 and stroke <= smallest and stroke < left < 2 * stroke:
+            stroke = 0.5 * left
+        below = depth if left - stroke <= ZERO_LENGTH_MM else below + stroke
+        yield below
+
+
+#: Pitch of ISO coarse threads, mm: size M -> pitch.
+_METRIC_PITCH: Final = {
+    3.0: 0.5, 4.0: 0.7, 5.0: 0.8, 6.0: 1.0, 8.0: 1.25, 10.0: 1.5, 12.0: 1.75, 14.0: 2.0, 16.0: 2.0, 18.0: 2.5, 20.0: 2.5, 22.0: 2.5, 24.0: 3.0,
+    27.0: 3.0, 30.0: 3.5, 33.0: 3.5, 36.0: 4.0, 39.0: 4.0, 42.0: 4.5, 45.0: 4.5, 48.0: 5.0,
+}  # fmt: skip

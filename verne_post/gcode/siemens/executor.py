@@ -1,0 +1,117 @@
+"""One block with its variables, words, cycles and modal call: what the flow of a program executes."""
+
+from typing import Final
+
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.block import Block
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
+from verne_post.gcode.siemens.drilling import Drilling
+from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.modes import Modes
+from verne_post.gcode.siemens.patterns import PARAMETERS as PATTERNS
+from verne_post.gcode.siemens.patterns import places_of_pattern
+from verne_post.gcode.siemens.swivel import Swivel
+from verne_post.gcode.siemens.system_variables import SystemVariables
+from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.words import Call, WordReader, Words
+from verne_post.gcode.state import State
+from verne_post.model.moves import MoveKind
+
+_OTHERS: Final = ("CYCLE800", "CYCLE832")
+
+
+class Executor:
+    """Reads and executes blocks on one interpreter.
+
+    Attributes
+    ----------
+    interpreter : SiemensInterpreter
+    variables : Variables
+    words : WordReader
+    modal : Call or None
+        The cycle of MCALL.
+    """
+
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        self.setup = setup
+        self.interpreter = SiemensInterpreter(setup, state, recorder)
+        self.variables = Variables(SystemVariables(self.interpreter))
+        self.words = WordReader(self.variables, lambda name: False)
+        self.drilling = Drilling(self.interpreter, self.variables)
+        self.swivel = Swivel(self.interpreter, self.variables)
+        self.modal: Call | None = None
+        self.run(self.read(Cursor(self.interpreter.keys.start), 1))
+
+    @property
+    def ended(self) -> bool:
+        """True after M2 or M30."""
+        return self.interpreter.ended
+
+    @property
+    def modes(self) -> Modes:
+        """What holds from block to block."""
+        return self.interpreter.modes
+
+    @property
+    def move_count(self) -> int:
+        """Moves recorded so far."""
+        return self.interpreter.recorder.count
+
+    def event(self, line: int, kind: str, **data: object) -> None:
+        """Record something that is no motion."""
+        self.interpreter.recorder.event(line, kind, **data)
+
+    def read(self, cursor: Cursor, line: int) -> Words:
+        """Read the words of a block."""
+        return self.words.read(cursor, line)
+
+    def run(self, words: Words) -> None:
+        """Execute a block without its calls, and the cycle of MCALL where it has moved."""
+        if words.calls:
+            words.used.add("P")
+        if self.interpreter.run(words) and self.modal is not None:
+            self.drilling.run(self.modal, words.line)
+
+    def restore(self, modes: Modes) -> None:
+        """Bring back what SAVE has kept."""
+        self.interpreter._refuse_compensation("the end of a subprogram with SAVE")
+        self.interpreter.modes = modes
+        self.interpreter.set_chain()
+        self.interpreter.set_path_control()
+
+    # --- cycles ---------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def is_drilling(name: str) -> bool:
+        """True for the cycles that MCALL may call."""
+        return name in DRILLING
+
+    @staticmethod
+    def is_cycle(name: str) -> bool:
+        """True for cycles of the control that are executed."""
+        return name in DRILLING or name in PATTERNS or name in _OTHERS
+
+    def run_cycle(self, call: Call, line: int) -> None:
+        """Execute a cycle of the control."""
+        if call.name == "CYCLE800":
+            self.swivel.run(call, line)
+        elif call.name == "CYCLE832":
+            self.swivel.set_tolerance(call, line)
+        elif call.name in PATTERNS:
+            self._run_pattern(call, line)
+        else:
+            self.drilling.run(call, line)
+
+    def _run_pattern(self, call: Call, line: int) -> None:
+        """Go to every place of a pattern, and execute the cycle of MCALL there."""
+        to, block = self.interpreter, Block(line)
+        first, second, *_ = PLANES[to.state.plane]
+        to._require_known(block, [0, 1, 2], call.name)
+        here = to.programmed(first), to.programmed(second)
+        for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
+            to.run_line(block, MoveKind.RAPID, {first: u, second: v})
+            if self.modal is not None:
+                self.drilling.run(self.modal, line)

@@ -1,0 +1,336 @@
+"""One block of a Siemens program: its functions in order, then its motion. Cycles and the frame words are in their own files."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.tolerances import WHOLE_NUMBER
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.frame_codes import MAX_DWELL_S
+from verne_post.gcode.siemens.frame_words import SiemensFrameWords
+from verne_post.gcode.siemens.words import Word, Words
+from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
+
+#: A quarter of the distance from the corner at which blending may begin (ADIS): about how far a right-angled blend of that
+#: length leaves the corner.
+_SHARE_OF_ADIS: Final = 0.25
+_FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
+_FIRST_NAMED_TOOL: Final = 100_001
+
+
+class SiemensInterpreter(SiemensFrameWords):
+    """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
+
+    def run(self, words: Words) -> bool:
+        """Execute one block without its calls; True where axes were named, after which a modal call comes.
+
+        Raises
+        ------
+        BlockError
+            With the column of what cannot be executed.
+        """
+        block = Block(words.line, columns={name: word.column for name, word in words.words.items()})
+        for name, _column in words.no_effect:
+            self.recorder.event(words.line, "without effect", word=name)
+        self._set_modes_of(words)
+        self._run_auxiliary(words, block)
+        if words.code("frame") is not None:
+            self._refuse_motion_beside(words, "frame")
+            self.run_frame_word(words, block)
+        if words.code("pole") is not None:
+            self._refuse_motion_beside(words, "pole")
+            self.set_pole(words, block)
+        self._select_offset(words)
+        self._select_transformation(words)
+        if words.code("dwell") is not None:
+            self._run_dwell(words, block)
+        named = self._run_motion(words, block)
+        self._refuse_unused(words)
+        self._run_stops(words)
+        return named
+
+    def _refuse_motion_beside(self, words: Words, group: str) -> None:
+        if words.code("motion") is not None or words.code("suppression") is not None:
+            raise BlockError("VP003", f"{words.code(group)} stands in a block without motion", words.column(group))
+
+    @staticmethod
+    def _refuse_unused(words: Words) -> None:
+        for name, word in words.words.items():
+            if name not in words.used:
+                shown = word.text if word.text is not None else f"{word.value:g}"
+                raise word.error("VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown}")
+
+    # --- modes ------------------------------------------------------------------------------------------
+
+    def _set_modes_of(self, words: Words) -> None:
+        modes, state = self.modes, self.state
+        if (plane := words.code("plane")) is not None:
+            number = int(plane[1:]) - 17
+            if number != state.plane:
+                self._refuse_compensation("a change of plane")
+            state.plane = number
+        if (units := words.code("units")) is not None:
+            modes.units = units
+        if (distance := words.code("distance")) is not None:
+            modes.absolute = distance == "G90"
+        for group, name in (("orientation reference", "reference"), ("orientation path", "path")):
+            if (word := words.code(group)) is not None:
+                setattr(modes, name, word)
+        if (motion := words.code("motion")) is not None:
+            modes.motion = motion
+        for name in ("ADIS", "CTOL", "OTOL"):
+            if (tolerance := words.take(name)) is not None:
+                setattr(modes, name.lower(), self._tolerance(tolerance))
+        if (exact := words.code("exact stop")) is not None:
+            modes.exact = exact
+        self.set_path_control(once=words.code("exact stop of the block") is not None)
+
+    def _tolerance(self, word: Word) -> float | None:
+        """CTOL and OTOL below 0 mean the value of the machine data, here the options."""
+        value = word.value * (1.0 if word.name == "OTOL" else self.modes.length)
+        if value < 0 and word.name == "ADIS":
+            raise word.error("VP007", f"ADIS={word.value:g}: a distance is not negative")
+        return None if value < 0 else value
+
+    def set_path_control(self, *, once: bool = False) -> None:
+        """What G60, G64 to G645 and the tolerances mean; ``once``: G9 in the block."""
+        modes = self.modes
+        if modes.exact == "G60" or once:
+            self.state.control = PathControl(PathMode.EXACT_STOP)
+            return
+        tolerance = None
+        if modes.exact == "G641":
+            tolerance = _SHARE_OF_ADIS * (modes.adis or 0.0)
+        elif modes.exact in ("G642", "G643", "G645"):
+            tolerance = modes.ctol
+        self.state.control = PathControl(PathMode.BLEND, tolerance, tolerance, modes.otol)
+
+    # --- auxiliary functions --------------------------------------------------------------------------
+
+    def _run_auxiliary(self, words: Words, block: Block) -> None:
+        self._run_feed(words, block)
+        made = Block(words.line, columns=block.columns)
+        if (speed := words.words.get("S")) is not None and words.code("dwell") is None:
+            words.take("S")
+            made.words["S"] = speed.value
+        if (tool := words.take("T")) is not None:
+            made.words["T"] = float(self._tool_number(tool))
+        if (position := words.take("SPOS")) is not None:
+            self.recorder.event(words.line, "orient", angle=position.value)
+            self.state.spindle_on = False
+        if (function := words.take("H")) is not None:
+            self.recorder.event(words.line, "auxiliary", code=f"H{function.value:g}")
+        groups: dict[str, list[int]] = {}
+        for number, column in words.m:
+            if number in (0, 1, 2, 17, 30) or self._execute_user_code(made, "M", float(number)):
+                continue
+            groups.setdefault(self.table.group_of_m[self._m_code(float(number), column)], []).append(number)
+        for group, codes in groups.items():
+            if len(codes) > 1 and group != "coolant":
+                raise BlockError(
+                    "VP003", f"M{codes[0]} and M{codes[1]} are of one group ({group})", block.columns.get("M")
+                )
+        self._execute_auxiliary(made, groups)
+        self._select_edge(words, loaded=bool(groups.get("tool change")))
+
+    def _run_feed(self, words: Words, block: Block) -> None:
+        mode = words.code("feed mode")
+        groups = {} if mode is None else {"feed mode": _FEED_MODES[mode]}
+        made = Block(words.line, columns=block.columns)
+        if (feed := words.words.get("F")) is not None and words.code("dwell") is None:
+            words.take("F")
+            made.words["F"] = block.words["F"] = feed.value
+        self._set_feed(made, groups)
+        if "F" in made.words and self.modes.feed != 1.0 and self.state.feed_mode.name != "INVERSE":
+            self.state.feed *= self.modes.feed
+
+    def _tool_number(self, word: Word) -> int:
+        """T5, T="5", T="name"."""
+        name = word.text
+        if name is None or name.isdigit():
+            number = word.value if name is None else float(name)
+            if abs(number - round(number)) > WHOLE_NUMBER or number < 0:
+                raise word.error("VP007", f"T{number:g}: a tool number is whole and not negative")
+            return round(number)
+        if name in self.keys.tools:
+            return self.keys.tools[name]
+        if self.state.tools is not None:
+            raise word.error(
+                "VP012",
+                f'T="{name}": the tool table knows numbers; give this name one in the settings file, under [siemens.tools]',
+            )
+        return self.tool_names.setdefault(name, _FIRST_NAMED_TOOL + len(self.tool_names))
+
+    def _select_edge(self, words: Words, *, loaded: bool) -> None:
+        """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away."""
+        edge = words.take("D")
+        if edge is None and not loaded:
+            return
+        number = 1 if edge is None else round(edge.value)
+        if edge is not None and (abs(edge.value - number) > WHOLE_NUMBER or number not in (0, 1)):
+            raise edge.error(
+                "VP012", f"D{edge.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off"
+            )
+        self._refuse_compensation("a change of tool offset")
+        state, block = self.state, Block(words.line)
+        self.modes.edge = number == 1
+        empty = not state.loaded_tool
+        if number == 0 or (empty and loaded):
+            self._set_tool_length(block, 490)
+        elif state.tools is None and not self.setup.machine:
+            state.length_given = True
+        else:
+            if empty and self.setup.machine and self.setup.tool_length is None:
+                column = None if edge is None else edge.column
+                raise BlockError(
+                    "VP012", "D1, and no tool is in the spindle; write T and M6 first, or use --tool-length", column
+                )
+            self._set_tool_length(block, 430)
+        self.set_chain()
+
+    # --- work offsets, transformation -------------------------------------------------------------------
+
+    def _select_offset(self, words: Words) -> None:
+        code = words.code("offset")
+        if code is None:
+            return
+        number = 0 if code == "G500" else int(code[1:]) - 53 if len(code) == 3 else int(code[1:]) - 500
+        system = self.system_number(number)
+        if system not in self.state.systems:
+            raise BlockError(
+                "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.column("offset")
+            )
+        self.modes.system = system
+        self.set_chain()
+
+    def _select_transformation(self, words: Words) -> None:
+        code = words.code("transformation")
+        if code is None or self.modes.tcp == (code == "TRAORI"):
+            return
+        self._refuse_compensation(code)
+        if code == "TRAFOOF" and self.state.vector is not None and self.modes.frames.swivel.is_identity:
+            self._settle_vector()
+        self.modes.tcp = code == "TRAORI"
+        self.set_chain()
+
+    def _settle_vector(self) -> None:
+        """A tool axis that is upright holds with A at 0; any other leaves the side of the table open."""
+        vector = self.setup.coordinates.displacement(np.array(self.state.vector), replace(self.state.frame, tool=ZERO9))
+        if vector[2] >= 1.0 - _UPRIGHT:
+            self.state.vector = None
+
+    # --- dwell, motion, stops ---------------------------------------------------------------------------
+
+    def _run_dwell(self, words: Words, block: Block) -> None:
+        self._refuse_motion_beside(words, "dwell")
+        seconds, turns = words.take("F"), words.take("S")
+        if (seconds is None) == (turns is None):
+            raise BlockError(
+                "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.column("dwell")
+            )
+        if turns is not None:
+            self.dwell(block, self.seconds_of_turns(turns.value))
+        elif seconds is not None:
+            self.dwell(block, seconds.value)
+
+    def seconds_of_turns(self, turns: float) -> float:
+        """How long the spindle takes for so many turns."""
+        if not (self.state.spindle_on and self.state.spindle_speed > 0):
+            raise BlockError("VP017", "a dwell in turns of the spindle needs a turning spindle; give S and M3 first")
+        return 60.0 * turns / self.state.spindle_speed
+
+    def dwell(self, block: Block, seconds: float) -> None:
+        """Stand still."""
+        if not 0.0 <= seconds <= MAX_DWELL_S:
+            raise BlockError("VP007", f"a dwell of {seconds:g} s: it is not negative, and no longer than a day")
+        self._record_dwell(block, seconds)
+
+    def _run_motion(self, words: Words, block: Block) -> bool:
+        """The motion of a block; True where axes were named."""
+        if words.code("dwell") or words.code("frame") or words.code("pole"):
+            return False
+        modes = self.modes
+        self._switch_compensation(words, block)
+        suppressed = words.code("suppression")
+        if suppressed is not None:
+            self._run_in_machine(words, block, suppressed)
+            return False
+        places, vector = self.read_places(words, block), self.read_vector(words)
+        if (
+            not places
+            and vector is None
+            and not (modes.motion in ("G2", "G3") and {"I", "J", "K", "AR"} & set(words.words))
+        ):
+            return False
+        if modes.motion in ("G0", "G1"):
+            kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
+            self.run_line(block, kind, places, vector)
+        else:
+            if vector is not None:
+                raise BlockError(
+                    "VP002",
+                    f"A3= B3= C3= beside {modes.motion}: an arc keeps the tool axis, or turns A and C; write short lines",
+                )
+            self._run_curve(words, block, places)
+        if words.code("exact stop of the block") is not None:
+            self.set_path_control()
+        return bool(places)
+
+    def _run_in_machine(self, words: Words, block: Block, code: str) -> None:
+        if self.modes.motion not in ("G0", "G1"):
+            raise BlockError("VP017", f"{code} needs G0 or G1", words.column("suppression"))
+        places = {}
+        for axis, letter in enumerate(AXES):
+            if (word := words.take(letter)) is None:
+                continue
+            if word.mode not in ("", "AC") or (not self.modes.absolute and not word.mode):
+                raise word.error("VP017", f"{code} is absolute; it cannot be used with G91 or {word.mode or 'IC'}")
+            places[axis] = word.value * (1.0 if letter in "ABC" else self.modes.length)
+        if places:
+            kind = MoveKind.RAPID if self.modes.motion == "G0" else MoveKind.FEED
+            self.run_machine_line(block, kind, places)
+
+    def _run_curve(self, words: Words, block: Block, places: dict[int, float]) -> None:
+        motion = self.modes.motion
+        self._require_known(block, [0, 1, 2], "an arc")
+        if motion in ("G2", "G3"):
+            center, radius, turns = self.read_arc(words, block, places, motion == "G2")
+            self.run_arc(block, motion == "G2", places, center, radius, turns)
+        elif motion == "CT":
+            middle, clockwise = self.read_tangent_arc(places)
+            self.run_arc(block, clockwise, places, middle, 0.0, 0)
+        else:
+            point = []
+            for axis, name in enumerate(("I1", "J1", "K1")):
+                word = words.take(name)
+                here = self.programmed(axis)
+                value = 0.0 if word is None else word.value * self.modes.length
+                relative = word is not None and (word.mode == "IC" or (not word.mode and not self.modes.absolute))
+                point.append(here if word is None else here + value if relative else value)
+            if not {"I1", "J1", "K1"} & set(words.words):
+                raise BlockError("VP005", "CIP needs an intermediate point, I1= J1= K1=")
+            self.run_spatial_arc(block, point, places)
+
+    def _switch_compensation(self, words: Words, block: Block) -> None:
+        code = words.code("compensation")
+        if code is None:
+            return
+        first, second = {0: (0, 1), 1: (2, 0), 2: (1, 2)}[self.state.plane]
+        number = {"G40": 400, "G41": 410, "G42": 420}[code]
+        if code != "G40" and self.scale(first) * self.scale(second) < 0:
+            number = 830 - number
+        if number == 400 or self.state.compensation is None or self.state.compensation.code != number:
+            self._compensate(Block(words.line, columns=block.columns), number)
+
+    def _run_stops(self, words: Words) -> None:
+        for number, _column in words.m:
+            if number in (2, 30):
+                self.ended = True
+                self.recorder.event(words.line, "end", code=f"M{number}")
+            elif number in (0, 1):
+                self.recorder.event(words.line, "stop", stop="optional" if number else "program")
+
+
+#: 1 - cosine of a tool axis that counts as upright: half the last of six decimals of A3 and B3.
+_UPRIGHT: Final = 1e-13

@@ -1,0 +1,67 @@
+"""Keys of the settings file for Siemens programs: what builders of machines choose by machine data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Final, Literal
+
+#: Values that a key may have, where it is not any text or number.
+_CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
+    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SiemensKeys:
+    """Keys of [siemens], with their defaults.
+
+    Attributes
+    ----------
+    start : str
+        A block that is executed before the program: the reset state of the control.
+    rotation : str
+        Angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z).
+    orientation : str
+        How the tool axis goes where no ORI word is programmed: "axes" linear in A and C, "vector" on a great circle, "words":
+        as axes for A and C words, on a great circle for A3 B3 C3.
+    orientation_by_group : bool
+        ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
+    modulo_axes : str
+        Rotary axes whose absolute values count within the present turn.
+    tools : mapping
+        T="name" -> number of the tool table.
+    """
+
+    start: str = "G1 G17 G40 G54 G60 G710 G90 G94"
+    rotation: Literal["rpy", "euler"] = "rpy"
+    orientation: Literal["words", "axes", "vector"] = "words"
+    orientation_by_group: bool = False
+    modulo_axes: str = ""
+    tools: Mapping[str, int] = field(default_factory=dict)
+
+
+def read_keys(given: Mapping[str, object]) -> SiemensKeys:
+    """Keys from the settings file.
+
+    Raises
+    ------
+    ValueError
+        With the key, what is wrong, and what would be right.
+    """
+    known = {item.name: item for item in fields(SiemensKeys)}
+    for name, value in given.items():
+        if name not in known:
+            raise ValueError(f"{name}: no such key; expected {', '.join(known)}")
+        choices = _CHOICES.get(name)
+        if choices is not None and value not in choices:
+            raise ValueError(f"{name}: expected {' or '.join(choices)}")
+        if name in ("start", "modulo_axes") and not isinstance(value, str):
+            raise ValueError(f"{name}: expected a text")
+        if name == "orientation_by_group" and not isinstance(value, bool):
+            raise ValueError(f"{name}: expected true or false")
+        if name == "tools" and not (
+            isinstance(value, Mapping) and all(type(number) is int and number > 0 for number in value.values())
+        ):
+            raise ValueError(f"{name}: expected names with numbers of tools")
+        if name == "modulo_axes" and not set(str(value)) <= set("AC"):
+            raise ValueError(f"{name}: expected letters of rotary axes, A and C")
+    return SiemensKeys(**given)  # type: ignore[arg-type]

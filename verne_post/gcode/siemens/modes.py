@@ -1,0 +1,68 @@
+"""What holds from block to block in a Siemens program, beside what the interpreter of all dialects keeps."""
+
+from dataclasses import dataclass, field, replace
+
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.siemens.frames import Frames
+
+
+@dataclass
+class Modes:
+    """Modal G functions and values. mm and degrees.
+
+    Attributes
+    ----------
+    motion : str
+        G0, G1, G2, G3, CIP or CT.
+    absolute : bool
+    units : str
+        G70, G71, G700, G710.
+    exact : str
+        G60, G64, G641 to G645.
+    adis, ctol, otol : float or None
+        Tolerances of corners: mm, mm, degrees.
+    pole : tuple
+        Of polar words, in the plane.
+    radius, angle : float or None
+        RP and AP.
+    reference, path : str or None
+        ORIWKS or ORIMKS; ORIAXES, ORIVECT or ORIPLANE. None: not programmed.
+    tcp : bool
+        TRAORI is active.
+    frames : Frames
+    system : int
+        Number of the work offset; 0: G500.
+    edge : bool
+        D1: the tool length counts in places of the machine.
+    """
+
+    motion: str = "G1"
+    absolute: bool = True
+    units: str = "G710"
+    exact: str = "G60"
+    adis: float | None = None
+    ctol: float | None = None
+    otol: float | None = None
+    pole: tuple[float, float] = (0.0, 0.0)
+    radius: float | None = None
+    angle: float | None = None
+    reference: str | None = None
+    path: str | None = None
+    tcp: bool = False
+    frames: Frames = field(default_factory=Frames)
+    system: int = 1
+    edge: bool = True
+
+    @property
+    def length(self) -> float:
+        """Mm of a unit of lengths."""
+        return MM_PER_INCH if self.units in ("G70", "G700") else 1.0
+
+    @property
+    def feed(self) -> float:
+        """Mm of a unit of feed rates."""
+        return MM_PER_INCH if self.units == "G700" else 1.0
+
+    def copy(self) -> "Modes":
+        """What SAVE keeps of them."""
+        return replace(self)

@@ -1,0 +1,77 @@
+"""Patterns of holes: HOLES1 (a row), HOLES2 (a circle), CYCLE801 (a grid), as places in the active plane."""
+
+import math
+from typing import Final
+
+from verne_post.gcode.cycle_codes import MAX_HOLES
+from verne_post.gcode.siemens.arguments import Arguments, read_cycle
+from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.words import Call
+
+#: Values of each, in order; the last ones are marks of the editor and hidden places.
+PARAMETERS: Final = {
+    "HOLES1": ("SPCA", "SPCO", "STA1", "FDIS", "DBH", "NUM", "_VARI", "_UMODE", "_HIDE", "_NSP", "_DMODE"),
+    "HOLES2": ("CPA", "CPO", "RAD", "STA1", "INDA", "NUM", "_VARI", "_UMODE", "_HIDE", "_NSP", "_DMODE"),
+    "CYCLE801": ("_SPCA", "_SPCO", "_STA", "_DIS1", "_DIS2", "_NUM1", "_NUM2", "_VARI", "_UMODE", "_ANG1", "_ANG2", "_HIDE", "_NSP", "_DMODE"),
+}  # fmt: skip
+
+
+def places_of_pattern(
+    call: Call, variables: Variables, unit: float, here: tuple[float, float]
+) -> list[tuple[float, float]]:
+    """Places of the holes in the plane, mm, in the order in which they are drilled.
+
+    Parameters
+    ----------
+    call : Call
+    variables : Variables
+    unit : float
+        Mm of a unit of lengths.
+    here : tuple
+        Where the tool stands: HOLES1 begins at the nearer end.
+    """
+    given = read_cycle(call, PARAMETERS[call.name], variables)
+    found = {"HOLES1": _row, "HOLES2": _circle, "CYCLE801": _grid}[call.name](given, unit)
+    given.refuse_rest(("_DMODE", "_NSP"))
+    if call.name == "HOLES1" and math.dist(here, found[-1]) < math.dist(here, found[0]):
+        found.reverse()
+    return found
+
+
+def _count(given: Arguments, name: str) -> int:
+    number = given.whole(name)
+    if not 1 <= number <= MAX_HOLES:
+        raise given.error("VP007", f"{name} {number}: a pattern has 1 to {MAX_HOLES} holes", name)
+    return number
+
+
+def _row(given: Arguments, unit: float) -> list[tuple[float, float]]:
+    x, y, first, step = (given.number(name) * unit for name in ("SPCA", "SPCO", "FDIS", "DBH"))
+    turn = math.radians(given.number("STA1"))
+    ways = [first + number * step for number in range(_count(given, "NUM"))]
+    return [(x + way * math.cos(turn), y + way * math.sin(turn)) for way in ways]
+
+
+def _circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
+    x, y, radius = (given.number(name) * unit for name in ("CPA", "CPO", "RAD"))
+    number = _count(given, "NUM")
+    if radius <= 0:
+        raise given.error("VP007", "RAD is greater than 0", "RAD")
+    begin, step = given.number("STA1"), given.number("INDA") or 360.0 / number
+    turns = [math.radians(begin + count * step) for count in range(number)]
+    return [(x + radius * math.cos(turn), y + radius * math.sin(turn)) for turn in turns]
+
+
+def _grid(given: Arguments, unit: float) -> list[tuple[float, float]]:
+    x, y, across, up = (given.number(name) * unit for name in ("_SPCA", "_SPCO", "_DIS1", "_DIS2"))
+    turn = math.radians(given.number("_STA"))
+    columns, rows = _count(given, "_NUM1"), _count(given, "_NUM2")
+    if columns * rows > MAX_HOLES:
+        raise given.error("VP007", f"a pattern has at most {MAX_HOLES} holes", "_NUM1")
+    found = []
+    for row in range(rows):
+        order = range(columns) if row % 2 == 0 else range(columns - 1, -1, -1)
+        for column in order:
+            u, v = column * across, row * up
+            found.append((x + u * math.cos(turn) - v * math.sin(turn), y + u * math.sin(turn) + v * math.cos(turn)))
+    return found

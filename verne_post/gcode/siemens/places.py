@@ -1,0 +1,235 @@
+"""Words of a block -> programmed places of axes, centres of arcs, polar words, tool axes."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.motion_codes import MAX_TURNS
+from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.words import Word, Words
+from verne_post.model.moves import AXES
+
+Array = NDArray[np.float64]
+_ROTARY: Final = "ABC"
+#: Tool axes may have any length but none.
+_NO_AXIS: Final = 1e-6
+
+
+class SiemensPlaces(SiemensMotion):
+    """Motion, and what words mean as places."""
+
+    def read_places(self, words: Words, block: Block) -> dict[int, float]:
+        """Programmed places of the axes that a block names, absolute, mm and degrees."""
+        places = self._read_polar(words, block)
+        for axis, letter in enumerate(AXES):
+            word = words.take(letter)
+            if word is None:
+                continue
+            if axis in places:
+                raise word.error("VP003", f"{letter} beside AP= or RP=: a place is given in one way")
+            places[axis] = self._place(word, axis, block)
+        return places
+
+    def _place(self, word: Word, axis: int, block: Block) -> float:
+        rotary = word.name in _ROTARY
+        value = word.value if rotary else word.value * self.modes.length
+        if word.mode in ("DC", "ACP", "ACN") and not rotary:
+            raise word.error("VP017", f"{word.mode} is for rotary axes; {word.name} is a linear one")
+        if word.mode == "IC" or (not word.mode and not self.modes.absolute):
+            self._require_known(block, [axis], "an incremental value")
+            return self.programmed(axis) + value
+        if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known[axis]:
+            return self._rotary_place(word, axis, value)
+        return value
+
+    def _rotary_place(self, word: Word, axis: int, value: float) -> float:
+        """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
+        here = self.programmed(axis)
+        turned = math.fmod(value - here, 360.0)
+        if word.mode == "DC":
+            return here + turned - 360.0 * round(turned / 360.0)
+        if word.mode == "ACP":
+            return here + turned % 360.0
+        if word.mode == "ACN":
+            return here - (-turned) % 360.0
+        if word.name not in self.keys.modulo_axes:
+            return value
+        return 360.0 * math.floor(here / 360.0) + value % 360.0
+
+    # --- polar words ------------------------------------------------------------------------------------
+
+    def set_pole(self, words: Words, block: Block) -> None:
+        """G110, G111, G112: the pole from the last place, from zero, from the last pole."""
+        first, second, *_ = PLANES[self.state.plane]
+        code = words.code("pole")
+        base = {"G110": (self.programmed(first), self.programmed(second)), "G111": (0.0, 0.0), "G112": self.modes.pole}[
+            code or ""
+        ]
+        if code == "G110":
+            self._require_known(block, [first, second], "G110")
+        radius, angle = words.take("RP"), words.take("AP")
+        values = [words.take(AXES[axis]) for axis in (first, second)]
+        if radius is not None or angle is not None:
+            if radius is None or angle is None or any(values):
+                raise BlockError("VP005", f"{code} takes two axes of the plane, or RP= and AP=", words.column("pole"))
+            size, turn = radius.value * self.modes.length, math.radians(angle.value)
+            self.modes.pole = base[0] + size * math.cos(turn), base[1] + size * math.sin(turn)
+            return
+        x, y = (0.0 if word is None else word.value * self.modes.length for word in values)
+        self.modes.pole = base[0] + x, base[1] + y
+
+    def _read_polar(self, words: Words, block: Block) -> dict[int, float]:
+        angle, radius = words.take("AP"), words.take("RP")
+        if angle is None and radius is None:
+            return {}
+        first, second, *_ = PLANES[self.state.plane]
+        modes = self.modes
+        if angle is not None:
+            modes.angle = self._polar_value(angle, modes.angle, 1.0)
+        if radius is not None:
+            modes.radius = self._polar_value(radius, modes.radius, modes.length)
+        if modes.radius is None or modes.angle is None:
+            given = angle or radius
+            assert given is not None
+            raise given.error("VP005", "AP= or RP= alone, and the other has not been given before")
+        turn = math.radians(modes.angle)
+        return {
+            first: modes.pole[0] + modes.radius * math.cos(turn),
+            second: modes.pole[1] + modes.radius * math.sin(turn),
+        }
+
+    def _polar_value(self, word: Word, before: float | None, unit: float) -> float:
+        value = word.value * unit
+        if word.mode != "IC" and (word.mode or self.modes.absolute):
+            return value
+        if before is None:
+            raise word.error("VP013", f"{word.name}: an incremental value, and nothing to count from")
+        return before + value
+
+    # --- tool axes --------------------------------------------------------------------------------------
+
+    def read_vector(self, words: Words) -> Array | None:
+        """The tool axis (3,) of A3= B3= C3=, program directions, unit; None where there is none."""
+        given = [words.take(name) for name in ("A3", "B3", "C3")]
+        first = next((word for word in given if word is not None), None)
+        if first is None:
+            return None
+        if not self.modes.tcp:
+            raise first.error("VP017", "A3= B3= C3= without TRAORI")
+        vector = np.array([0.0 if word is None else word.value for word in given])
+        size = float(np.linalg.norm(vector))
+        if size < _NO_AXIS:
+            raise first.error("VP007", "A3= B3= C3= of length 0 are no tool axis")
+        if self.modes.reference == "ORIMKS" and not self.modes.frames.total.is_identity:
+            raise first.error("VP017", "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, or "
+                              "leave the frame out")  # fmt: skip
+        return vector / size
+
+    # --- centres of arcs --------------------------------------------------------------------------------
+
+    def read_arc(
+        self, words: Words, block: Block, places: dict[int, float], clockwise: bool
+    ) -> tuple[tuple[float, float] | None, float, int]:
+        """Centre in the plane (programmed; None with a radius), radius, further turns; ``places`` get the end where AR says it."""
+        first, second, _normal, *letters = PLANES[self.state.plane]
+        radius, opening, turn = words.take("CR"), words.take("AR"), words.take("TURN")
+        turns = self._turns(turn)
+        wrong = next((word for name in "IJK" if name not in letters and (word := words.take(name)) is not None), None)
+        if wrong is not None:
+            raise wrong.error("VP006", f"{wrong.name} does not belong to an arc in this plane")
+        given = [words.take(letter) for letter in letters]
+        here = [self.programmed(axis) for axis in (first, second)]
+        center: tuple[float, float] | None = None
+        if any(word is not None for word in given):
+            center = self._center(given, here)
+        if radius is not None:
+            if center is not None or opening is not None:
+                raise radius.error("VP003", "an arc has one of CR=, a centre (I, J, K), AR=")
+            return None, radius.value * self.modes.length, turns
+        if opening is not None:
+            return self._opened(opening, center, here, places, (first, second), clockwise), 0.0, turns
+        if center is None and ("AP" in words.words or "RP" in words.words):
+            center = self.modes.pole
+        if center is None:
+            raise BlockError("VP005", "an arc needs its centre (I, J, K), CR=, or AR=")
+        return center, 0.0, turns
+
+    def _turns(self, word: Word | None) -> int:
+        if word is None:
+            return 0
+        turns = round(word.value)
+        if abs(word.value - turns) > WHOLE_NUMBER or not 0 <= turns < MAX_TURNS:
+            raise word.error("VP007", f"TURN={word.value:g}: further turns are 0 to {MAX_TURNS - 1}")
+        return turns
+
+    def _center(self, given: list[Word | None], here: list[float]) -> tuple[float, float]:
+        """I J K count from the start, but for AC()."""
+        found = []
+        for word, start in zip(given, here, strict=True):
+            value = 0.0 if word is None else word.value * self.modes.length
+            if word is not None and word.mode not in ("", "AC", "IC"):
+                raise word.error("VP017", f"{word.mode} is for rotary axes")
+            found.append(value if word is not None and word.mode == "AC" else start + value)
+        return found[0], found[1]
+
+    def _opened(
+        self,
+        word: Word,
+        center: tuple[float, float] | None,
+        here: list[float],
+        places: dict[int, float],
+        plane: tuple[int, int],
+        clockwise: bool,
+    ) -> tuple[float, float]:
+        """AR=: with the centre it gives the end, with the end the centre."""
+        angle = word.value
+        if not 0.0 < angle < 360.0:
+            raise word.error("VP007", f"AR={angle:g}: the opening angle is between 0 and 360 degrees")
+        sign = -1.0 if clockwise else 1.0
+        turn = sign * math.radians(angle)
+        named = [axis for axis in plane if axis in places]
+        if center is not None:
+            if named:
+                raise word.error("VP003", "AR= with a centre gives the end; axes of the plane beside it say it twice")
+            u, v = here[0] - center[0], here[1] - center[1]
+            places[plane[0]] = center[0] + u * math.cos(turn) - v * math.sin(turn)
+            places[plane[1]] = center[1] + u * math.sin(turn) + v * math.cos(turn)
+            return center
+        end = [places.get(axis, start) for axis, start in zip(plane, here, strict=True)]
+        u, v = end[0] - here[0], end[1] - here[1]
+        chord = math.hypot(u, v)
+        if chord < ZERO_LENGTH_MM:
+            raise word.error("VP008", "AR= needs a centre, or an end point other than the start")
+        # the centre lies beside the middle of the chord, at the distance that opens the angle
+        away = 0.5 / math.tan(0.5 * turn)
+        return 0.5 * (here[0] + end[0]) - away * v, 0.5 * (here[1] + end[1]) + away * u
+
+    def read_tangent_arc(self, places: dict[int, float]) -> tuple[tuple[float, float], bool]:
+        """CT: centre (programmed, in the plane) of the arc that leaves in the direction of the last motion; whether it is clockwise."""
+        first, second, normal, *_ = PLANES[self.state.plane]
+        if self.heading is None:
+            raise BlockError("VP013", "CT goes on in the direction of the motion before, and there is none")
+        scale = self.scale(first), self.scale(second)
+        du, dv = float(self.heading[first]) / scale[0], float(self.heading[second]) / scale[1]
+        size = math.hypot(du, dv)
+        here = self.programmed(first), self.programmed(second)
+        end = places.get(first, here[0]), places.get(second, here[1])
+        u, v = end[0] - here[0], end[1] - here[1]
+        chord = math.hypot(u, v)
+        if (
+            size < _NO_AXIS
+            or chord < ZERO_LENGTH_MM
+            or (normal in places and abs(places[normal] - self.programmed(normal)) > ZERO_LENGTH_MM)
+        ):
+            raise BlockError("VP008", "CT needs a direction and an end point in the active plane")
+        du, dv = du / size, dv / size
+        across = du * v - dv * u
+        if abs(across) < ZERO_LENGTH_MM:
+            raise BlockError("VP008", "CT: the end point lies straight ahead; the arc would be a line")
+        radius = chord * chord / (2.0 * across)  # signed: to the left of the direction
+        return (here[0] - radius * dv, here[1] + radius * du), radius < 0

@@ -1,0 +1,184 @@
+"""Texts of Siemens programs: lines, programs in one file (%_N_NAME_MPF), labels, and which lines belong together."""
+
+import re
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.scan import whole_lines
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.cursor import code_part
+from verne_post.gcode.text import ProgramText, decode_line
+
+#: The line that begins a program in a file that holds several.
+_HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
+#: Skip level, block number, label: what may stand before a block.
+_PREFIX: Final = re.compile(
+    r"[ \t]*+(?P<skip>/[ \t]*+[0-9]?)?[ \t]*+(?:(?:N|:)[ \t]*+(?P<number>[0-9]+))?[ \t]*+(?:(?P<label>[A-Za-z_][A-Za-z0-9_]*)[ \t]*+:(?!=))?",
+    re.IGNORECASE,
+)
+_BEGINS: Final = (
+    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+(?:[A-Z_][A-Z0-9_]*[ \t]*+:(?!=)[ \t]*+)?"
+)
+_STRUCTURE: Final = re.compile(
+    _BEGINS + rb"(IF|ELSE|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|LOOP|ENDLOOP|REPEAT|UNTIL)(?![A-Z0-9_])([^\n]*)",
+    re.IGNORECASE | re.MULTILINE,
+)
+_LABEL: Final = re.compile(
+    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
+    re.IGNORECASE | re.MULTILINE,
+)
+_NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
+_JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
+_CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
+
+
+class Language(Interpreter):
+    """What :class:`~verne_post.gcode.text.ProgramText` needs to know: no % begins a program here, and there are no O words."""
+
+    percent = rb"(?!)"
+    o_letters = b"\x00"
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line without comment, number and label: where its block begins, and what stood before."""
+
+    text: str
+    begin: int
+    skipped: bool
+    label: str | None
+
+
+def split_line(raw: bytes) -> Line:
+    """Take a line apart."""
+    text = code_part(decode_line(raw).rstrip("\r"))
+    match = _PREFIX.match(text)
+    assert match is not None
+    label = match["label"]
+    return Line(text, match.end(), match["skip"] is not None, label.upper() if label else None)
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One program or subprogram: a stretch of lines of a text, the last one included."""
+
+    text: "SiemensText"
+    name: str
+    first: int
+    last: int
+    is_main: bool
+
+
+@dataclass
+class Structure:
+    """Lines that belong together, by line: IF -> ELSE or ENDIF, ELSE -> ENDIF, loops -> their ends, and back."""
+
+    branch: dict[int, int] = field(default_factory=dict)
+    end: dict[int, int] = field(default_factory=dict)
+    begin: dict[int, int] = field(default_factory=dict)
+    until: set[int] = field(default_factory=set)  # lines of REPEAT that UNTIL ends
+
+
+class SiemensText(ProgramText):
+    """One file: its lines in chunks, and the programs in it."""
+
+    def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
+        super().__init__(source, setup, Language, name)
+
+    @cached_property
+    def sections(self) -> list[Section]:
+        """The programs of the file, in order; a file without %_N_ lines is one program."""
+        starts: list[tuple[int, str, bool]] = []
+        line = 1
+        for chunk in whole_lines(self.source):
+            if b"%" in chunk:
+                starts += [
+                    (line + chunk.count(b"\n", 0, match.start()), match[1].decode().upper(), match[2].upper() == b"MPF")
+                    for match in _HEADER.finditer(chunk)
+                ]
+            line += chunk.count(b"\n")
+        before = starts[0][0] - 1 if starts else self.n_lines
+        if before and any(self.line(number).strip() for number in range(1, before + 1)):
+            starts.insert(0, (0, "", True))
+        if not starts:
+            return [Section(self, "", 1, self.n_lines, True)]
+        ends = [first - 1 for first, *_ in starts[1:]] + [self.n_lines]
+        return [
+            Section(self, name, first + 1, last, main) for (first, name, main), last in zip(starts, ends, strict=True)
+        ]
+
+    @property
+    def main(self) -> Section:
+        """The program that is executed."""
+        return next((section for section in self.sections if section.is_main), self.sections[0])
+
+    def find_section(self, name: str) -> Section | None:
+        """The program of that name in this file."""
+        return next((section for section in self.sections if section.name == name), None)
+
+    # --- labels -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def labels(self) -> dict[str, list[int]]:
+        """Label, or block number as N10, -> lines."""
+        found: dict[str, list[int]] = {}
+        for pattern in (_LABEL, _NUMBER):
+            line, at = 1, 0
+            for match in pattern.finditer(self.source):
+                line += self.source.count(b"\n", at, match.start())
+                at = match.start()
+                name = match[1].decode().upper() if pattern is _LABEL else f"{match[1].decode().upper()}{int(match[2])}"
+                found.setdefault(name, []).append(line)
+        return found
+
+    # --- structure --------------------------------------------------------------------------------------
+
+    @cached_property
+    def structure(self) -> Structure:  # type: ignore[override]
+        """Which lines belong together.
+
+        Raises
+        ------
+        BlockError
+            VP023, with its line: something is closed that is not open, or never closed.
+        """
+        structure, opened = Structure(), list[tuple[str, int]]()
+        line, at = 1, 0
+        for match in _STRUCTURE.finditer(self.source):
+            line += self.source.count(b"\n", at, match.start())
+            at = match.start()
+            word = match[1].decode().upper()
+            rest = code_part(decode_line(match[2]))
+            if word == "IF" and _JUMPS.search(_without_texts(rest)):
+                continue
+            if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
+                continue  # REPEAT label
+            self._take(structure, opened, word, line)
+        for word, begin in opened:
+            closing = next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
+            raise BlockError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin)
+        return structure
+
+    @staticmethod
+    def _take(structure: Structure, opened: list[tuple[str, int]], word: str, line: int) -> None:
+        if word in ("IF", "FOR", "WHILE", "LOOP", "REPEAT"):
+            opened.append((word, line))
+            return
+        wanted = "IF" if word == "ELSE" else _CLOSES[word]
+        fits = opened and (opened[-1][0] == wanted or (word == "ENDIF" and opened[-1][0] == "ELSE"))
+        if not fits:
+            still = f"; {opened[-1][0]} of line {opened[-1][1]} is open" if opened else ""
+            raise BlockError("VP023", f"{word} without {wanted} before it{still}", 1, line=line)
+        _word, begin = opened.pop()
+        structure.branch[begin] = line
+        structure.end[begin], structure.begin[line] = line, begin
+        if word == "ELSE":
+            opened.append(("ELSE", line))
+
+
+def _without_texts(text: str) -> bytes:
+    return re.sub(r'"[^"]*"', "", text).encode()

@@ -1,0 +1,243 @@
+"""CYCLE800: a tilted work plane, and the table that turns until the tool stands upright on it. CYCLE832: tolerances."""
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.siemens.arguments import Arguments, read_cycle
+from verne_post.gcode.siemens.frames import Affine, rotation_about
+from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.words import Call
+from verne_post.model.moves import ZERO9, MoveKind
+
+Array = NDArray[np.float64]
+_SWIVEL: Final = (
+    "_FR",
+    "_TC",
+    "_ST",
+    "_MODE",
+    "_X0",
+    "_Y0",
+    "_Z0",
+    "_A",
+    "_B",
+    "_C",
+    "_X1",
+    "_Y1",
+    "_Z1",
+    "_DIR",
+    "_FR_I",
+    "_DMODE",
+)
+_TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
+#: Values of _MODE in its two highest bits.
+_BY_AXIS, _SOLID, _PROJECTED, _DIRECT = range(4)
+#: The first two turns of projected angles: about X then Y, or Y then X.
+_XY, _YX = (0, 1), (1, 0)
+#: A projected plane that stands upright has no such angles.
+_UPRIGHT: Final = 1e-9
+
+
+class Swivel:
+    """Executes CYCLE800 and CYCLE832 on an interpreter."""
+
+    def __init__(self, interpreter: SiemensInterpreter, variables: Variables) -> None:
+        self.to, self.variables = interpreter, variables
+
+    def run(self, call: Call, line: int) -> None:
+        """CYCLE800: a new plane, a plane on the plane in force, or none."""
+        given = read_cycle(call, _SWIVEL, self.variables)
+        block = Block(line)
+        self.to._refuse_compensation("CYCLE800")
+        if not given.values or given.text("_TC") == "0":
+            self._end()
+            return
+        if not self.to.modes.frames.program.is_identity:
+            raise BlockError("VP017", "CYCLE800 under a programmable frame (TRANS, ROT, SCALE, MIRROR): controls put the plane before it; write TRANS "
+                             "without axes first, and the offset as _X0 _Y0 _Z0", call.column)  # fmt: skip
+        self._retract(given, block)
+        self._set_plane(given)
+        direction = given.whole("_DIR")
+        if direction not in (-1, 0, 1):
+            raise given.error("VP007", f"_DIR {direction}: -1, 0 or 1", "_DIR")
+        given.given("_TC")
+        given.refuse_rest(("_DMODE",))
+        if direction:
+            self._turn_table(block)
+
+    def _end(self) -> None:
+        """Without values: the plane ends; nothing moves."""
+        modes = self.to.modes
+        modes.frames = replace(modes.frames, swivel=Affine())
+        if self.to.state.vector is not None and not modes.tcp:
+            self.to._settle_vector()
+        self.to.set_chain()
+
+    def _retract(self, given: Arguments, block: Block) -> None:
+        """_FR: 1 lifts Z, 2 lifts Z and then moves X and Y, to the home position of the machine; 5 goes back along the tool."""
+        kind, to = given.whole("_FR"), self.to
+        way = given.number("_FR_I") * to.modes.length
+        if kind == 0:
+            return
+        if kind == 5:
+            if way < 0:
+                raise given.error("VP007", f"_FR_I {way:g}: the way back is not negative", "_FR_I")
+            to._require_known(block, [0, 1, 2], "CYCLE800 with _FR 5")
+            axis = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
+            tool = np.array([0.0, 0.0, 1.0]) if axis is None else np.asarray(axis)
+            to.run_line(
+                block,
+                MoveKind.RAPID,
+                {number: to.programmed(number) + way * float(tool[number]) / to.scale(number) for number in range(3)},
+            )
+            return
+        if kind not in (1, 2):
+            raise given.error(
+                "VP002",
+                f"_FR {kind} is not executed; 0, 1 (Z), 2 (Z, then X Y) and 5 (along the tool by _FR_I) are",
+                "_FR",
+            )
+        home = to.state.home
+        if home is None:
+            raise BlockError(
+                "VP015",
+                f"CYCLE800 with _FR {kind} retracts to a position of the machine: add [home] g28 to the machine file",
+                given.call.column,
+            )
+        for axes in ([2], [0, 1])[:kind]:
+            to._end_vector_for_machine(block, axes, f"CYCLE800 with _FR {kind}") if axes == [2] else None
+            to._move_to_machine(block.line, MoveKind.RAPID, {number: home[number] for number in axes})
+
+    # --- the plane ----------------------------------------------------------------------------------------
+
+    def _set_plane(self, given: Arguments) -> None:
+        to, modes = self.to, self.to.modes
+        unit = modes.length
+        before = np.array([given.number(name) * unit for name in ("_X0", "_Y0", "_Z0")])
+        after = np.array([given.number(name) * unit for name in ("_X1", "_Y1", "_Z1")])
+        state = given.whole("_ST")
+        if state // 10 % 10 and not modes.tcp:
+            raise given.error(
+                "VP017",
+                f"_ST {state}: the tip is to stay at its place while the table turns, which takes TRAORI",
+                "_ST",
+            )
+        if state % 10 not in (0, 1) or state // 10 % 10 > 1 or not 0 <= state < 100:
+            raise given.error(
+                "VP002",
+                f"_ST {state} is not executed; 0 a new plane, 1 on the plane in force, 10 more: the tip stays",
+                "_ST",
+            )
+        base = modes.frames.swivel if state % 10 else Affine()
+        rotation = self._rotation(given)
+        plane = base.then(before, rotation).then(after, np.eye(3))
+        modes.frames = replace(modes.frames, swivel=plane)
+        to.set_chain()
+
+    def _rotation(self, given: Arguments) -> Array:
+        """The turn of the plane from _MODE and the angles."""
+        mode = given.whole("_MODE")
+        if not 0 <= mode <= 255:
+            raise given.error("VP007", f"_MODE {mode}: eight bits are 0 to 255", "_MODE")
+        angles = [given.number(name) for name in ("_A", "_B", "_C")]
+        kind, order = mode >> 6, [(mode >> shift & 3) - 1 for shift in (0, 2, 4)]
+        if kind == _SOLID:
+            if angles[2]:
+                raise given.error("VP006", "solid angles are _A and _B", "_C")
+            return rotation_about(2, angles[0]) @ rotation_about(1, angles[1])
+        if kind == _DIRECT:
+            if angles[2]:
+                raise given.error("VP006", "rotary axes are _A (A) and _B (C)", "_C")
+            return self._of_table(angles[0], angles[1])
+        for axis, angle, name in zip(order, angles, ("_A", "_B", "_C"), strict=True):
+            if axis < 0 and angle:
+                raise given.error("VP007", f"_MODE {mode} gives no axis for {name}", "_MODE")
+        if kind == _PROJECTED:
+            return self._projected(given, mode, order, angles)
+        turns = [rotation_about(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
+        return turns[0] @ turns[1] @ turns[2] if len(turns) == 3 else self._product(turns)
+
+    @staticmethod
+    def _product(turns: list[Array]) -> Array:
+        product = np.eye(3)
+        for turn in turns:
+            product = product @ turn
+        return product
+
+    @staticmethod
+    def _projected(given: Arguments, mode: int, order: list[int], angles: list[float]) -> Array:
+        """Angles that the plane shows in the planes of X Z and Y Z, then a turn in the plane."""
+        if tuple(order[:2]) not in (_XY, _YX) or order[2] not in (2, -1):
+            raise given.error(
+                "VP002", f"_MODE {mode}: projected angles turn about X and Y, or Y and X, then Z", "_MODE"
+            )
+        first, second = (math.radians(angle) for angle in angles[:2])
+        if min(abs(math.cos(first)), abs(math.cos(second))) < _UPRIGHT:
+            raise given.error("VP007", "a projected angle of 90 degrees: the plane stands upright", "_A")
+        within = math.degrees(math.atan(math.tan(second) / math.cos(first)))
+        return rotation_about(order[0], angles[0]) @ rotation_about(order[1], within) @ rotation_about(2, angles[2])
+
+    def _of_table(self, a: float, c: float) -> Array:
+        """The directions (columns) of X, Y, Z of the machine on the part, while the table stands at A and C."""
+        to = self.to
+        base = replace(to.state.frame, feature=None, tool=ZERO9)
+        points = np.zeros((4, 9))
+        points[:, 3], points[:, 5] = a, c
+        machine = to.setup.coordinates.to_machine(points, base)
+        machine[1:, :3] += np.eye(3)
+        place = to.setup.coordinates.to_program(machine, base)[:, :3]
+        u, _s, v = np.linalg.svd((place[1:] - place[0]).T)
+        return np.asarray(u @ v)
+
+    def _turn_table(self, block: Block) -> None:
+        """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part."""
+        to = self.to
+        state = to.state
+        upright = np.array([0.0, 0.0, 1.0])
+        tcp = to.modes.tcp
+        machine = to.setup.coordinates.to_machine(np.array(state.position), state.frame)
+        if tcp:
+            to._require_known(block, [0, 1, 2], "CYCLE800")
+        state.vector = (0.0, 0.0, 1.0)
+        end = to.setup.coordinates.point_axis(list(state.position), upright, state.frame)
+        if not tcp and to.setup.machine:  # the linear axes stand still
+            turned = to.setup.coordinates.to_machine(np.array(end), state.frame)
+            machine[3:6] = turned[3:6]
+            end = [float(value) for value in to.setup.coordinates.to_program(machine, state.frame)]
+        to.recorder.fix_c(block.line)
+        to._record(block.line, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [], absolute=True)
+        to.heading = None
+
+    # --- CYCLE832 -------------------------------------------------------------------------------------------
+
+    def set_tolerance(self, call: Call, line: int) -> None:
+        """CYCLE832: tolerance of the tip, and of the tool axis where the tens digit says so; 0 ends them."""
+        given = read_cycle(call, _TOLERANCE, self.variables)
+        modes = self.to.modes
+        kind = given.whole("_TOLM")
+        ones, tens, hundreds = kind % 10, kind // 10 % 10, kind // 100
+        if ones > 3 or tens > 1 or hundreds > 1 or kind < 0:
+            raise given.error(
+                "VP002",
+                f"_TOLM {kind} is not executed; 0 off, 1 finishing, 2, 3 roughing, 10 more: with a tolerance of the axis",
+                "_TOLM",
+            )
+        tolerance, axis = given.number("_TOL") * modes.length, given.number("_OTOL")
+        if tolerance < 0 or axis < 0:
+            raise given.error("VP007", "a tolerance is not negative", "_TOL")
+        if ones == 0:
+            modes.ctol = modes.otol = None
+        else:
+            modes.ctol = tolerance or None
+            modes.otol = axis if tens else None
+            modes.exact = "G645"
+        given.refuse_rest()
+        self.to.recorder.event(
+            line, "without effect", word="CYCLE832", why="feedforward, jerk and compressor of the control"
+        )
+        self.to.set_path_control()

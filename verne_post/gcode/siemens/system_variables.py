@@ -1,0 +1,135 @@
+"""Variables of the control that programs read and set: work offsets, tool data, positions, modes."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from verne_post.gcode.offsets import vector9
+from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.values import Index, Value
+from verne_post.model.moves import AXES, ZERO9, Frame
+from verne_post.model.part_setup import Tool
+
+#: 0 here: the program is executed, not searched, tested or simulated.
+_ZERO: Final = ("$P_SIM", "$P_ISTEST", "$P_SEARCH", "$P_SEARCHL", "$P_DRYRUN", "$P_PROGTEST", "$AC_SIM")
+#: Data of a tool's edge that are kept: type, length, radius.
+_TOOL_DATA: Final = {"$TC_DP1": "type", "$TC_DP3": "length", "$TC_DP6": "radius"}
+#: Wear and base: there is none.
+_NO_WEAR: Final = tuple(f"$TC_DP{number}" for number in (2, 4, 5, *range(7, 26)))
+
+
+class SystemVariables:
+    """Reads and sets them on an interpreter."""
+
+    def __init__(self, interpreter: SiemensInterpreter) -> None:
+        self.to = interpreter
+
+    def read_system(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Value:
+        """Value of a variable."""
+        to, state = self.to, self.to.state
+        if name in _ZERO:
+            return 0.0
+        if name in ("$P_EP", "$AA_IW", "$AA_IM"):
+            return self._position(name, index, cursor, at)
+        if name == "$P_UIFR":
+            frame, axis, part = self._offset(name, index, cursor, at)
+            return frame.origin[axis] if part == "TR" else 0.0
+        if name in _TOOL_DATA or name in _NO_WEAR:
+            tool = (state.tools or {}).get(self._tool(name, index, cursor, at))
+            what = _TOOL_DATA.get(name)
+            if tool is None or what in (None, "type"):
+                return 0.0
+            return tool.offset[2] if what == "length" else 0.5 * tool.diameter
+        tool = (state.tools or {}).get(state.loaded_tool or 0)
+        values: dict[str, float | None] = {
+            "$P_TOOLNO": float(state.loaded_tool or 0), "$P_TOOLP": float(state.selected_tool or 0), "$P_TOOL": float(to.modes.edge),
+            "$P_TOOLR": None if tool is None else 0.5 * tool.diameter, "$P_TOOLL": state.frame.tool_length if index in ((1,), (3,)) else 0.0,
+            "$P_F": state.feed, "$P_S": state.spindle_speed, "$P_UIFRNUM": float(self._active()), "$P_TRAFO": float(to.modes.tcp),
+            "$P_SDIR": 5.0 if not state.spindle_on else 4.0 if state.spindle_reversed else 3.0,
+        }  # fmt: skip
+        value = values.get(name)
+        if value is None:
+            raise cursor.error("VP025", f"{name}: this variable of the control is not known here", at)
+        return value
+
+    def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
+        """Set a variable."""
+        state = self.to.state
+        if isinstance(value, str):
+            raise cursor.error("VP007", f"{name} is a number; a text cannot be assigned to it", at)
+        if name == "$P_UIFR":
+            frame, axis, part = self._offset(name, index, cursor, at)
+            if part != "TR":
+                if value != (1.0 if part == "SC" else 0.0):
+                    raise cursor.error("VP002", f"{name}[..., {part}]: work offsets here have a shift (TR) alone", at)
+                return
+            origin = list(frame.origin)
+            origin[axis] = value
+            state.systems[frame.system] = replace(frame, origin=vector9(origin), g92=ZERO9)
+            return
+        if name in _TOOL_DATA or name in _NO_WEAR:
+            self._write_tool(name, index, value, cursor, at)
+            return
+        raise cursor.error("VP025", f"{name}: this variable of the control cannot be set here", at)
+
+    def _active(self) -> int:
+        system = self.to.modes.system
+        return next((number for number in range(100) if self.to.system_number(number) == system), 0)
+
+    def _position(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> float:
+        letter = index[0] if len(index) == 1 else ""
+        if not isinstance(letter, str) or len(letter) != 1 or letter not in self.to.setup.axes:
+            raise cursor.error("VP025", f"{name} needs one axis of {', '.join(self.to.setup.axes)}", at)
+        axis = AXES.index(letter)
+        if not self.to.state.known[axis]:
+            raise cursor.error("VP013", f"{name}[{letter}]: no word has named {letter} yet", at)
+        if name == "$AA_IM":
+            machine = self.to.setup.coordinates.to_machine(np.array(self.to.state.position), self.to.state.frame)
+            return float(machine[axis])
+        value = self.to.programmed(axis)
+        return value if axis > 2 else value / self.to.modes.length
+
+    def _offset(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> tuple[Frame, int, str]:
+        number, letter, part = (*index, None, None, None)[:3]
+        known = isinstance(number, int) and number >= 0 and self.to.system_number(number) in self.to.state.systems
+        if (
+            len(index) != 3
+            or not known
+            or not isinstance(letter, str)
+            or letter not in AXES
+            or part not in ("TR", "RT", "SC", "MI", "FI")
+        ):
+            raise cursor.error("VP025", f"{name} is read and set as {name}[number, axis, TR]", at)
+        assert isinstance(number, int)
+        assert isinstance(part, str)
+        return self.to.state.systems[self.to.system_number(number)], AXES.index(letter), part
+
+    def _tool(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> int:
+        number, edge = (*index, None, None)[:2]
+        if len(index) != 2 or not isinstance(number, int) or number < 1 or edge != 1:
+            raise cursor.error("VP012", f"{name} needs a tool number and the edge 1: {name}[1, 1]", at)
+        return number
+
+    def _write_tool(self, name: str, index: tuple[Index, ...], value: float, cursor: Cursor, at: int) -> None:
+        number = self._tool(name, index, cursor, at)
+        what = _TOOL_DATA.get(name)
+        if what is None:
+            if value:
+                raise cursor.error(
+                    "VP002", f"{name}: of tools the length ($TC_DP3) and the radius ($TC_DP6) are kept", at
+                )
+            return
+        if what == "type":
+            return
+        if value < 0:
+            raise cursor.error("VP007", f"{name} {value:g}: a {what} is not negative", at)
+        state = self.to.state
+        tools = dict(state.tools or {})
+        tool = tools.get(number, Tool(number, number, ZERO9))
+        if what == "length":
+            tools[number] = replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]))
+        else:
+            tools[number] = replace(tool, diameter=2.0 * value)
+        state.tools = tools

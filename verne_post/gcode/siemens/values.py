@@ -1,0 +1,290 @@
+"""Expressions of Siemens programs: numbers, texts, variables, operators in their order, functions."""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from typing import Final, Protocol
+
+from verne_post.gcode.expressions import MAX_NESTING, BlockError
+from verne_post.gcode.siemens.cursor import Cursor
+
+#: What an expression has: a number (BOOL: 0 and 1), or a text.
+Value = float | str
+#: Numbers that differ by this share are equal, as the control has it.
+_EQUAL_SHARE: Final = 1e-12
+
+#: Operators by how strongly they bind; NOT, B_NOT and signs bind strongest of all.
+_RANKS: Final = {
+    symbol: rank for rank, symbols in enumerate((
+        ("==", "<>", ">=", "<=", ">", "<"), ("<<",), ("OR",), ("XOR",), ("AND",), ("B_OR",), ("B_XOR",), ("B_AND",), ("+", "-"),
+        ("*", "/", "DIV", "MOD"),
+    )) for symbol in symbols
+}  # fmt: skip
+_OPERATOR: Final = re.compile(
+    r"[ \t]*(==|<>|>=|<=|<<|[<>+*/-]|(?:DIV|MOD|AND|OR|XOR|B_AND|B_OR|B_XOR)(?![A-Z0-9_]))", re.IGNORECASE
+)
+
+
+class Names(Protocol):
+    """Where names of expressions get their values."""
+
+    def read(self, name: str, index: "tuple[Index, ...]", cursor: Cursor, at: int) -> Value:
+        """Value of a variable; raises BlockError (VP025) for one that has none."""
+
+
+#: An index of a variable: a number, or the name of an axis or component.
+Index = int | str
+
+
+def read_value(cursor: Cursor, names: Names, depth: int = 0) -> Value:
+    """Read an expression up to where it ends.
+
+    Raises
+    ------
+    BlockError
+        With the column of what does not fit.
+    """
+    return _Reader(cursor, names, depth).level(0)
+
+
+def read_number(cursor: Cursor, names: Names, depth: int = 0) -> float:
+    """Read an expression that must be a number."""
+    cursor.skip()
+    at = cursor.at
+    value = read_value(cursor, names, depth)
+    if isinstance(value, str):
+        raise cursor.error("VP007", f'"{value[:20]}" is a text; a number is needed', at)
+    return value
+
+
+def read_indices(cursor: Cursor, names: Names, depth: int = 0) -> tuple[Index, ...]:
+    """Read ``[...]`` after a name, if it is there: whole numbers, and names such as X or TR."""
+    if not cursor.take("["):
+        return ()
+    if depth > MAX_NESTING:
+        raise cursor.error("VP001", f"more than {MAX_NESTING} brackets inside each other")
+    found: list[Index] = []
+    while True:
+        cursor.skip()
+        at, name = cursor.at, cursor.name()
+        if name is not None and cursor.skip() in (",", "]") and name in _INDEX_NAMES:
+            found.append(name)
+        else:
+            cursor.at = at
+            value = read_number(cursor, names, depth + 1)
+            if abs(value - round(value)) > _WHOLE:
+                raise cursor.error("VP007", f"the index {value:g} is not whole", at)
+            found.append(round(value))
+        if cursor.take("]"):
+            return tuple(found)
+        cursor.expect(",", "or ']' after an index")
+
+
+#: Indices that are names: axes, and components of frames.
+_INDEX_NAMES: Final = ("X", "Y", "Z", "A", "B", "C", "TR", "RT", "SC", "MI", "FI")
+_WHOLE: Final = 1e-9
+
+
+class _Reader:
+    """Recursive descent; values are computed while they are read."""
+
+    def __init__(self, cursor: Cursor, names: Names, depth: int) -> None:
+        self.cursor, self.names, self.depth = cursor, names, depth
+
+    def level(self, rank: int) -> Value:
+        """A value, and the operators that follow it and bind at least as strongly as ``rank``."""
+        left = self.signed()
+        cursor = self.cursor
+        while True:
+            match = _OPERATOR.match(cursor.text, cursor.at)
+            if match is None:
+                return left
+            operator = match[1].upper()
+            if _RANKS[operator] < rank:
+                return left
+            cursor.at = match.end()
+            right = self.level(_RANKS[operator] + 1)
+            left = self._apply(operator, left, right, match.start(1))
+
+    def signed(self) -> Value:
+        """A value with signs or NOT before it."""
+        cursor = self.cursor
+        symbol = cursor.skip()
+        at = cursor.at
+        if symbol in ("+", "-") and symbol:
+            cursor.at += 1
+            self._nest(at)
+            value = self._number(self.signed(), at)
+            self.depth -= 1
+            return -value if symbol == "-" else value
+        name = cursor.peek_name()
+        if name in ("NOT", "B_NOT"):
+            cursor.at += len(name)
+            self._nest(at)
+            value = self._number(self.signed(), at)
+            self.depth -= 1
+            return float(not value) if name == "NOT" else float(~int(value))
+        return self.primary()
+
+    def _nest(self, at: int) -> None:
+        self.depth += 1
+        if self.depth > MAX_NESTING:
+            raise self.cursor.error("VP001", f"more than {MAX_NESTING} brackets inside each other", at)
+
+    def primary(self) -> Value:
+        """A number, a text, a bracket, a function or a variable."""
+        cursor = self.cursor
+        symbol = cursor.skip()
+        at = cursor.at
+        if symbol == "(":
+            cursor.at += 1
+            self._nest(at)
+            value = self.level(0)
+            self.depth -= 1
+            cursor.expect(")", "after an expression")
+            return value
+        if symbol == '"':
+            text = cursor.string()
+            assert text is not None
+            return text
+        number = cursor.number()
+        if number is not None:
+            return number
+        name = cursor.name()
+        if name is None:
+            shown = repr(symbol) if symbol else "the end of the line"
+            raise cursor.error("VP001", f"expected a value, found {shown}", at)
+        if name in ("TRUE", "FALSE"):
+            return float(name == "TRUE")
+        if cursor.skip() == "(":
+            return self._function(name, at)
+        if (constant := {"PI": math.pi, "$PI": math.pi}.get(name)) is not None:
+            return constant
+        return self.names.read(name, read_indices(cursor, self.names, self.depth), cursor, at)
+
+    def _function(self, name: str, at: int) -> Value:
+        cursor = self.cursor
+        cursor.at += 1
+        self._nest(at)
+        arguments: list[Value] = []
+        if not cursor.take(")"):
+            while True:
+                arguments.append(self.level(0))
+                if cursor.take(")"):
+                    break
+                cursor.expect(",", f"or ')' in {name}")
+        self.depth -= 1
+        if name in TEXT_FUNCTIONS:
+            return self._text_function(name, arguments, at)
+        if name not in FUNCTIONS:
+            raise cursor.error("VP002", f"{name}: not a function that is known here", at)
+        counts, function = FUNCTIONS[name]
+        if len(arguments) not in counts:
+            wanted = " or ".join(map(str, counts))
+            raise cursor.error("VP005", f"{name} takes {wanted} values; here are {len(arguments)}", at)
+        numbers = [self._number(argument, at) for argument in arguments]
+        try:
+            value = function(*numbers)
+        except (ValueError, OverflowError, ZeroDivisionError):
+            shown = ", ".join(f"{number:g}" for number in numbers)
+            raise cursor.error("VP007", f"{name}({shown}) has no value", at) from None
+        return cursor.bounded(float(value), at)
+
+    def _text_function(self, name: str, arguments: list[Value], at: int) -> Value:
+        counts, function = TEXT_FUNCTIONS[name]
+        if len(arguments) not in counts:
+            raise self.cursor.error("VP005", f"{name} takes {' or '.join(map(str, counts))} values", at)
+        try:
+            return function(*arguments)
+        except (ValueError, TypeError, AttributeError, OverflowError):
+            raise self.cursor.error("VP007", f"{name} has no value for these arguments", at) from None
+
+    def _number(self, value: Value, at: int) -> float:
+        if isinstance(value, str):
+            raise self.cursor.error("VP007", f'"{value[:20]}" is a text; a number is needed', at)
+        return value
+
+    def _apply(self, operator: str, left: Value, right: Value, at: int) -> Value:
+        if operator == "<<":
+            text = shown(left) + shown(right)
+            if len(text) > _MAX_TEXT:
+                raise self.cursor.error("VP007", f"a text of more than {_MAX_TEXT} characters", at)
+            return text
+        if isinstance(left, str) or isinstance(right, str):
+            if operator in ("==", "<>") and isinstance(left, str) and isinstance(right, str):
+                return float((left == right) == (operator == "=="))
+            raise self.cursor.error("VP007", f"{operator} of a text; a number is needed", at)
+        try:
+            value = OPERATORS[operator](left, right)
+        except (ZeroDivisionError, OverflowError, ValueError):
+            raise self.cursor.error("VP007", f"{left:g} {operator} {right:g} has no value", at) from None
+        return self.cursor.bounded(float(value), at)
+
+
+_MAX_TEXT: Final = 10_000
+
+
+def shown(value: Value) -> str:
+    """A value as ``<<`` writes it."""
+    return value if isinstance(value, str) else f"{value:.10g}"
+
+
+def are_equal(a: float, b: float) -> bool:
+    """What ``==`` takes for equal."""
+    return abs(a - b) <= _EQUAL_SHARE * max(abs(a), abs(b))
+
+
+def _whole(value: float) -> int:
+    return int(value)
+
+
+OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
+    "DIV": lambda a, b: float(math.trunc(a / b)), "MOD": lambda a, b: math.fmod(_whole(a), _whole(b)),
+    "==": are_equal, "<>": lambda a, b: not are_equal(a, b), ">": lambda a, b: a > b and not are_equal(a, b),
+    "<": lambda a, b: a < b and not are_equal(a, b), ">=": lambda a, b: a >= b or are_equal(a, b),
+    "<=": lambda a, b: a <= b or are_equal(a, b), "AND": lambda a, b: bool(a) and bool(b), "OR": lambda a, b: bool(a) or bool(b),
+    "XOR": lambda a, b: bool(a) != bool(b), "B_AND": lambda a, b: _whole(a) & _whole(b), "B_OR": lambda a, b: _whole(a) | _whole(b),
+    "B_XOR": lambda a, b: _whole(a) ^ _whole(b),
+}  # fmt: skip
+
+FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., float]]]] = {
+    "SIN": ((1,), lambda a: math.sin(math.radians(a))), "COS": ((1,), lambda a: math.cos(math.radians(a))),
+    "TAN": ((1,), lambda a: math.tan(math.radians(a))), "ASIN": ((1,), lambda a: math.degrees(math.asin(a))),
+    "ACOS": ((1,), lambda a: math.degrees(math.acos(a))), "ATAN2": ((2,), lambda y, x: math.degrees(math.atan2(y, x))),
+    "SQRT": ((1,), math.sqrt), "POT": ((1,), lambda a: a * a), "TRUNC": ((1,), lambda a: float(math.trunc(a))),
+    "ROUND": ((1,), lambda a: math.copysign(math.floor(abs(a) + 0.5), a)), "ROUNDUP": ((1,), lambda a: float(math.ceil(a))),
+    "ABS": ((1,), abs), "LN": ((1,), math.log), "EXP": ((1,), math.exp), "MINVAL": ((2,), min), "MAXVAL": ((2,), max),
+    "BOUND": ((3,), lambda low, high, value: min(max(low, value), high)),
+}  # fmt: skip
+
+
+def _number_of(text: str) -> float:
+    cursor = Cursor(text.strip())
+    sign = -1.0 if cursor.take("-") else 1.0
+    value = cursor.number()
+    if value is None or not cursor.ended:
+        raise ValueError(text)
+    return sign * value
+
+
+def _is_number(text: str) -> float:
+    try:
+        _number_of(text)
+    except (ValueError, BlockError):
+        return 0.0
+    return 1.0
+
+
+def _part_of(text: str, first: float, count: float = 1e4) -> str:
+    if first < 0 or count < 0:
+        raise ValueError(text)
+    return text[int(first) : int(first) + int(count)]
+
+
+TEXT_FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., Value]]]] = {
+    "STRLEN": ((1,), lambda s: float(len(s + ""))), "TOUPPER": ((1,), lambda s: s.upper()), "TOLOWER": ((1,), lambda s: s.lower()),
+    "NUMBER": ((1,), _number_of), "ISNUMBER": ((1,), _is_number), "INDEX": ((2,), lambda s, c: float(s.find(c))),
+    "RINDEX": ((2,), lambda s, c: float(s.rfind(c))),
+    "SUBSTR": ((2, 3), _part_of),
+}  # fmt: skip

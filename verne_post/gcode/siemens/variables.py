@@ -1,0 +1,217 @@
+"""Variables of Siemens programs: R parameters, those that DEF and PROC define, arrays, scopes of calls."""
+
+from dataclasses import dataclass, field
+from typing import Final, Protocol
+
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.values import Index, Value, read_indices, read_value
+from verne_post.gcode.siemens.vocabulary import CONSTANTS
+
+#: Types of DEF and PROC. AXIS, FRAME are refused.
+TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
+#: R parameters that there are: as many as a control can be given.
+_LAST_R: Final = 32_535
+#: Elements of an array at most.
+_MAX_ELEMENTS: Final = 100_000
+
+
+class SystemVariables(Protocol):
+    """Variables that begin with ``$``."""
+
+    def read_system(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Value:
+        """Value of one; raises BlockError."""
+
+    def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
+        """Set one; raises BlockError."""
+
+
+@dataclass
+class Variable:
+    """One variable: its type, bounds of its indices (empty: no array), and its values by index."""
+
+    kind: str
+    bounds: tuple[int, ...] = ()
+    values: dict[tuple[Index, ...], Value] = field(default_factory=dict)
+
+    def convert(self, value: Value, name: str, cursor: Cursor, at: int) -> Value:
+        """A value as the type has it: INT rounds, BOOL is 0 or 1."""
+        if (self.kind == "STRING" or self.kind == "CHAR") != isinstance(value, str) and self.kind != "CHAR":
+            what = "a text" if isinstance(value, str) else "a number"
+            raise cursor.error("VP007", f"{name} is of type {self.kind}; {what} cannot be assigned to it", at)
+        if isinstance(value, str):
+            return value
+        if self.kind == "INT":
+            return float(round(value))
+        return float(value != 0) if self.kind == "BOOL" else value
+
+    def default(self) -> Value:
+        """What it has before anything is assigned."""
+        return "" if self.kind == "STRING" else 0.0
+
+
+@dataclass
+class Variables:
+    """All variables that are visible where the program is: those of the call, then those of the main program."""
+
+    system: SystemVariables
+    r: dict[int, float] = field(default_factory=dict)
+    scopes: list[dict[str, Variable]] = field(default_factory=lambda: [{}])
+
+    def find(self, name: str) -> Variable | None:
+        """The variable of a name."""
+        scope = self.scopes[-1]
+        if name in scope:
+            return scope[name]
+        return self.scopes[0].get(name)
+
+    def is_known(self, name: str) -> bool:
+        """True where a name is that of a variable that a program may set."""
+        return name == "R" or r_number(name) is not None or name.startswith("$") or self.find(name) is not None
+
+    # --- reading ------------------------------------------------------------------------------------
+
+    def read(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Value:
+        """Value of a variable."""
+        number = r_number(name)
+        if number is not None and not index:
+            return self.r.get(self._check_r(number, cursor, at), 0.0)
+        if name == "R":
+            return self.r.get(self._check_r(index[0] if len(index) == 1 else -1, cursor, at), 0.0)
+        if name.startswith("$"):
+            return self.system.read_system(name, index, cursor, at)
+        variable = self.find(name)
+        if variable is None and name in CONSTANTS and not index:
+            return CONSTANTS[name]
+        if variable is None:
+            raise cursor.error(
+                "VP025", f"{name} is neither defined (DEF) nor a function or variable that is known here", at
+            )
+        return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.default())
+
+    # --- setting ------------------------------------------------------------------------------------
+
+    def write(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
+        """Assign a value."""
+        number = r_number(name) if not index else index[0] if name == "R" and len(index) == 1 else None
+        if number is not None or name == "R":
+            number = self._check_r(-1 if number is None else number, cursor, at)
+            if isinstance(value, str):
+                raise cursor.error("VP007", f"R{number} is a number; a text cannot be assigned to it", at)
+            self.r[number] = value
+        elif name.startswith("$"):
+            self.system.write_system(name, index, value, cursor, at)
+        else:
+            variable = self.find(name)
+            if variable is None:
+                raise cursor.error("VP025", f"{name} is not defined; write DEF REAL {name} at the beginning", at)
+            variable.values[self._check_index(variable, name, index, cursor, at)] = variable.convert(
+                value, name, cursor, at
+            )
+
+    def assign(self, name: str, cursor: Cursor, at: int) -> None:
+        """Read ``[...] = value`` after a name, and assign it; arrays may be given several values."""
+        index = read_indices(cursor, self)
+        cursor.expect("=", f"and a value after {name}")
+        self.write(name, index, read_value(cursor, self), cursor, at)
+
+    # --- defining -------------------------------------------------------------------------------------
+
+    def define(self, cursor: Cursor) -> None:
+        """Read what follows DEF: a type, and names with sizes and values."""
+        kind = read_type(cursor)
+        while True:
+            cursor.skip()
+            at, name = cursor.at, cursor.name()
+            if name is None or r_number(name) is not None or name.startswith("$"):
+                raise cursor.error("VP001", "expected the name of a variable after DEF and its type", at)
+            if name in self.scopes[-1]:
+                raise cursor.error("VP004", f"{name} is defined twice", at)
+            bounds = tuple(size for size in read_indices(cursor, self) if isinstance(size, int))
+            elements = 1
+            for size in bounds:
+                elements *= max(size, 0)
+            if len(bounds) > 3 or not 0 < elements <= _MAX_ELEMENTS:
+                raise cursor.error(
+                    "VP007", f"{name}: an array has up to three indices and {_MAX_ELEMENTS} elements", at
+                )
+            variable = Variable(kind, bounds)
+            if cursor.take("="):
+                self._initialise(variable, name, cursor, at)
+            self.scopes[-1][name] = variable
+            if not cursor.take(","):
+                return
+
+    def _initialise(self, variable: Variable, name: str, cursor: Cursor, at: int) -> None:
+        """A value, or the values of an array: in brackets, or REP(value)."""
+        if variable.bounds and cursor.peek_name() == "REP":
+            cursor.name()
+            cursor.expect("(", "after REP")
+            value = variable.convert(read_value(cursor, self), name, cursor, at)
+            cursor.expect(")", "after the value of REP")
+            variable.values = dict.fromkeys(_every_index(variable.bounds), value)
+            return
+        if variable.bounds:
+            cursor.take("SET")
+            cursor.expect("(", f"and the values of the array {name}")
+            for index in _every_index(variable.bounds):
+                variable.values[index] = variable.convert(read_value(cursor, self), name, cursor, at)
+                if not cursor.take(","):
+                    break
+            cursor.expect(")", "after the values of an array")
+            return
+        variable.values[()] = variable.convert(read_value(cursor, self), name, cursor, at)
+
+    @staticmethod
+    def _check_r(number: Index, cursor: Cursor, at: int) -> int:
+        if not isinstance(number, int) or not 0 <= number <= _LAST_R:
+            raise cursor.error("VP025", f"R parameters are R0 to R{_LAST_R}", at)
+        return number
+
+    @staticmethod
+    def _check_index(
+        variable: Variable, name: str, index: tuple[Index, ...], cursor: Cursor, at: int
+    ) -> tuple[Index, ...]:
+        if len(index) != len(variable.bounds):
+            raise cursor.error("VP025", f"{name} has {len(variable.bounds)} indices; here are {len(index)}", at)
+        for given, size in zip(index, variable.bounds, strict=True):
+            if not isinstance(given, int) or not 0 <= given < size:
+                raise cursor.error("VP025", f"{name}: the index {given} is not one of 0 to {size - 1}", at)
+        return index
+
+
+def _every_index(bounds: tuple[int, ...]) -> list[tuple[Index, ...]]:
+    found: list[tuple[Index, ...]] = [()]
+    for size in bounds:
+        found = [(*index, number) for index in found for number in range(size)]
+    return found
+
+
+def r_number(name: str) -> int | None:
+    """The number of an R parameter as R12; None for other names."""
+    return int(name[1:]) if name[0] == "R" and name[1:].isdigit() and len(name) < 8 else None
+
+
+def read_type(cursor: Cursor) -> str:
+    """Read a type of DEF or PROC; words for where a variable is visible or who may change it may stand before it."""
+    while True:
+        cursor.skip()
+        at, name = cursor.at, cursor.name()
+        if name in ("NCK", "CHAN", "SYNR", "SYNW", "SYNRW"):
+            continue
+        if name in ("AXIS", "FRAME"):
+            raise cursor.error("VP002", f"variables of type {name} are not executed", at)
+        if name not in TYPES:
+            raise cursor.error("VP001", f"expected a type: {', '.join(TYPES)}", at)
+        if name == "STRING" and cursor.take("["):
+            cursor.number()
+            cursor.expect("]", "after the length of a STRING")
+        return name
+
+
+def refuse_leftover(cursor: Cursor) -> None:
+    """Nothing may follow."""
+    if not cursor.ended:
+        raise BlockError(
+            "VP001", f"{cursor.text[cursor.at : cursor.at + 20].rstrip()!r}: nothing may follow here", cursor.at + 1
+        )

@@ -1,0 +1,330 @@
+"""One block of a Siemens program -> its words: addresses with their values, G functions, calls. Variables are set on the way."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.values import Value, read_number, read_value
+from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS, why_refused
+
+#: How a value of an axis is meant, where G90 and G91 do not say.
+_MODES: Final = ("AC", "IC", "DC", "ACP", "ACN")
+#: Axes that may have them.
+MODAL_ADDRESSES: Final = ("X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "AP", "RP")
+_LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])")
+#: A letter and a number that make one name: a G function of a group, or a subprogram.
+_CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
+_TEXTS: Final = ("T", "T1")
+
+
+@dataclass(frozen=True)
+class Word:
+    """An address and its value; ``mode`` is AC, IC, DC, ACP, ACN, or empty."""
+
+    name: str
+    value: float
+    column: int
+    mode: str = ""
+    text: str | None = None
+
+    def error(self, code: str, message: str) -> BlockError:
+        """An error at this word."""
+        return BlockError(code, message, self.column)
+
+
+@dataclass(frozen=True)
+class Argument:
+    """What stands between two commas of a call, unread; empty where nothing does."""
+
+    text: str
+    column: int
+
+    def cursor(self) -> Cursor:
+        """A cursor whose columns are those of the line."""
+        return Cursor(" " * (self.column - 1) + self.text, self.column - 1)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A name with arguments in brackets, or a subprogram without any; ``repeats`` is P."""
+
+    name: str
+    arguments: tuple[Argument, ...] | None
+    column: int
+
+
+@dataclass
+class Words:
+    """The words of one block."""
+
+    line: int
+    words: dict[str, Word] = field(default_factory=dict)
+    groups: dict[str, tuple[str, int]] = field(default_factory=dict)
+    m: list[tuple[int, int]] = field(default_factory=list)
+    calls: list[Call] = field(default_factory=list)
+    no_effect: list[tuple[str, int]] = field(default_factory=list)
+    modal_call: int | None = None  # column of MCALL
+    used: set[str] = field(default_factory=set)
+
+    def take(self, name: str) -> Word | None:
+        """A word, which then counts as used."""
+        word = self.words.get(name)
+        if word is not None:
+            self.used.add(name)
+        return word
+
+    def code(self, group: str) -> str | None:
+        """The G function of a group."""
+        found = self.groups.get(group)
+        return None if found is None else found[0]
+
+    def column(self, group: str) -> int | None:
+        """Where it stands."""
+        found = self.groups.get(group)
+        return None if found is None else found[1]
+
+    @property
+    def is_empty(self) -> bool:
+        """True where nothing was programmed but variables."""
+        return not (self.words or self.groups or self.m or self.calls or self.no_effect or self.modal_call)
+
+
+class WordReader:
+    """Reads blocks; knows the variables, and which names are subprograms."""
+
+    def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool]) -> None:
+        self.variables, self.is_subprogram = variables, is_subprogram
+
+    def read(self, cursor: Cursor, line: int) -> Words:
+        """Read the rest of a line.
+
+        Raises
+        ------
+        BlockError
+            With the column of what does not fit, or is not executed.
+        """
+        words = Words(line)
+        while not cursor.ended:
+            self._read_word(cursor, words)
+        return words
+
+    def _read_word(self, cursor: Cursor, words: Words) -> None:
+        at = cursor.at
+        name = cursor.name()
+        if name is None:
+            raise cursor.error(
+                "VP001", f"{cursor.text[at]!r} does not begin a word; expected a name or a letter and a number", at
+            )
+        following = cursor.skip()
+        if following == "=" and cursor.text[cursor.at : cursor.at + 2] != "==":
+            self._read_assignment(name, cursor, words, at)
+        elif following == "[":
+            self._read_indexed(name, cursor, words, at)
+        elif following == "(":
+            self._read_call(name, cursor, words, at)
+        else:
+            self._read_bare(name, cursor, words, at)
+
+    # --- NAME=value -----------------------------------------------------------------------------------
+
+    def _read_assignment(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
+        if self.variables.is_known(name):
+            self.variables.assign(name, cursor, at)
+            return
+        cursor.expect("=", f"after {name}")
+        if name in NO_EFFECT:
+            read_value(cursor, self.variables)
+            words.no_effect.append((name, at + 1))
+            return
+        number = name[1:]
+        if name[0] in "SM" and number.isdigit() and name not in ("S1", "M1"):
+            raise cursor.error("VP002", f"{name}=: spindle {number}; there is one spindle", at)
+        if name not in ADDRESSES:
+            raise self._unknown(name, cursor, at)
+        self._add(words, self._read_address(name, cursor, at), cursor, at)
+
+    def _read_address(self, name: str, cursor: Cursor, at: int) -> Word:
+        """The value of an address after ``=``."""
+        mode = cursor.peek_name()
+        if mode in _MODES and name in MODAL_ADDRESSES:
+            begin = cursor.at
+            cursor.name()
+            if cursor.take("("):
+                value = read_number(cursor, self.variables)
+                cursor.expect(")", f"after the value of {mode}")
+                return Word(name, value, at + 1, mode)
+            cursor.at = begin
+        value_or_text = read_value(cursor, self.variables)
+        if isinstance(value_or_text, str):
+            if name not in _TEXTS:
+                raise cursor.error("VP007", f"{name}= needs a number, not a text", at)
+            return Word(name, 0.0, at + 1, text=value_or_text)
+        return Word(name, value_or_text, at + 1)
+
+    def _add(self, words: Words, word: Word, cursor: Cursor, at: int) -> None:
+        name = {"S1": "S", "T1": "T", "M1": "M"}.get(word.name, word.name)
+        if name in ("M", "G", "L"):
+            number = round(word.value)
+            if abs(word.value - number) > _WHOLE or number < 0:
+                raise cursor.error("VP007", f"{name}{word.value:g}: the number is whole and not negative", at)
+            self._add_code(words, name, number, cursor, at)
+            return
+        if name in words.words:
+            raise cursor.error("VP004", f"{name} stands twice in the block", at)
+        words.words[name] = word
+
+    def _add_code(self, words: Words, letter: str, number: int, cursor: Cursor, at: int, digits: str = "") -> None:
+        name = f"{letter}{number}"
+        if letter == "L":
+            words.calls.append(Call(f"L{digits or number}", None, at + 1))
+        elif (why := why_refused(name)) is not None:
+            raise cursor.error("VP002", f"{name} is not executed ({why})", at)
+        elif letter == "M":
+            words.m.append((number, at + 1))
+        else:
+            self._add_function(words, name, cursor, at)
+
+    @staticmethod
+    def _add_function(words: Words, name: str, cursor: Cursor, at: int) -> None:
+        if name in NO_EFFECT:
+            words.no_effect.append((name, at + 1))
+            return
+        group = GROUP_OF.get(name)
+        if group is None:
+            raise cursor.error("VP002", f"{name} is not a code of this language", at)
+        if group in words.groups:
+            raise cursor.error("VP003", f"{words.groups[group][0]} and {name} are of one group ({group})", at)
+        words.groups[group] = (name, at + 1)
+
+    # --- NAME[...] and NAME(...) ------------------------------------------------------------------------
+
+    def _read_indexed(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
+        if self.variables.is_known(name):
+            self.variables.assign(name, cursor, at)
+            return
+        if name not in NO_EFFECT:
+            raise self._unknown(name, cursor, at)
+        end = cursor.text.find("]", cursor.at)
+        if end < 0:
+            raise cursor.error("VP001", f"{name}[: expected ']'", at)
+        cursor.at = end + 1
+        if cursor.take("="):
+            read_value(cursor, self.variables)
+        words.no_effect.append((name, at + 1))
+
+    def _read_call(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
+        arguments = read_arguments(cursor)
+        if name in NO_EFFECT:
+            words.no_effect.append((name, at + 1))
+        elif name in ("TRAORI", "TRAFOOF"):
+            if name == "TRAFOOF" or len(arguments) > 1 or arguments[0].text.strip() not in ("", "1"):
+                raise cursor.error(
+                    "VP002", f"{name} with these values: there is one transformation, TRAORI or TRAORI(1)", at
+                )
+            self._add_function(words, name, cursor, at)
+        elif (why := why_refused(name)) is not None:
+            raise cursor.error("VP002", f"{name} is not executed ({why})", at)
+        elif name in CYCLES or self.is_subprogram(name):
+            words.calls.append(Call(name, arguments, at + 1))
+        else:
+            raise self._unknown(name, cursor, at)
+
+    # --- a name alone, or letters with numbers ----------------------------------------------------------
+
+    def _read_bare(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
+        if name == "MCALL":
+            words.modal_call = at + 1
+        elif name in NO_EFFECT:
+            words.no_effect.append((name, at + 1))
+        elif name in GROUP_OF:
+            self._add_function(words, name, cursor, at)
+        elif self.is_subprogram(name) and name not in ADDRESSES:
+            words.calls.append(Call(name, None, at + 1))
+        elif (
+            _LETTER_NUMBER.match(cursor.text, at)
+            and (len(name) == 1 or name[1].isdigit())
+            and why_refused(name) is None
+        ):
+            cursor.at = at
+            self._read_letter(cursor, words)
+        elif name in CYCLES:
+            words.calls.append(Call(name, None, at + 1))
+        else:
+            raise self._unknown(name, cursor, at)
+
+    def _read_letter(self, cursor: Cursor, words: Words) -> None:
+        """A letter and a number; another word may follow without a blank."""
+        at, text = cursor.at, cursor.text
+        letter = text[at].upper()
+        code = _CODE.match(text, at)
+        if code is not None:
+            cursor.at = code.end()
+            self._add_code(words, letter, int(code[2]), cursor, at, code[2])
+            return
+        if letter not in ADDRESSES or letter in "GML":
+            raise self._unknown(letter, cursor, at)
+        cursor.at += 1
+        sign = -1.0 if cursor.skip() == "-" else 1.0
+        if cursor.text[cursor.at] in "+-":
+            cursor.at += 1
+            cursor.skip()
+        value = cursor.number()
+        assert value is not None
+        self._add(words, Word(letter, sign * value, at + 1), cursor, at)
+
+    def _unknown(self, name: str, cursor: Cursor, at: int) -> BlockError:
+        why = why_refused(name)
+        if why is not None:
+            return cursor.error("VP002", f"{name} is not executed ({why})", at)
+        if name in STATEMENTS:
+            return cursor.error("VP001", f"{name} must stand at the beginning of its block", at)
+        if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
+            return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
+        return cursor.error("VP002", f"{name} is neither a word nor a subprogram that is known here; a subprogram stands in a file {name}.SPF "
+                            "in the folder of the program or a --subroutine-path", at)  # fmt: skip
+
+
+_WHOLE: Final = 1e-4
+
+
+def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
+    """Read ``(...)``: the texts between the commas outside of brackets and quotes."""
+    begin = cursor.at
+    cursor.expect("(", "")
+    found: list[Argument] = []
+    depth, start, quoted, text = 0, cursor.at, False, cursor.text
+    for at in range(cursor.at, len(text)):
+        character = text[at]
+        if character == '"':
+            quoted = not quoted
+        elif quoted:
+            continue
+        elif character in "([":
+            depth += 1
+        elif character in ")]" and depth:
+            depth -= 1
+        elif character in ",)":
+            found.append(Argument(text[start:at], start + 1))
+            start = at + 1
+            if character == ")":
+                cursor.at = at + 1
+                return tuple(found)
+    raise cursor.error("VP001", "the bracket is not closed on its line; expected ')'", begin)
+
+
+def read_argument_values(arguments: tuple[Argument, ...], variables: Variables) -> list[Value | None]:
+    """Values of arguments; None for empty ones."""
+    values: list[Value | None] = []
+    for argument in arguments:
+        if not argument.text.strip():
+            values.append(None)
+            continue
+        cursor = argument.cursor()
+        values.append(read_value(cursor, variables))
+        if not cursor.ended:
+            raise cursor.error("VP001", "expected ',' or ')' after a value")
+    return values
