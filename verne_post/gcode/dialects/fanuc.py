@@ -401,7 +401,7 @@ def _recognise(source: Text) -> bool:
     """Text after ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
     start = FanucInterpreter.find_start(source)
     head = b"\n".join(source[start : start + (1 << 16)].split(b"\n")[:_HEADER_LINES])
-    if re.match(rb"\s*%[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
+    if re.match(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
     without_comments = re.sub(rb"\([^)\n]*\)", b"", head)
     if _OPENING.match(head) is None:

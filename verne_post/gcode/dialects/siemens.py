@@ -23,7 +23,7 @@ from verne_post.gcode.state import State
 _HEADER_LINES: Final = 200
 #: What only these controls write.
 _OWN: Final = re.compile(
-    rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+[ \t]*\(|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
+    rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
     rb"ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"
     rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ \t]*=[^=]|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\(",
     re.IGNORECASE | re.MULTILINE,
@@ -33,7 +33,7 @@ _OTHERS: Final = re.compile(
     rb"#[0-9<]|^[ \t]*%[ \t]*\r?\n[ \t]*[O:][0-9]|^[ \t]*[0-9]*[ \t]*BEGIN[ \t]+PGM|^[ \t]*O[0-9<]|\((?:MSG|DEBUG|PRINT),|GOTO[ \t]*/|PARTNO",
     re.IGNORECASE | re.MULTILINE,
 )
-_COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|\([^()\n\"=,]*\)")
+_COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|(?<![A-Za-z_])\([^()\n]*\)")
 
 
 def _recognise(source: Text) -> bool:

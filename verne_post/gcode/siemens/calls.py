@@ -59,6 +59,7 @@ class Frame:
     line: int
     remaining: int = 1
     saved: Modes | None = None
+    modal: Call | None = None
     repeats: list[Repeat] = field(default_factory=list)
     ends: dict[int, float] = field(default_factory=dict)
     results: list[tuple[str, str]] = field(default_factory=list)

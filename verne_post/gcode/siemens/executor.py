@@ -3,7 +3,7 @@
 from typing import Final
 
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.block import Block
+from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import Cursor
@@ -68,12 +68,16 @@ class Executor:
         """Read the words of a block."""
         return self.words.read(cursor, line)
 
-    def run(self, words: Words) -> None:
-        """Execute a block without its calls, and the cycle of MCALL where it has moved."""
+    def run(self, words: Words) -> bool:
+        """Execute a block without its calls, and the cycle of MCALL where it has moved; True where its subprogram is to be called."""
         if words.calls:
             words.used.add("P")
-        if self.interpreter.run(words) and self.modal is not None:
-            self.drilling.run(self.modal, words.line)
+        if not self.interpreter.run(words) or self.modal is None:
+            return False
+        if not self.is_drilling(self.modal.name):
+            return True
+        self.drilling.run(self.modal, words.line)
+        return False
 
     def restore(self, modes: Modes) -> None:
         """Bring back what SAVE has kept."""
@@ -110,6 +114,10 @@ class Executor:
         to, block = self.interpreter, Block(line)
         first, second, *_ = PLANES[to.state.plane]
         to._require_known(block, [0, 1, 2], call.name)
+        if self.modal is not None and not self.is_drilling(self.modal.name):
+            raise BlockError(
+                "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call drilling cycles alone", call.column
+            )
         here = to.programmed(first), to.programmed(second)
         for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
             to.run_line(block, MoveKind.RAPID, {first: u, second: v})

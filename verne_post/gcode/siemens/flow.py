@@ -103,12 +103,16 @@ class Flow:
             self.executor.run(words)
             self._return(cursor, line)
             return
-        self.executor.run(words)
+        due = self.executor.run(words)
         if self.executor.ended or any(number == 17 for number, _column in words.m):
             self._end_program(line)
             return
         for call in words.calls:
             self._call(call, words, line)
+        if due and self.executor.modal is not None:
+            modal, self.executor.modal = self.executor.modal, None  # its own moves do not call it
+            self.enter(modal, line)
+            self.frame.modal = modal
 
     def count(self, text: ProgramText, first: int, last: int, moves: int) -> None:
         """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time."""
@@ -174,6 +178,8 @@ class Flow:
                 executor.variables.write(name, read_indices(cursor, executor.variables), value, cursor, 0)
         if frame.saved is not None:
             executor.restore(frame.saved)
+        if frame.modal is not None:
+            executor.modal = frame.modal
         executor.event(shown_line, "return", label=frame.section.name)
 
     # --- calls ----------------------------------------------------------------------------------------------
@@ -237,13 +243,8 @@ class Flow:
         if len(words.calls) != 1 or words.words or words.groups or words.m:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
         call = freeze(words.calls[0], self.executor.variables)
-        if not self.executor.is_drilling(call.name):
-            what = (
-                "patterns, CYCLE800 and CYCLE832 are not modal"
-                if self.executor.is_cycle(call.name)
-                else "subprograms that are called at every place are not executed"
-            )
-            raise BlockError("VP002", f"MCALL {call.name}: {what}", call.column)
+        if self.executor.is_cycle(call.name) and not self.executor.is_drilling(call.name):
+            raise BlockError("VP002", f"MCALL {call.name}: patterns, CYCLE800 and CYCLE832 are not modal", call.column)
         self.executor.modal = call
 
     # --- jumps and branches -----------------------------------------------------------------------------------
@@ -257,8 +258,9 @@ class Flow:
                 self._jump(cursor, line, word)
             return
         refuse_leftover(cursor)
+        branch = self.text.structure.branch[line]
         if not holds:
-            self.line = self.text.structure.branch[line] + 1
+            self.line = branch + 1
 
     def _else(self, cursor: Cursor, line: int) -> None:
         refuse_leftover(cursor)

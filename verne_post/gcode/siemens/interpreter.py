@@ -165,8 +165,8 @@ class SiemensInterpreter(SiemensFrameWords):
     def _select_edge(self, words: Words, *, loaded: bool) -> None:
         """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away."""
         edge = words.take("D")
-        if edge is None and not loaded:
-            return
+        if (edge is None and not loaded) or ("T" in words.words and not loaded and (edge is None or edge.value)):
+            return  # D beside T alone is that of the tool which M6 will bring
         number = 1 if edge is None else round(edge.value)
         if edge is not None and (abs(edge.value - number) > WHOLE_NUMBER or number not in (0, 1)):
             raise edge.error(
@@ -252,6 +252,9 @@ class SiemensInterpreter(SiemensFrameWords):
             return False
         modes = self.modes
         self._switch_compensation(words, block)
+        if words.code("fixed point") is not None:
+            self._go_to_fixed_point(words, block)
+            return False
         suppressed = words.code("suppression")
         if suppressed is not None:
             self._run_in_machine(words, block, suppressed)
@@ -290,6 +293,29 @@ class SiemensInterpreter(SiemensFrameWords):
         if places:
             kind = MoveKind.RAPID if self.modes.motion == "G0" else MoveKind.FEED
             self.run_machine_line(block, kind, places)
+
+    def _go_to_fixed_point(self, words: Words, block: Block) -> None:
+        """G75: the named axes go to a fixed point of the machine in rapid traverse; their values mean nothing."""
+        number = words.take("FP")
+        point = 1 if number is None else number.value
+        home = self.state.home if point == 1 else self.state.home2 if point == 2 else None
+        column = words.column("fixed point")
+        if home is None:
+            raise BlockError(
+                "VP015", f"G75 FP={point:g}: the machine file gives fixed points 1 and 2 as [home] g28 and g30", column
+            )
+        named = [
+            axis
+            for axis, letter in enumerate(AXES)
+            if words.take(letter) is not None or words.take(f"{letter}1") is not None
+        ]
+        if not named:
+            raise BlockError("VP005", "G75 needs the axes that go to the fixed point, as in G75 Z0", column)
+        edge, self.modes.edge = self.modes.edge, False
+        try:
+            self.run_machine_line(block, MoveKind.RAPID, {axis: home[axis] for axis in named})
+        finally:
+            self.modes.edge = edge
 
     def _run_curve(self, words: Words, block: Block, places: dict[int, float]) -> None:
         motion = self.modes.motion

@@ -274,7 +274,9 @@ class SiemensMotion(Interpreter):
         state = self.state
         frame, vector = state.frame, state.vector
         within = np.array(plane_of_arc(circle, None).rotation).reshape(3, 3)
-        begin, last = [[*map(float, (np.array(place[:3]) - circle.center) @ within), *place[3:]] for place in (start, end)]
+        begin, last = [
+            [*map(float, (np.array(place[:3]) - circle.center) @ within), *place[3:]] for place in (start, end)
+        ]
         state.frame = replace(frame, feature=plane_of_arc(circle, frame.feature))
         if vector is not None:
             x, y, z = (float(value) for value in np.array(vector) @ within)

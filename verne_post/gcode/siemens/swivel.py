@@ -68,7 +68,7 @@ class Swivel:
         given.given("_TC")
         given.refuse_rest(("_DMODE",))
         if direction:
-            self._turn_table(block)
+            self._turn_table(block, direction)
 
     def _end(self) -> None:
         """Without values: the plane ends; nothing moves."""
@@ -194,21 +194,29 @@ class Swivel:
         u, _s, v = np.linalg.svd((place[1:] - place[0]).T)
         return np.asarray(u @ v)
 
-    def _turn_table(self, block: Block) -> None:
-        """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part."""
+    def _turn_table(self, block: Block, direction: int) -> None:
+        """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part.
+
+        Of the two pairs of A and C that do this, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
+        """
         to = self.to
-        state = to.state
-        upright = np.array([0.0, 0.0, 1.0])
+        state, coordinates = to.state, to.setup.coordinates
         tcp = to.modes.tcp
-        machine = to.setup.coordinates.to_machine(np.array(state.position), state.frame)
         if tcp:
             to._require_known(block, [0, 1, 2], "CYCLE800")
-        state.vector = (0.0, 0.0, 1.0)
-        end = to.setup.coordinates.point_axis(list(state.position), upright, state.frame)
+        state.vector = None
+        here = coordinates.to_machine(np.array(state.position), state.frame)
+        pairs = [coordinates.point_axis(list(state.position), np.array([0.0, 0.0, 1.0]), state.frame)]
+        machine = coordinates.to_machine(np.array(pairs[0]), state.frame)
+        if to.setup.machine and abs(machine[3]) > _UPRIGHT:
+            machine[3] = -machine[3]
+            machine[5] += 180.0 - 360.0 * round((machine[5] + 180.0 - here[5]) / 360.0)
+            other = coordinates.to_program(machine, state.frame)
+            pairs.append([*pairs[0][:3], float(other[3]), pairs[0][4], float(other[5]), *pairs[0][6:]])
+        end = min(pairs, key=lambda pair: -direction * pair[3])
         if not tcp and to.setup.machine:  # the linear axes stand still
-            turned = to.setup.coordinates.to_machine(np.array(end), state.frame)
-            machine[3:6] = turned[3:6]
-            end = [float(value) for value in to.setup.coordinates.to_program(machine, state.frame)]
+            here[3:6] = coordinates.to_machine(np.array(end), state.frame)[3:6]
+            end = [float(value) for value in coordinates.to_program(here, state.frame)]
         to.recorder.fix_c(block.line)
         to._record(block.line, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [], absolute=True)
         to.heading = None
@@ -221,10 +229,10 @@ class Swivel:
         modes = self.to.modes
         kind = given.whole("_TOLM")
         ones, tens, hundreds = kind % 10, kind // 10 % 10, kind // 100
-        if ones > 3 or tens > 1 or hundreds > 1 or kind < 0:
+        if ones > 4 or tens > 1 or hundreds > 1 or kind < 0:
             raise given.error(
                 "VP002",
-                f"_TOLM {kind} is not executed; 0 off, 1 finishing, 2, 3 roughing, 10 more: with a tolerance of the axis",
+                f"_TOLM {kind} is not executed; 0 off, 1 finishing, 2, 3 roughing, 4 precision, 10 more: with a tolerance of the axis",
                 "_TOLM",
             )
         tolerance, axis = given.number("_TOL") * modes.length, given.number("_OTOL")

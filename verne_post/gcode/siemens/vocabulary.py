@@ -11,6 +11,7 @@ from typing import Final
 GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
     "motion": ("G0", "G1", "G2", "G3", "CIP", "CT"),
     "dwell": ("G4",),
+    "fixed point": ("G75",),
     "plane": ("G17", "G18", "G19"),
     "frame": ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR"),
     "compensation": ("G40", "G41", "G42"),
@@ -60,7 +61,7 @@ REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("G33", "G34", "G35", "G331", "G332", "G63", "G335", "G336"), "spindle-synchronised motion: setpoints cannot wait for the spindle"),
     **dict.fromkeys(("G25", "G26"), "limits of the working area and of the spindle, which a program sets"),
     **dict.fromkeys(("G58", "G59"), "programmable offsets of single axes; write TRANS or ATRANS"),
-    **dict.fromkeys(("G74", "G75", "G751", "FP"), "reference points and fixed points; retract with SUPA G0 Z and D0"),
+    **dict.fromkeys(("G74", "G751"), "reference points; retract with G75, or SUPA G0 Z and D0"),
     **dict.fromkeys(("G140", "G141", "G142", "G143", "G147", "G148", "G247", "G248", "G340", "G341", "G347", "G348", "DISR", "DISCL", "DISRP", "FAD"),
                     "soft approach and retraction; write the moves"),
     **dict.fromkeys(("G451", "G461", "G462", "DISC", "KONT", "KONTC", "OFFN", "CUT2DF", "CUT2DD", "CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF", "CUT3DCC", "CUT3DCCD", "CUTMOD", "CUTCONON", "CUTCONOF"),
@@ -102,11 +103,11 @@ STATEMENTS: Final = (
 #: Words with a value that are executed.
 ADDRESSES: Final = (
     "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "A3", "B3", "C3", "F", "S", "T", "D",
-    "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1",
+    "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
 )  # fmt: skip
 #: Names that stand for numbers of CYCLE832.
 CONSTANTS: Final[Mapping[str, float]] = {
-    "_OFF": 0.0, "_FINISH": 1.0, "_SEMIFIN": 2.0, "_ROUGH": 3.0, "_ORI_FINISH": 11.0, "_ORI_SEMIFIN": 12.0, "_ORI_ROUGH": 13.0,
+    "_OFF": 0.0, "_FINISH": 1.0, "_SEMIFIN": 2.0, "_ROUGH": 3.0, "_PRECISION": 4.0, "_ORI_FINISH": 11.0, "_ORI_SEMIFIN": 12.0, "_ORI_ROUGH": 13.0, "_ORI_PRECISION": 14.0,
     "_TOP_SURFACE_SMOOTH_OFF": 0.0, "_TOP_SURFACE_SMOOTH_ON": 100.0,
 }  # fmt: skip
 _MANY_CYCLES: Final = re.compile(r"CYCLE[0-9]+$|E_[A-Z_]+$|F_[A-Z_]+$")

@@ -1,0 +1,139 @@
+"""Siemens programs: every word against its RS274 twin, or against numbers worked out by hand from the rules of the control."""
+
+import numpy as np
+import pytest
+
+from verne_post.model.moves import PathMode
+
+HEAD = "G0 X0 Y0 Z5 F100\n"
+
+
+def same_moves(view, siemens, rs274):
+    """Both texts make the same moves, to 1e-9; returns those of the Siemens program."""
+    first, errors = view(f"{HEAD}{siemens}\nM30", dialect="siemens")
+    assert errors == ()
+    second, errors = view(f"{HEAD}{rs274}\nM30", dialect="rs274")
+    assert errors == ()
+    assert np.array_equal(first.kind, second.kind)
+    assert np.allclose(first.end, second.end, atol=1e-9, rtol=0)
+    assert np.allclose(first.feed, second.feed, atol=1e-9, rtol=0, equal_nan=True)
+    assert np.allclose(first.arcs.center, second.arcs.center, atol=1e-9, rtol=0)
+    assert np.allclose(first.arcs.sweep, second.arcs.sweep, atol=1e-9, rtol=0)
+    assert np.array_equal(first.arcs.plane, second.arcs.plane)
+    return first
+
+
+@pytest.mark.parametrize(("siemens", "rs274"), [
+    # text: numbers, blanks, comments, labels, block numbers
+    ("G1X10Y-2.5", "G1 X10 Y-2.5"), ("N10 G1 X=10 Y=-2.5 ; text (with) \"quotes", "G1 X10 Y-2.5"), ("g1 x1EX1 y=-25EX-1", "G1 X10 Y-2.5"),
+    ("N20 LABEL: G1 X.5", "G1 X.5"), (":30 G1 X+5", "G1 X5"), ("G1 X 10 Y - 3", "G1 X10 Y-3"), ("/3 G1 X2", "G1 X2"),
+    ("G1 X='H1F'", "G1 X31"), ("X5", "G0 X5"),
+    # expressions
+    ("R1=2 R2=R1*3+4\nX=R2", "G0 X10"), ("R[5]=7\nX=R5", "G0 X7"), ("X=-(2+3)*2", "G0 X-10"), ("X=7 DIV 2 Y=7 MOD 4 Z=7/2", "G0 X3 Y3 Z3.5"),
+    ("X=POT(3)+SQRT(16) Y=ABS(-2) Z=TRUNC(-2.7)", "G0 X13 Y2 Z-2"), ("X=ROUND(2.5) Y=ROUND(-2.5) Z=ROUNDUP(2.1)", "G0 X3 Y-3 Z3"),
+    ("X=10*SIN(30) Y=10*COS(60) Z=ATAN2(1,1)", "G0 X5 Y5 Z45"), ("X=MINVAL(3,4) Y=MAXVAL(3,4) Z=BOUND(0,2,5)", "G0 X3 Y4 Z2"),
+    ("X=6 B_AND 3 Y=6 B_OR 3 Z=6 B_XOR 3", "G0 X2 Y7 Z5"), ("X=2+3*2==8 Y=(1<2) AND (2<1) Z=NOT 0", "G0 X1 Y0 Z1"), ("X=1==5 AND 3", "G0 X1"), ("X=STRLEN(\"ab\"<<12)", "G0 X4"),
+    ("DEF REAL A1=4, B1\nDEF INT N1=2.6\nX=A1 Y=N1 Z=B1", "G0 X4 Y3 Z0"), ("DEF REAL L1[2,2]=SET(1,2,3,4)\nX=L1[1,0]", "G0 X3"),
+    ("DEF BOOL Q=5\nDEF STRING[8] S1A=\"3.5\"\nX=Q Y=NUMBER(S1A)", "G0 X1 Y3.5"), ("X=$P_EP[Z]", "G0 X5"), ("X=$PI", "G0 X3.141592653589793"),
+    # distances
+    ("G91 X1\nX1 Y2", "G91 G0 X1\nX1 Y2"), ("X=IC(2)\nX=IC(2)", "G0 X2\nX4"), ("G91 X=AC(7) Y3", "G0 X7 Y3"), ("C=350\nC=DC(10)", "G0 C350\nC370"),
+    ("C350\nC=ACP(10)\nC=ACN(0)", "G0 C350\nC370\nC360"), ("C=ACN(350)", "G0 C-10"), ("A=AC(5) C=AC(700)", "G0 A5 C700"),
+    ("G70 X1\nG710 Y1", "G0 X25.4\nY1"), ("G700 G1 X1 F10\nG71 X2", "G1 X25.4 F254\nX2"), ("G70 G1 X1 F10", "G1 X25.4 F10"),
+    # arcs
+    ("G2 X10 Y0 I5 J0", "G2 X10 Y0 I5 J0"), ("G2 X10 Y0 I=AC(5) J=AC(0)", "G2 X10 Y0 I5 J0"), ("G3 X10 Y0 CR=7", "G3 X10 Y0 R7"),
+    ("G3 X10 Y0 CR=-7", "G3 X10 Y0 R-7"), ("G2 I5 J0 TURN=2 Z-1", "G2 I5 J0 P3 Z-1"), ("G3 I5 J0 AR=90", "G3 X5 Y-5 I5 J0"),
+    ("G2 I5 J0 AR=270", "G2 X5 Y-5 I5 J0"), ("G2 X10 Y0 AR=180", "G2 X10 Y0 R5"), ("G3 X10 Y0 AR=300", "G3 X10 Y0 R-10"),
+    ("G18 G3 X10 Z5 K0 I5", "G18 G3 X10 Z5 I5 K0"), ("G19 G2 Y6 Z5 J3", "G19 G2 Y6 Z5 J3 K0"), ("G2 X10 Y0 I5\nX20 I5", "G2 X10 Y0 I5\nX20 I5"),
+    ("CIP X10 Y0 I1=5 J1=5", "G2 X10 Y0 I5 J0"), ("CIP X10 Y0 I1=IC(5) J1=IC(-5) Z5", "G3 X10 Y0 I5 J0"), ("CIP Y6 Z5 J1=3 K1=8", "G19 G2 Y6 J3 K0"),
+    ("G1 X10\nCT X10 Y10", "G1 X10\nG3 X10 Y10 J5"), ("G1 X10\nCT X20 Y-10", "G1 X10\nG2 X20 Y-10 J-10"), ("G2 X4 Y0 I2\nCT X8", "G2 X4 Y0 I2\nG3 X8 I2"),
+    # polar words
+    ("G111 X1 Y2\nG1 AP=90 RP=5", "G1 X1 Y7"), ("X3 Y4\nG110 X1 Y1\nG1 RP=2 AP=0\nAP=IC(90)", "G0 X3 Y4\nG1 X6 Y5\nX4 Y7"),
+    ("G111 RP=10 AP=0\nG112 X1 Y0\nRP=1 AP=180", "G0 X10 Y0"), ("X5\nG111\nG3 AP=90 RP=5", "G0 X5\nG3 X0 Y5 I-5"),
+    # dwell, feed, spindle
+    ("G4 F2.5", "G4 P2.5"), ("S600 M3\nG4 S30", "S600 M3\nG4 P3"), ("G93 G1 X10 F2", "G93 G1 X10 F2"), ("G95 S100 M3 G1 X10 F0.1", "G95 S100 M3 F.1 G1 X10"),
+    ("F=50*2 G1 X1", "F100 G1 X1"), ("S1=500 M1=3", "S500 M3"), ("G94 F200 G1 X1", "F200 G1 X1"),
+    # flow
+    ("R1=3\nA1: X=R1\nR1=R1-1\nIF R1>0 GOTOB A1", "G0 X3\nX2\nX1"), ("GOTOF N90\nX1\nN90 X2", "G0 X2"), ("GOTO ENDE\nX1\nENDE: X2", "G0 X2"),
+    ("GOTOC NOWHERE\nX1", "G0 X1"), ("IF 1==2\nX1\nELSE\nX2\nENDIF", "G0 X2"), ("IF 1\nIF 0\nX1\nENDIF\nX3\nELSE\nX2\nENDIF", "G0 X3"),
+    ("FOR R1=1 TO 3\nX=R1\nENDFOR", "G0 X1\nX2\nX3"), ("FOR R1=2 TO 1\nX=R1\nENDFOR\nX9", "G0 X9"), ("R1=0\nWHILE R1<2\nR1=R1+1\nX=R1\nENDWHILE", "G0 X1\nX2"),
+    ("R1=0\nLOOP\nR1=R1+1\nX=R1\nIF R1==2 GOTOF RAUS\nENDLOOP\nRAUS: X9", "G0 X1\nX2\nX9"), ("R1=0\nREPEAT\nR1=R1+1\nX=R1\nUNTIL R1==2", "G0 X1\nX2"),
+    ("A1: X=IC(1)\nREPEAT A1 P=2", "G0 X1\nX2\nX3"), ("A1: X=IC(1)\nY=IC(1)\nA2: X=IC(1)\nREPEATB A1 P=2\nX9", "G0 X1\nY1\nX2\nX3\nX4\nX9"),
+    ("A1: X=IC(1)\nA2: Y=IC(1)\nZ9\nREPEAT A1 A2", "G0 X1\nY1\nZ9\nX2\nY2"), ("A1: X=IC(1)\nENDLABEL: Y=IC(1)\nREPEAT A1", "G0 X1\nY1\nX2\nY2"),
+    ("SUB1\nX9\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1\nX9"), ("L10 P2\nM30\n%_N_L10_SPF\nX=IC(1)\nRET", "G0 X1\nX2"),
+    ("SUB1(2,,4)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL A1, INT B1=7, REAL C1)\nX=A1 Y=B1 Z=C1\nM17", "G0 X2 Y7 Z4"),
+    ("DEF REAL Q\nSUB1(Q)\nX=Q\nM30\n%_N_SUB1_SPF\nPROC SUB1(VAR REAL A1)\nA1=5\nM17", "G0 X5"),
+    ("SUB1\nX1\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 X1\nRET", "G91 G0 X1\nG90 X1"), ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
+    ("MCALL SUB1(3)\nX1\nX2\nMCALL\nX5\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q)\nZ=Q\nZ9\nM17", "G0 X1\nZ3\nZ9\nX2\nZ3\nZ9\nX5"),
+    ("X3 Z9\nG75 Z0\nG75 X0 Y0 FP=1\nX5", "G0 X3 Z9\nG53 Z0\nG53 X0 Y0\nX5"),
+    # words without effect beside motion
+    ("SOFT FFWON COMPCAD G601\nDYNFINISH\nG1 X1", "G1 X1"), ("STOPRE\nFGROUP(X,Y,Z,A,C)\nACC[X]=50\nWORKPIECE(,,,\"BOX\",0,1,2,3)\nX1", "G0 X1"),
+])  # fmt: skip
+def test_words_have_rs274_twins(view, siemens, rs274):
+    same_moves(view, siemens, rs274)
+
+
+@pytest.mark.parametrize(("line", "code", "part"), [
+    ("X1 X2", "VP004", "twice"), ("G0 G1 X1", "VP003", "group"), ("G64 G60", "VP003", "group"), ("G5 X1", "VP002", "G5"), ("BSPLINE X1", "VP002", "B-splines"), ("CSPLINE X1", "VP002", "splines"),
+    ("POLY PO[X]=(1,2)", "VP002", "polynomials"), ("DIAMON", "VP002", "lathe"), ("G96 S100", "VP002", "lathe"), ("POCKET3(1,2)", "VP002", "milling"), ("CYCLE72(1)", "VP002", "cycle"),
+    ("CYCLE84(1,2)", "VP002", "CYCLE840"), ("RND=2", "VP002", "chamfers"), ("G33 Z1", "VP002", "synchronised"), ("A4=1", "VP002", "surface"), ("WHEN TRUE DO X=1", "VP002", "synchronised"), ("TRACYL(40)", "VP002", "other machines"),
+    ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"), ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
+    ("X=\"A\"", "VP007", "text"), ("X=(1", "VP001", "')'"), ("X1.2.3", "VP001", "point"), ("?", "VP001", "?"), ("MSG(\"a", "VP001", "bracket"), ("Q5", "VP002", "Q"),
+    ("G1 X1 A3=0 B3=0 C3=1", "VP017", "TRAORI"), ("G2 X1", "VP005", "centre"), ("G2 X10 I5 CR=5", "VP003", "one of"), ("G2 X10 I1", "VP008", "not on the circle"), ("G2 X10 I5 K1", "VP006", "K"), ("G2 X10 CR=1", "VP008", "small"),
+    ("X=DC(5)", "VP017", "rotary"), ("CT X5 Z9", "VP008", "plane"), ("CIP X10", "VP005", "I1"), ("CIP X10 I1=5", "VP008", "line"), ("CIP X10 Y0 J1=5 K=3 I1=5", "VP006", "K"), ("TRANS X1 G1", "VP003", "motion"),
+    ("SCALE X0", "VP007", "scale"), ("SCALE X2\nG2 X10 I5", "VP017", "ellipse"), ("SCALE X2\nAROT Z30", "VP017", "skews"), ("G4 X1", "VP005", "F"), ("G4 F-1", "VP007", "negative"), ("G4 S5", "VP017", "spindle"), ("F-5", "VP007", "negative"),
+    ("GOTOF X9", "VP023", "X9"), ("GOTOB N5", "VP023", "before"), ("IF 1", "VP023", "ENDIF"), ("ENDIF", "VP023", "IF"), ("FOR R1=1", "VP001", "TO"), ("REPEAT A9", "VP023", "A9"), ("MCALL SUB1", "VP002", "SUB1"), ("G75", "VP005", "axes"), ("G75 Z0 FP=3", "VP015", "fixed points"), ("MCALL CYCLE800()", "VP002", "modal"),
+    ("D2", "VP012", "edge"), ("T=\"MILL\"", "VP012", "siemens.tools"), ("S2=500", "VP002", "spindle 2"), ("M77", "VP002", "remap"), ("M3 M4", "VP003", "group"), ("TRAORI(2)", "VP002", "one transformation"), ("L99", "VP023", "L99"), ("G558 X1", "VP007", "G505"),
+    ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"), ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("X=$AC_TIME", "VP025", "$AC_TIME"), ("X1 P3", "VP006", "P3"), ("R99999=1", "VP025", "R0"), ("DEF REAL X9X\nDEF REAL X9X", "VP004", "twice"),
+    ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
+    ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,-5)", "VP007", "one height"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
+    ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"), ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"), ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
+    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
+])  # fmt: skip
+def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
+    found = view(f"{HEAD}{line}\nM30", dialect="siemens", max_repeats=300)[1]
+    assert [item.code for item in found] == [code], found
+    assert part in found[0].message
+    assert found[0].line in range(2, 3 + line.count("\n"))
+
+
+def modes(moves):
+    return [(moves.controls[index].mode, moves.controls[index].tolerance, moves.controls[index].axis_deg) for index in moves.control]
+
+
+def test_path_control(view):
+    text = ("G0 X0 Y0 Z0\nG64 X1\nG9 X2\nX3\nG641 ADIS=0.4 X4\nG642 CTOL=0.02 OTOL=0.5 X5\nG642 CTOL=-1 OTOL=-1 X6\nG60 X7\nG64\n"
+            "CYCLE832(0.05,_ORI_FINISH,1.5)\nX8\nCYCLE832(0.05,1)\nX9\nCYCLE832()\nX10\nM30")  # fmt: skip
+    moves, errors = view(text, dialect="siemens")
+    assert errors == ()
+    stop, blend = PathMode.EXACT_STOP, PathMode.BLEND
+    assert modes(moves) == [
+        (stop, None, None), (blend, None, None), (stop, None, None), (blend, None, None), (blend, 0.1, None), (blend, 0.02, 0.5),
+        (blend, None, None), (stop, None, None), (blend, 0.05, 1.5), (blend, 0.05, None), (blend, None, None),
+    ]  # fmt: skip
+
+
+def test_events(view):
+    moves, errors = view("T2 M6\nS500 M4 M8\nMSG(\"d=\"<<R1+1)\nFFWON\nM0\nM1\nSPOS=90\nH5\nSETAL(62000)\nG0 X1 M30", dialect="siemens")
+    assert errors == ()
+    assert [(event.line, event.kind) for event in moves.events] == [
+        (1, "tool"), (2, "spindle"), (2, "coolant"), (3, "message"), (4, "without effect"), (5, "stop"), (6, "stop"), (7, "orient"),
+        (8, "auxiliary"), (9, "message"), (10, "end"),
+    ]  # fmt: skip
+    assert moves.events[3].data["text"] == "d=1"
+    assert moves.frames[0].tool_length == 25.0
+
+
+def test_the_end_of_the_file_ends_a_program(view):
+    for text in ("G0 X1", "G0 X1\nM17", "G0 X1\nM2\nX2", "G0 X1\nRET\n", "%_N_A_MPF\n;$PATH=/_N_MPF_DIR\nG0 X1\n"):
+        moves, errors = view(text, dialect="siemens")
+        assert errors == ()
+        assert (len(moves), moves.end[0][0]) == (1, 1.0)
+
+
+def test_work_offsets_and_places_of_the_machine(view):
+    text = "G54 G0 X1 Y2 Z3\n$P_UIFR[2,X,TR]=100\nG55 X1\nSUPA X7\nG505 X0\nG500 X5\nTRANS X10\nG53 X4\nX4"
+    moves, errors = view(text, dialect="siemens", wcs={})
+    assert errors == ()
+    frames = [moves.frames[index] for index in moves.frame]
+    machine = [end[0] + frame.origin[0] + (frame.feature.origin[0] if frame.feature else 0) for end, frame in zip(moves.end, frames, strict=True)]
+    assert machine == [1.0, 101.0, 7.0, 0.0, 5.0, 4.0, 14.0]
