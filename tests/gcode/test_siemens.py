@@ -97,7 +97,10 @@ def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
 
 
 def modes(moves):
-    return [(moves.controls[index].mode, moves.controls[index].tolerance, moves.controls[index].axis_deg) for index in moves.control]
+    return [
+        (moves.controls[index].mode, moves.controls[index].tolerance, moves.controls[index].axis_deg)
+        for index in moves.control
+    ]
 
 
 def test_path_control(view):
@@ -113,7 +116,9 @@ def test_path_control(view):
 
 
 def test_events(view):
-    moves, errors = view("T2 M6\nS500 M4 M8\nMSG(\"d=\"<<R1+1)\nFFWON\nM0\nM1\nSPOS=90\nH5\nSETAL(62000)\nG0 X1 M30", dialect="siemens")
+    moves, errors = view(
+        'T2 M6\nS500 M4 M8\nMSG("d="<<R1+1)\nFFWON\nM0\nM1\nSPOS=90\nH5\nSETAL(62000)\nG0 X1 M30', dialect="siemens"
+    )
     assert errors == ()
     assert [(event.line, event.kind) for event in moves.events] == [
         (1, "tool"), (2, "spindle"), (2, "coolant"), (3, "message"), (4, "without effect"), (5, "stop"), (6, "stop"), (7, "orient"),
@@ -135,5 +140,8 @@ def test_work_offsets_and_places_of_the_machine(view):
     moves, errors = view(text, dialect="siemens", wcs={})
     assert errors == ()
     frames = [moves.frames[index] for index in moves.frame]
-    machine = [end[0] + frame.origin[0] + (frame.feature.origin[0] if frame.feature else 0) for end, frame in zip(moves.end, frames, strict=True)]
+    machine = [
+        end[0] + frame.origin[0] + (frame.feature.origin[0] if frame.feature else 0)
+        for end, frame in zip(moves.end, frames, strict=True)
+    ]
     assert machine == [1.0, 101.0, 7.0, 0.0, 5.0, 4.0, 14.0]

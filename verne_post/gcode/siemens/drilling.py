@@ -85,9 +85,9 @@ class _Hole:
         to, name = self.to, self.given.call.name
         to._require_known(self.block, [0, 1, 2], name)
         to._refuse_compensation(name)
-        to._check_feed(self.block, 10)
         if to.state.feed_mode == FeedMode.INVERSE:
             raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
+        to._check_feed(self.block, 10)
         if to.state.vector is not None and not to.follows_part:
             to._refuse_open_table(self.block)
         tool = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)

@@ -5,19 +5,18 @@ from typing import Final
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import MAX_DEPTH, MOVES_OF_BLOCK
-from verne_post.gcode.siemens.calls import Frame, Library, Repeat, bind_arguments, freeze, read_procedure
+from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, freeze, read_procedure
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
+from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, whole_repeats
 from verne_post.gcode.siemens.program import SiemensText, split_line
-from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, shown
+from verne_post.gcode.siemens.values import read_indices, read_value, shown
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_arguments
 from verne_post.gcode.text import ProgramText
 
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
-#: A subprogram or a stretch is repeated so often at most by one P.
-_MOST_REPEATS: Final = 9999
 
 
 class Flow:
@@ -81,7 +80,7 @@ class Flow:
         if not (item.skipped and self.executor.setup.block_delete):
             self._execute(Cursor(item.text, item.begin), line)
         if not self.ended and self.text is text:
-            self._end_stretch(line)
+            end_stretch(self, line)
         self.count(text, line, line, self.executor.move_count - moves)
 
     def _execute(self, cursor: Cursor, line: int) -> None:
@@ -187,17 +186,11 @@ class Flow:
     def _call(self, call: Call, words: Words, line: int) -> None:
         repeats = 1
         if (given := words.words.get("P")) is not None:
-            repeats = self._whole(given.value, 0, "P", call.column)
+            repeats = whole_repeats(given.value, call.column)
         if self.executor.is_cycle(call.name):
             self.executor.run_cycle(call, self.shown_line or line)
         elif repeats:
             self.enter(call, line, repeats)
-
-    def _whole(self, value: float, least: int, name: str, column: int) -> int:
-        number = round(value)
-        if abs(value - number) > 1e-9 or not least <= number <= _MOST_REPEATS:
-            raise BlockError("VP007", f"{name}{value:g}: a whole number from {least} to {_MOST_REPEATS}", column)
-        return number
 
     def enter(self, call: Call, line: int, repeats: int = 1) -> None:
         """Call a subprogram."""
@@ -247,210 +240,6 @@ class Flow:
             raise BlockError("VP002", f"MCALL {call.name}: patterns, CYCLE800 and CYCLE832 are not modal", call.column)
         self.executor.modal = call
 
-    # --- jumps and branches -----------------------------------------------------------------------------------
-
-    def _if(self, cursor: Cursor, line: int) -> None:
-        holds = read_number(cursor, self.executor.variables) != 0
-        word = cursor.peek_name()
-        if word in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
-            cursor.name()
-            if holds:
-                self._jump(cursor, line, word)
-            return
-        refuse_leftover(cursor)
-        branch = self.text.structure.branch[line]
-        if not holds:
-            self.line = branch + 1
-
-    def _else(self, cursor: Cursor, line: int) -> None:
-        refuse_leftover(cursor)
-        self.line = self.text.structure.branch[line] + 1
-
-    def _endif(self, cursor: Cursor, line: int) -> None:
-        _ = self.text.structure
-        refuse_leftover(cursor)
-
-    def _goto(self, cursor: Cursor, line: int) -> None:
-        self._jump(cursor, line, "GOTO")
-
-    def _goto_forward(self, cursor: Cursor, line: int) -> None:
-        self._jump(cursor, line, "GOTOF")
-
-    def _goto_backward(self, cursor: Cursor, line: int) -> None:
-        self._jump(cursor, line, "GOTOB")
-
-    def _goto_if_there(self, cursor: Cursor, line: int) -> None:
-        self._jump(cursor, line, "GOTOC")
-
-    def _jump(self, cursor: Cursor, line: int, word: str) -> None:
-        cursor.skip()
-        at = cursor.at
-        target = self._read_target(cursor)
-        refuse_leftover(cursor)
-        found = self._find(target, line, forward=word != "GOTOB", backward=word != "GOTOF")
-        if found is None:
-            if word == "GOTOC":
-                return
-            where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
-            raise cursor.error("VP023", f"{word} {target}: there is no such label or block number{where}", at)
-        self.line = found
-        self.frame.repeats.clear()
-
-    def _read_target(self, cursor: Cursor) -> str:
-        name = cursor.peek_name()
-        if name is not None and self.executor.variables.find(name) is None and name not in ("N",):
-            cursor.name()
-            return self._block_number(name)
-        value: Value = read_value(cursor, self.executor.variables)
-        return self._block_number(shown(value).upper())
-
-    @staticmethod
-    def _block_number(name: str) -> str:
-        return f"N{int(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
-
-    def _find(self, label: str, line: int, *, forward: bool, backward: bool) -> int | None:
-        """The line of a label in the running program: after this line first, then before it."""
-        section = self.frame.section
-        lines = [place for place in self.text.labels.get(label, ()) if section.first <= place <= section.last]
-        after = next((place for place in lines if place > line), None)
-        before = next((place for place in reversed(lines) if place <= line), None)
-        return after if forward and after is not None else before if backward else None
-
-    # --- loops ----------------------------------------------------------------------------------------------
-
-    def _for(self, cursor: Cursor, line: int) -> None:
-        variables = self.executor.variables
-        cursor.skip()
-        at, name = cursor.at, cursor.name()
-        if name is None:
-            raise cursor.error("VP001", "expected a variable after FOR", at)
-        variables.assign(name, cursor, at)
-        if cursor.name() != "TO":
-            raise cursor.error("VP001", "expected TO and the last value of FOR")
-        last = read_number(cursor, variables)
-        refuse_leftover(cursor)
-        end = self.text.structure.end[line]
-        self.frame.ends[line] = last
-        if self._loop_value(line, cursor) > last:
-            self.line = end + 1
-
-    def _loop_value(self, line: int, cursor: Cursor) -> float:
-        """The value of the variable of a FOR."""
-        name, at, inner = self._loop_variable(line)
-        value = self.executor.variables.read(name, read_indices(inner, self.executor.variables), inner, at)
-        if isinstance(value, str):
-            raise cursor.error("VP007", f"FOR {name}: a number is needed")
-        return value
-
-    def _loop_variable(self, line: int) -> tuple[str, int, Cursor]:
-        item = split_line(self.text.line(line))
-        cursor = Cursor(item.text, item.begin)
-        cursor.name()
-        cursor.skip()
-        at, name = cursor.at, cursor.name()
-        assert name is not None
-        return name, at, cursor
-
-    def _endfor(self, cursor: Cursor, line: int) -> None:
-        refuse_leftover(cursor)
-        begin = self.text.structure.begin[line]
-        last = self.frame.ends.get(begin)
-        if last is None:
-            raise cursor.error("VP023", f"ENDFOR is reached, and its FOR (line {begin}) was not", 0)
-        value = self._loop_value(begin, cursor) + 1.0
-        name, at, inner = self._loop_variable(begin)
-        self.executor.variables.write(name, read_indices(inner, self.executor.variables), value, inner, at)
-        if value < last or are_equal(value, last):
-            self.line = begin + 1
-
-    def _while(self, cursor: Cursor, line: int) -> None:
-        holds = read_number(cursor, self.executor.variables) != 0
-        refuse_leftover(cursor)
-        end = self.text.structure.end[line]
-        if not holds:
-            self.line = end + 1
-
-    def _loop(self, cursor: Cursor, line: int) -> None:
-        refuse_leftover(cursor)
-        _ = self.text.structure
-
-    def _back(self, cursor: Cursor, line: int) -> None:
-        """ENDWHILE, ENDLOOP."""
-        refuse_leftover(cursor)
-        begin = self.text.structure.begin[line]
-        self.line = begin
-
-    def _until(self, cursor: Cursor, line: int) -> None:
-        holds = read_number(cursor, self.executor.variables) != 0
-        refuse_leftover(cursor)
-        begin = self.text.structure.begin[line]
-        if not holds:
-            self.line = begin + 1
-
-    def _repeat(self, cursor: Cursor, line: int) -> None:
-        """REPEAT of REPEAT ... UNTIL, or REPEAT label [label] P=n."""
-        if cursor.ended:
-            _ = self.text.structure.end[line]
-            return
-        self._repeat_stretch(cursor, line, one_block=False)
-
-    def _repeat_block(self, cursor: Cursor, line: int) -> None:
-        self._repeat_stretch(cursor, line, one_block=True)
-
-    def _repeat_stretch(self, cursor: Cursor, line: int, *, one_block: bool) -> None:
-        labels: list[tuple[str, int]] = []
-        times = 1
-        while not cursor.ended:
-            at, name = cursor.at, cursor.name()
-            if name == "P" and cursor.take("="):
-                times = self._whole(read_number(cursor, self.executor.variables), 0, "P", at + 1)
-            elif name is not None and name[0] == "P" and name[1:].isdigit():
-                times = self._whole(float(name[1:]), 0, "P", at + 1)
-            elif name is None or len(labels) == (1 if one_block else 2):
-                raise cursor.error("VP001", "expected a label, and P= for how often", at)
-            else:
-                labels.append((self._block_number(name), at))
-        if not labels:
-            raise cursor.error("VP001", "expected a label after REPEAT", 0)
-        places = []
-        for label, at in labels:
-            place = self._find(label, line, forward=True, backward=True)
-            if place is None:
-                raise cursor.error("VP023", f"REPEAT {label}: there is no such label", at)
-            places.append(place)
-        first = places[0]
-        if one_block:
-            last = first
-        elif len(places) == 2:
-            last = places[1]
-        else:
-            ends = [
-                place for place in self.text.labels.get("ENDLABEL", ()) if first <= place <= self.frame.section.last
-            ]
-            last = next((place for place in ends if place < line or first > line), line - 1)
-        if last < first or first <= line <= last:
-            raise cursor.error(
-                "VP023",
-                f"REPEAT {labels[0][0]}: the lines {first} to {last} cannot be repeated from line {line}",
-                labels[0][1],
-            )
-        if times:
-            self.frame.repeats.append(Repeat(first, last, times, line + 1))
-            self.line = first
-
-    def _end_stretch(self, line: int) -> None:
-        """After the last line of a repeated stretch: once more, or on."""
-        repeats = self.frame.repeats
-        while repeats and repeats[-1].last == line and self.line == line + 1:
-            repeat = repeats[-1]
-            repeat.remaining -= 1
-            if repeat.remaining > 0:
-                self.line = repeat.first
-                return
-            repeats.pop()
-            self.line = repeat.back
-            line = repeat.back - 1
-
     # --- definitions, messages ----------------------------------------------------------------------------------
 
     def _define(self, cursor: Cursor, line: int) -> None:
@@ -492,8 +281,6 @@ class Flow:
 
 _Handler = Callable[[Flow, Cursor, int], None]
 _HANDLERS: Final[dict[str, _Handler]] = {
-    "IF": Flow._if, "ELSE": Flow._else, "ENDIF": Flow._endif, "GOTO": Flow._goto, "GOTOF": Flow._goto_forward, "GOTOB": Flow._goto_backward, "GOTOC": Flow._goto_if_there,
-    "FOR": Flow._for, "ENDFOR": Flow._endfor, "WHILE": Flow._while, "ENDWHILE": Flow._back, "LOOP": Flow._loop, "ENDLOOP": Flow._back,
-    "REPEAT": Flow._repeat, "REPEATB": Flow._repeat_block, "UNTIL": Flow._until, "DEF": Flow._define, "PROC": Flow._proc, "RET": Flow._return,
-    "MCALL": Flow._modal, "EXTCALL": Flow._extcall, "MSG": Flow._message, "SETAL": Flow._alarm,
+    **JUMPS, "DEF": Flow._define, "PROC": Flow._proc, "RET": Flow._return, "MCALL": Flow._modal, "EXTCALL": Flow._extcall, "MSG": Flow._message,
+    "SETAL": Flow._alarm,
 }  # fmt: skip

@@ -91,6 +91,7 @@ def split(frame: Affine, mirrored: int) -> Split:
     scale = np.sqrt((linear**2).sum(axis=0))
     if scale.min() <= 0.0:
         raise BlockError("VP007", "a scale of 0 leaves nothing of the part")
+    scale[np.abs(scale - 1.0) < _NOTHING] = 1.0
     rotation = linear / scale
     if np.abs(rotation.T @ rotation - np.eye(3)).max() > _SQUARE:
         raise BlockError(

@@ -6,7 +6,7 @@ from typing import Final, Literal
 
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
-    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"),
+    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
 }  # fmt: skip
 
 
@@ -25,6 +25,9 @@ class SiemensKeys:
         as axes for A and C words, on a great circle for A3 B3 C3.
     orientation_by_group : bool
         ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
+    projected : str
+        What the second angle of CYCLE800 in the mode "projected angles" is: "traces", that of the plane's line in X Z or Y Z;
+        "axes", that of the projected axis of the plane. Empty: such calls are refused.
     modulo_axes : str
         Rotary axes whose absolute values count within the present turn.
     tools : mapping
@@ -35,6 +38,7 @@ class SiemensKeys:
     rotation: Literal["rpy", "euler"] = "rpy"
     orientation: Literal["words", "axes", "vector"] = "words"
     orientation_by_group: bool = False
+    projected: Literal["", "traces", "axes"] = ""
     modulo_axes: str = ""
     tools: Mapping[str, int] = field(default_factory=dict)
 

@@ -242,7 +242,7 @@ class SiemensMotion(Interpreter):
         self._check_places(block, places)
         self._refuse_compensation("CIP")
         self._require_known(block, [0, 1, 2], "an arc")
-        if len({abs(scale) for scale in self._split.scale}) > 1:
+        if np.ptp(np.abs(self._split.scale)) > _ALIKE:
             raise BlockError("VP017", "CIP under unequal scales would be an ellipse")
         end = self._begin_turn(block, MoveKind.FEED, places)
         start = list(state.position)

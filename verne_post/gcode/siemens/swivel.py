@@ -169,9 +169,12 @@ class Swivel:
             product = product @ turn
         return product
 
-    @staticmethod
-    def _projected(given: Arguments, mode: int, order: list[int], angles: list[float]) -> Array:
+    def _projected(self, given: Arguments, mode: int, order: list[int], angles: list[float]) -> Array:
         """Angles that the plane shows in the planes of X Z and Y Z, then a turn in the plane."""
+        reading = self.to.keys.projected
+        if not reading:
+            raise given.error("VP002", "projected angles: whether the second is that of a line of the plane or of its projected axis is not known for this "
+                              'control; say which in the settings file, [siemens] projected = "traces" or "axes"', "_MODE")  # fmt: skip
         if tuple(order[:2]) not in (_XY, _YX) or order[2] not in (2, -1):
             raise given.error(
                 "VP002", f"_MODE {mode}: projected angles turn about X and Y, or Y and X, then Z", "_MODE"
@@ -179,7 +182,8 @@ class Swivel:
         first, second = (math.radians(angle) for angle in angles[:2])
         if min(abs(math.cos(first)), abs(math.cos(second))) < _UPRIGHT:
             raise given.error("VP007", "a projected angle of 90 degrees: the plane stands upright", "_A")
-        within = math.degrees(math.atan(math.tan(second) / math.cos(first)))
+        share = math.cos(first) if reading == "traces" else 1.0 / math.cos(first)
+        within = math.degrees(math.atan(math.tan(second) * share))
         return rotation_about(order[0], angles[0]) @ rotation_about(order[1], within) @ rotation_about(2, angles[2])
 
     def _of_table(self, a: float, c: float) -> Array:

@@ -244,11 +244,7 @@ class WordReader:
             self._add_function(words, name, cursor, at)
         elif self.is_subprogram(name) and name not in ADDRESSES:
             words.calls.append(Call(name, None, at + 1))
-        elif (
-            _LETTER_NUMBER.match(cursor.text, at)
-            and (len(name) == 1 or name[1].isdigit())
-            and why_refused(name) is None
-        ):
+        elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
             cursor.at = at
             self._read_letter(cursor, words)
         elif name in CYCLES:

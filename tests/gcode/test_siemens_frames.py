@@ -1,0 +1,295 @@
+"""Frames, swivelled planes and places without TRAORI of Siemens programs, against rotations worked out point by point here."""
+
+import math
+
+import numpy as np
+import pytest
+
+from verne_post import gcode
+from verne_post.app.assemble import machine_setup
+from verne_post.model.findings import InputError
+from verne_post.model.moves import MoveKind
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
+
+LENGTH, ORIGIN = 80.0, (7.0, -9.0, 42.0)
+
+
+def about(axis, degrees, point):
+    """A point turned about X, Y or Z by the right-hand rule, no matrices."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    x, y, z = point
+    return {
+        "X": (x, c * y - s * z, s * y + c * z),
+        "Y": (c * x + s * z, y, c * z - s * x),
+        "Z": (c * x - s * y, s * x + c * y, z),
+    }[axis]
+
+
+def chain(*steps):
+    """A map of points: the first step is the outermost, as frames are programmed."""
+
+    def apply(point):
+        for kind, value in reversed(steps):
+            if kind == "move":
+                point = tuple(a + b for a, b in zip(point, value, strict=True))
+            elif kind == "scale":
+                point = tuple(a * b for a, b in zip(point, value, strict=True))
+            else:
+                point = about(kind, value, point)
+        return point
+
+    return apply
+
+
+FRAMES = [
+    ("TRANS X1 Y2 Z3", [("move", (1, 2, 3))]),
+    ("TRANS X1\nATRANS X4 Z2", [("move", (5, 0, 2))]),
+    ("TRANS X1\nTRANS Y5", [("move", (0, 5, 0))]),
+    ("ROT Z30", [("Z", 30)]),
+    ("ROT X10 Y20 Z30", [("Z", 30), ("Y", 20), ("X", 10)]),
+    ("ROT RPL=30", [("Z", 30)]),
+    ("G18\nROT RPL=30", [("Y", 30)]),
+    ("G19\nROT RPL=-30", [("X", -30)]),
+    ("TRANS X10\nAROT Z30\nATRANS X5\nAROT X20", [("move", (10, 0, 0)), ("Z", 30), ("move", (5, 0, 0)), ("X", 20)]),
+    ("TRANS X10\nROT Z30", [("Z", 30)]),
+    ("SCALE X2 Y2 Z2\nATRANS X5", [("scale", (2, 2, 2)), ("move", (5, 0, 0))]),
+    ("TRANS X5\nASCALE Z3", [("move", (5, 0, 0)), ("scale", (1, 1, 3))]),
+    ("MIRROR X0", [("scale", (-1, 1, 1))]),
+    ("MIRROR X0 Y0", [("scale", (-1, -1, 1))]),
+    ("ROT Z30\nAMIRROR Y0", [("Z", 30), ("scale", (1, -1, 1))]),
+    ("MIRROR Z0\nAMIRROR X0\nAROT X40", [("scale", (1, 1, -1)), ("scale", (-1, 1, 1)), ("X", 40)]),
+    ("AMIRROR X0\nAMIRROR X0", []),
+    ("TRANS X10\nAROT Z30\nTRANS", []),
+    ("TRANS X10\nROT", []),
+    ("G70\nTRANS X1\nG710", [("move", (25.4, 0, 0))]),
+    ("CYCLE800(0,\"\",0,57,1,2,3,10,20,30,4,5,6,0)", [("move", (1, 2, 3)), ("X", 10), ("Y", 20), ("Z", 30), ("move", (4, 5, 6))]),
+    ("CYCLE800(0,\"\",0,27,0,0,0,10,20,30)", [("Z", 10), ("Y", 20), ("X", 30)]),
+    ("CYCLE800(0,\"\",0,39,0,0,0,10,20,30)", [("Z", 10), ("X", 20), ("Y", 30)]),
+    ("CYCLE800(0,\"\",0,64,0,0,0,25,40,0)", [("Z", 25), ("Y", 40)]),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"\",1,57,1,0,0,0,20,0)", [("X", 10), ("move", (1, 0, 0)), ("Y", 20)]),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"\",0,57,0,0,0,0,20,0)", [("Y", 20)]),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nTRANS X3\nAROT Z20", [("X", 10), ("move", (3, 0, 0)), ("Z", 20)]),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nROT Z20\nTRANS\nCYCLE800()", []),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"0\")", []),
+]  # fmt: skip
+
+
+def part_point(moves, row):
+    """A programmed place in coordinates of the work offset."""
+    feature = moves.frames[moves.frame[row]].feature
+    point = moves.end[row, :3]
+    if feature is None:
+        return point
+    return np.array(feature.rotation).reshape(3, 3) @ point + np.array(feature.origin)
+
+
+@pytest.mark.parametrize(("text", "steps"), FRAMES)
+def test_places_of_frames(view, text, steps):
+    """Straight moves, incremental ones, and an arc whose points lie on the turned or mirrored circle."""
+    program = f"G0 X0 Y0 Z0 F100\n{text}\nG17 G1 X3 Y-4 Z5\nX=IC(2)\nTRANS\nCYCLE800()\nX1 Y1 Z1"
+    moves, errors = view(program, dialect="siemens")
+    assert errors == ()
+    expected = chain(*steps)
+    assert part_point(moves, 1) == pytest.approx(expected((3, -4, 5)), abs=1e-12)
+    assert part_point(moves, 2) == pytest.approx(expected((5, -4, 5)), abs=1e-12)
+    assert part_point(moves, 3) == pytest.approx((1, 1, 1), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "steps"), [item for item in FRAMES if "G1" not in item[0] and "ASCALE Z" not in item[0]]
+)
+@pytest.mark.parametrize(
+    "arc", ["G3 X-3 Y4 I-3 J4", "G3 X-3 Y4 CR=5", "CIP X-3 Y4 Z0 I1=4 J1=3 K1=0", "G3 I-3 J4 AR=180", "CT X-3 Y4"]
+)
+def test_arcs_keep_their_points(view, text, steps, arc):
+    """Half a circle of radius 5 about 0 from (3, -4) over (4, 3): its middle, and its end, wherever the frame puts them."""
+    lead = "X-1 Y-7\nX3 Y-4\n"  # arrives in the direction of the tangent
+    moves, errors = view(f"G0 X0 Y0 Z0 F100\n{text}\nG1 X0 Y0 Z0\n{lead}{arc}", dialect="siemens")
+    assert errors == ()
+    expected = chain(*steps)
+    assert part_point(moves, len(moves) - 1) == pytest.approx(expected((-3, 4, 0)), abs=1e-9)
+    # halfway along the recorded arc
+    feature = moves.frames[moves.frame[-1]].feature
+    center, plane = moves.arcs.center[0], int(moves.arcs.plane[0])
+    u, v, _w = {0: (0, 1, 2), 1: (2, 0, 1), 2: (1, 2, 0)}[plane]
+    angle = math.radians(0.5 * moves.arcs.sweep[0])
+    middle = moves.end[-1, :3].copy()
+    du, dv = middle[u] - center[u], middle[v] - center[v]
+    middle[u], middle[v] = (
+        center[u] + math.cos(-angle) * du - math.sin(-angle) * dv,
+        center[v] + math.sin(-angle) * du + math.cos(-angle) * dv,
+    )
+    if feature is not None:
+        middle = np.array(feature.rotation).reshape(3, 3) @ middle + np.array(feature.origin)
+    assert middle == pytest.approx(expected((4, 3, 0)), abs=1e-9)
+
+
+def test_euler_angles_where_the_settings_say_so(view):
+    moves, errors = view(
+        "G0 X0 Y0 Z0\nROT X10 Y20 Z30\nX3 Y-4 Z5", dialect="siemens", control={"siemens": {"rotation": "euler"}}
+    )
+    assert errors == ()
+    assert part_point(moves, 1) == pytest.approx(chain(("Z", 10), ("X", 20), ("Z", 30))((3, -4, 5)), abs=1e-12)
+
+
+@pytest.mark.parametrize(("mode", "angles"), [(128 + 57, (20, -35)), (128 + 54, (-35, 20))])  # X Y Z, and Y X Z
+def test_projected_angles(view, mode, angles):
+    """Lines of the plane in X Z and Y Z, or its projected axes, have the angles given, in both orders of turning."""
+    text = f'G0 X0 Y0 Z0\nCYCLE800(0,"",0,{mode},0,0,0,{angles[0]},{angles[1]})\nX1 Y1'
+    assert [item.code for item in view(text, dialect="siemens")[1]] == ["VP002"]
+    along_y, along_x = np.array(about("X", 20, (0, 1, 0))), np.array(about("Y", -35, (1, 0, 0)))
+    for reading in ("traces", "axes"):
+        moves, errors = view(text, dialect="siemens", control={"siemens": {"projected": reading}})
+        assert errors == ()
+        x, y, normal = np.array(moves.frames[moves.frame[-1]].feature.rotation).reshape(3, 3).T
+        if reading == "traces":
+            assert (normal @ along_y, normal @ along_x) == pytest.approx((0, 0), abs=1e-12)
+        else:
+            assert np.cross(along_x, (x[0], 0, x[2])) == pytest.approx((0, 0, 0), abs=1e-12)
+            assert np.cross(along_y, (0, y[1], y[2])) == pytest.approx((0, 0, 0), abs=1e-12)
+        assert normal[2] > 0
+
+
+def test_compensation_is_mirrored_with_the_contour(view):
+    """The tool stays on the same side of the part: G41 of a mirrored contour."""
+    contour = "G1 G41 X0 Y0\nX20\nY20\nG40 X40"
+    straight, errors = view(f"T2 M6\nG0 X-10 Y-5 Z0 F100\n{contour}", dialect="siemens")
+    assert errors == ()
+    mirrored, errors = view(f"T2 M6\nG0 X-10 Y-5 Z0 F100\nMIRROR Y0\nG0 X-10 Y-5\n{contour}", dialect="siemens")
+    assert errors == ()
+    assert np.allclose(mirrored.end[-len(straight) + 1 :, :3] * (1, -1, 1), straight.end[1:, :3], atol=1e-12)
+
+
+# --- on the machine ------------------------------------------------------------------------------------------------
+
+
+def poses(machine, text, **options):
+    """Tip in the table frame and A, C (degrees, workpiece sense) of every motion."""
+    given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens", **options)
+    moves = gcode.interpret_program(text.encode(), machine_setup(machine, given))
+    found = []
+    for row in np.flatnonzero(moves.kind != MoveKind.DWELL):
+        tip, angles = machine.coordinates.to_table(moves.end[row], moves.frames[moves.frame[row]])
+        found.append((tip, np.degrees(angles)))
+    return found
+
+
+def without_traori(machine, point, a, c):
+    """Where the tip is on the table when three linear axes go to a place of the unturned part and the table stands at A, C."""
+    table = machine.coordinates
+    upright = np.array(point) + np.array(ORIGIN)
+    at_pivot = upright + table.rotary_offset  # seen from the tilt axis
+    back = np.array(about("X", -a, tuple(at_pivot))) - table.rotary_offset
+    return np.array(about("Z", -c, tuple(back)))
+
+
+@pytest.mark.parametrize(("a", "c"), [(0, 0), (25, 0), (0, 50), (-20, 130), (15, -200)])
+def test_places_without_traori(machine, a, c):
+    a_sign, c_sign = machine.coordinates.a_sign, machine.coordinates.c_sign
+    text = f"G0 X10 Y20 Z60 A0 C0\nG0 A{a} C{c}\nX5 Y-3\nG1 Z50 F500\nTRANS X2 Y1\nX5\nTRANS\nTRAORI\nX1 Y2 Z3\nTRAFOOF\nX1"
+    found = poses(machine, text)
+    turned = a * a_sign, c * c_sign
+    for (tip, angles), point in zip(found[1:5], [(10, 20, 60), (5, -3, 60), (5, -3, 50), (7, -3, 50)], strict=True):
+        assert tip == pytest.approx(without_traori(machine, point, *turned), abs=1e-9)
+        assert angles == pytest.approx(turned, abs=1e-9)
+    assert found[5][0] == pytest.approx(np.array(ORIGIN) + (1, 2, 3), abs=1e-9)
+
+
+@pytest.mark.parametrize(("call", "steps"), [
+    ("CYCLE800(0,\"\",{st},57,3,-4,5,20,0,0,0,0,0,{dir})", [("move", (3, -4, 5)), ("X", 20)]),
+    ("CYCLE800(0,\"\",{st},57,3,-4,5,15,10,30,1,2,0,{dir})", [("move", (3, -4, 5)), ("X", 15), ("Y", 10), ("Z", 30), ("move", (1, 2, 0))]),
+    ("CYCLE800(0,\"\",{st},64,0,0,0,40,15,0,0,0,0,{dir})", [("Z", 40), ("Y", 15)]),
+    ("CYCLE800(0,\"\",{st},39,12,-4,3,90,20,0,0,0,0,{dir})", [("move", (12, -4, 3)), ("Z", 90), ("X", 20)]),
+])  # fmt: skip
+@pytest.mark.parametrize("direction", [-1, 1])
+@pytest.mark.parametrize("traori", [False, True])
+def test_swivelled_planes_on_the_machine(machine, call, steps, direction, traori):
+    """The tool stands upright on the plane, A is the smaller or the larger one, the tip or the linear axes stay."""
+    head = "TRAORI\n" if traori else ""
+    line = call.format(st=10 if traori else 0, dir=direction)
+    found = poses(
+        machine,
+        f"{head}G0 X10 Y20 Z60 A0 C0\n{line}\nX1 Y2 Z30\nG1 Z10 F500\nTRANS X5\nX1\nTRANS\nCYCLE800()\nG0 A0 C0\nX7 Y8 Z90",
+    )
+    expected = chain(*steps)
+    outside = np.array(expected((0, 0, 1))) - np.array(expected((0, 0, 0)))
+    for (tip, angles), point in zip(found[2:5], [(1, 2, 30), (1, 2, 10), (6, 2, 10)], strict=True):
+        assert tip == pytest.approx(np.array(ORIGIN) + expected(point), abs=1e-9)
+        # tool axis of a trunnion table at A, C: turned back onto the part
+        axis = about("Z", -angles[1], about("X", -angles[0], (0, 0, 1)))
+        assert axis == pytest.approx(outside, abs=1e-9)
+        assert np.sign(angles[0] * machine.coordinates.a_sign) == direction
+    stays = np.array(ORIGIN) + (10, 20, 60) if traori else without_traori(machine, (10, 20, 60), *found[1][1])
+    assert found[1][0] == pytest.approx(stays, abs=1e-9)
+    assert found[-1][0] == pytest.approx(np.array(ORIGIN) + (7, 8, 90), abs=1e-9)
+
+
+def test_rotary_axes_direct(machine):
+    """The plane's Z is where the tool points with the table at these A, C; its X, Y are those of the machine."""
+    found = poses(
+        machine, 'G0 X10 Y20 Z60 A0 C0\nCYCLE800(0,"",0,192,0,0,0,-20,30,0,0,0,0,-1)\nX0 Y0 Z0\nX10\nX0 Y10\nY0 Z10'
+    )
+    a, c = -20 * machine.coordinates.a_sign, 30 * machine.coordinates.c_sign
+    assert found[2][1] == pytest.approx((a, c), abs=1e-9)
+    for row, unit in ((3, (1, 0, 0)), (4, (0, 1, 0)), (5, (0, 0, 1))):
+        way = (found[row][0] - found[2][0]) / 10
+        assert way == pytest.approx(about("Z", -c, about("X", -a, unit)), abs=1e-9)
+
+
+def test_tool_axes_and_the_words_of_orientation(machine):
+    """A3 B3 C3 of any length; great circle or linear axes, as ORI words and keys say."""
+    head = "G0 X0 Y0 Z60 A0 C0\nTRAORI\n"
+    vector = np.array([0.1, -0.2, 1.0])
+
+    def rows(text, **keys):
+        given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens", control={"siemens": keys})
+        return gcode.interpret_program(f"{head}{text}".encode(), machine_setup(machine, given))
+
+    moves = rows("G1 X5 A3=0.2 B3=-0.4 C3=2 F500")
+    assert moves.vector[-1] == pytest.approx(vector / np.linalg.norm(vector), abs=1e-12)
+    for text, keys, on_circle in (
+        ("G1 X5 A3=1 C3=5 F500", {}, True), ("G1 X5 A10 C20 F500", {}, False), ("ORIMKS\nG1 X5 A3=1 C3=5 F500", {}, False),
+        ("ORIWKS\nG1 X5 A10 C20 F500", {}, True), ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {}, True),
+        ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {"orientation_by_group": True}, False), ("ORIVECT\nG1 X5 A10 C20 F500", {"orientation_by_group": True}, True),
+        ("G1 X5 A3=1 C3=5 F500", {"orientation": "axes"}, False), ("G1 X5 A10 C20 F500", {"orientation": "vector"}, True),
+    ):  # fmt: skip
+        moves = rows(text, **keys)
+        assert np.isnan(moves.vector[-1]).any() != on_circle, (text, keys)
+        _tip, angles = machine.coordinates.to_table(moves.end[-1], moves.frames[moves.frame[-1]])
+        if "A10" not in text:  # either way the pair holds the axis
+            axis = about("Z", -math.degrees(angles[1]), about("X", -math.degrees(angles[0]), (0, 0, 1)))
+            assert axis == pytest.approx((1 / math.sqrt(26), 0, 5 / math.sqrt(26)), abs=1e-9)
+
+
+def test_a_rotated_frame_rotates_tool_axes(machine):
+    text = "G0 X0 Y0 Z60 A0 C0\nTRAORI\nROT Z90\nG1 X5 A3=1 B3=0 C3=5 F500"
+    given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
+    moves = gcode.interpret_program(text.encode(), machine_setup(machine, given))
+    tip, angles = machine.coordinates.to_table(moves.end[-1], moves.frames[moves.frame[-1]])
+    assert tip == pytest.approx(np.array(ORIGIN) + (0, 5, 60), abs=1e-9)
+    axis = about("Z", -math.degrees(angles[1]), about("X", -math.degrees(angles[0]), (0, 0, 1)))
+    assert axis == pytest.approx((0, 1 / math.sqrt(26), 5 / math.sqrt(26)), abs=1e-9)
+
+
+def test_the_tool_length_counts_in_places_of_the_machine_until_d0(machine):
+    table = machine.coordinates
+    for edge, length in (("D1", LENGTH), ("D0", 0.0)):
+        found = poses(machine, f"G0 X10 Y20 Z60 A0 C0\nSUPA Z5 {edge}\nX11")
+        # the gauge line stands at machine Z 5 plus the length
+        gauge = found[1][0] + (0, 0, LENGTH) - table.machine_zero
+        assert gauge[2] == pytest.approx(5.0 + length, abs=1e-9)
+        assert found[2][0][0] == pytest.approx(ORIGIN[0] + 11, abs=1e-9)
+
+
+@pytest.mark.parametrize(("text", "code", "part"), [
+    ("CYCLE800(0,\"\",0,57,0,0,0,20,0,0,0,0,0,1)\nA0", "VP017", "CYCLE800()"), ("TRAORI\nA5\nSUPA Z5", "VP017", "TRAFOOF"),
+    ("TRAORI\nA3=1 C3=5\nTRAFOOF\nX1", "VP013", "name A and C"), ("TRAORI\nA3=1 C3=5\nTRAFOOF\nA0", "VP013", "name A and C"),
+    ("TRAORI\nORIMKS\nROT Z10\nA3=1 C3=5", "VP017", "ORIWKS"), ("CYCLE800(0,\"\",10,57,0,0,0,20,0,0,0,0,0,1)", "VP017", "TRAORI"),
+    ("TRAORI\nA20\nCYCLE82(70,0,2,-5)", "VP017", "CYCLE82"), ("G1 A5 F100", "VP017", "TRAORI"),
+])  # fmt: skip
+def test_what_means_nothing_on_the_machine(machine, text, code, part):
+    with pytest.raises(InputError) as raised:
+        poses(machine, f"G0 X10 Y20 Z60 A0 C0 F100\n{text}")
+    assert raised.value.findings[0].code == code, raised.value.findings
+    assert part in raised.value.findings[0].message

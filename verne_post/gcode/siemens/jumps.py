@@ -1,0 +1,254 @@
+"""Jumps, branches, loops and repeated stretches of Siemens programs: what each statement does to the next line."""
+
+from typing import TYPE_CHECKING, Final
+
+from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.siemens.calls import Repeat
+from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.program import split_line
+from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, shown
+from verne_post.gcode.siemens.variables import refuse_leftover
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from verne_post.gcode.siemens.flow import Flow
+
+#: A subprogram or a stretch is repeated so often at most by one P.
+_MOST_REPEATS: Final = 9999
+_WHOLE: Final = 1e-9
+
+
+def whole_repeats(value: float, column: int) -> int:
+    """How often P says."""
+    number = round(value)
+    if abs(value - number) > _WHOLE or not 0 <= number <= _MOST_REPEATS:
+        raise BlockError("VP007", f"P{value:g}: a whole number from 0 to {_MOST_REPEATS}", column)
+    return number
+
+
+def _if(flow: "Flow", cursor: Cursor, line: int) -> None:
+    holds = read_number(cursor, flow.executor.variables) != 0
+    word = cursor.peek_name()
+    if word in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
+        cursor.name()
+        if holds:
+            _jump(flow, cursor, line, word)
+        return
+    refuse_leftover(cursor)
+    branch = flow.text.structure.branch[line]
+    if not holds:
+        flow.line = branch + 1
+
+
+def _else(flow: "Flow", cursor: Cursor, line: int) -> None:
+    refuse_leftover(cursor)
+    flow.line = flow.text.structure.branch[line] + 1
+
+
+def _endif(flow: "Flow", cursor: Cursor, line: int) -> None:
+    _ = flow.text.structure
+    refuse_leftover(cursor)
+
+
+def _goto(flow: "Flow", cursor: Cursor, line: int) -> None:
+    _jump(flow, cursor, line, "GOTO")
+
+
+def _goto_forward(flow: "Flow", cursor: Cursor, line: int) -> None:
+    _jump(flow, cursor, line, "GOTOF")
+
+
+def _goto_backward(flow: "Flow", cursor: Cursor, line: int) -> None:
+    _jump(flow, cursor, line, "GOTOB")
+
+
+def _goto_if_there(flow: "Flow", cursor: Cursor, line: int) -> None:
+    _jump(flow, cursor, line, "GOTOC")
+
+
+def _jump(flow: "Flow", cursor: Cursor, line: int, word: str) -> None:
+    cursor.skip()
+    at = cursor.at
+    target = _read_target(flow, cursor)
+    refuse_leftover(cursor)
+    found = _find(flow, target, line, forward=word != "GOTOB", backward=word != "GOTOF")
+    if found is None:
+        if word == "GOTOC":
+            return
+        where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
+        raise cursor.error("VP023", f"{word} {target}: there is no such label or block number{where}", at)
+    flow.line = found
+    flow.frame.repeats.clear()
+
+
+def _read_target(flow: "Flow", cursor: Cursor) -> str:
+    name = cursor.peek_name()
+    if name is not None and flow.executor.variables.find(name) is None and name not in ("N",):
+        cursor.name()
+        return _block_number(name)
+    value: Value = read_value(cursor, flow.executor.variables)
+    return _block_number(shown(value).upper())
+
+
+def _block_number(name: str) -> str:
+    return f"N{int(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
+
+
+def _find(flow: "Flow", label: str, line: int, *, forward: bool, backward: bool) -> int | None:
+    """The line of a label in the running program: after this line first, then before it."""
+    section = flow.frame.section
+    lines = [place for place in flow.text.labels.get(label, ()) if section.first <= place <= section.last]
+    after = next((place for place in lines if place > line), None)
+    before = next((place for place in reversed(lines) if place <= line), None)
+    return after if forward and after is not None else before if backward else None
+
+
+def _for(flow: "Flow", cursor: Cursor, line: int) -> None:
+    variables = flow.executor.variables
+    cursor.skip()
+    at, name = cursor.at, cursor.name()
+    if name is None:
+        raise cursor.error("VP001", "expected a variable after FOR", at)
+    variables.assign(name, cursor, at)
+    if cursor.name() != "TO":
+        raise cursor.error("VP001", "expected TO and the last value of FOR")
+    last = read_number(cursor, variables)
+    refuse_leftover(cursor)
+    end = flow.text.structure.end[line]
+    flow.frame.ends[line] = last
+    if _loop_value(flow, line, cursor) > last:
+        flow.line = end + 1
+
+
+def _loop_value(flow: "Flow", line: int, cursor: Cursor) -> float:
+    """The value of the variable of a FOR."""
+    name, at, inner = _loop_variable(flow, line)
+    value = flow.executor.variables.read(name, read_indices(inner, flow.executor.variables), inner, at)
+    if isinstance(value, str):
+        raise cursor.error("VP007", f"FOR {name}: a number is needed")
+    return value
+
+
+def _loop_variable(flow: "Flow", line: int) -> tuple[str, int, Cursor]:
+    item = split_line(flow.text.line(line))
+    cursor = Cursor(item.text, item.begin)
+    cursor.name()
+    cursor.skip()
+    at, name = cursor.at, cursor.name()
+    assert name is not None
+    return name, at, cursor
+
+
+def _endfor(flow: "Flow", cursor: Cursor, line: int) -> None:
+    refuse_leftover(cursor)
+    begin = flow.text.structure.begin[line]
+    last = flow.frame.ends.get(begin)
+    if last is None:
+        raise cursor.error("VP023", f"ENDFOR is reached, and its FOR (line {begin}) was not", 0)
+    value = _loop_value(flow, begin, cursor) + 1.0
+    name, at, inner = _loop_variable(flow, begin)
+    flow.executor.variables.write(name, read_indices(inner, flow.executor.variables), value, inner, at)
+    if value < last or are_equal(value, last):
+        flow.line = begin + 1
+
+
+def _while(flow: "Flow", cursor: Cursor, line: int) -> None:
+    holds = read_number(cursor, flow.executor.variables) != 0
+    refuse_leftover(cursor)
+    end = flow.text.structure.end[line]
+    if not holds:
+        flow.line = end + 1
+
+
+def _loop(flow: "Flow", cursor: Cursor, line: int) -> None:
+    refuse_leftover(cursor)
+    _ = flow.text.structure
+
+
+def _back(flow: "Flow", cursor: Cursor, line: int) -> None:
+    """ENDWHILE, ENDLOOP."""
+    refuse_leftover(cursor)
+    begin = flow.text.structure.begin[line]
+    flow.line = begin
+
+
+def _until(flow: "Flow", cursor: Cursor, line: int) -> None:
+    holds = read_number(cursor, flow.executor.variables) != 0
+    refuse_leftover(cursor)
+    begin = flow.text.structure.begin[line]
+    if not holds:
+        flow.line = begin + 1
+
+
+def _repeat(flow: "Flow", cursor: Cursor, line: int) -> None:
+    """REPEAT of REPEAT ... UNTIL, or REPEAT label [label] P=n."""
+    if cursor.ended:
+        _ = flow.text.structure.end[line]
+        return
+    _repeat_stretch(flow, cursor, line, one_block=False)
+
+
+def _repeat_block(flow: "Flow", cursor: Cursor, line: int) -> None:
+    _repeat_stretch(flow, cursor, line, one_block=True)
+
+
+def _repeat_stretch(flow: "Flow", cursor: Cursor, line: int, *, one_block: bool) -> None:
+    labels: list[tuple[str, int]] = []
+    times = 1
+    while not cursor.ended:
+        at, name = cursor.at, cursor.name()
+        if name == "P" and cursor.take("="):
+            times = whole_repeats(read_number(cursor, flow.executor.variables), at + 1)
+        elif name is not None and name[0] == "P" and name[1:].isdigit():
+            times = whole_repeats(float(name[1:]), at + 1)
+        elif name is None or len(labels) == (1 if one_block else 2):
+            raise cursor.error("VP001", "expected a label, and P= for how often", at)
+        else:
+            labels.append((_block_number(name), at))
+    if not labels:
+        raise cursor.error("VP001", "expected a label after REPEAT", 0)
+    places = []
+    for label, at in labels:
+        place = _find(flow, label, line, forward=True, backward=True)
+        if place is None:
+            raise cursor.error("VP023", f"REPEAT {label}: there is no such label", at)
+        places.append(place)
+    first = places[0]
+    if one_block:
+        last = first
+    elif len(places) == 2:
+        last = places[1]
+    else:
+        ends = [place for place in flow.text.labels.get("ENDLABEL", ()) if first <= place <= flow.frame.section.last]
+        last = next((place for place in ends if place < line or first > line), line - 1)
+    if last < first or first <= line <= last:
+        raise cursor.error(
+            "VP023",
+            f"REPEAT {labels[0][0]}: the lines {first} to {last} cannot be repeated from line {line}",
+            labels[0][1],
+        )
+    if times:
+        flow.frame.repeats.append(Repeat(first, last, times, line + 1))
+        flow.line = first
+
+
+def end_stretch(flow: "Flow", line: int) -> None:
+    """After the last line of a repeated stretch: once more, or on."""
+    repeats = flow.frame.repeats
+    while repeats and repeats[-1].last == line and flow.line == line + 1:
+        repeat = repeats[-1]
+        repeat.remaining -= 1
+        if repeat.remaining > 0:
+            flow.line = repeat.first
+            return
+        repeats.pop()
+        flow.line = repeat.back
+        line = repeat.back - 1
+
+
+#: What the statements do.
+JUMPS: Final[dict[str, "Callable[[Flow, Cursor, int], None]"]] = {
+    "IF": _if, "ELSE": _else, "ENDIF": _endif, "GOTO": _goto, "GOTOF": _goto_forward, "GOTOB": _goto_backward, "GOTOC": _goto_if_there, "FOR": _for,
+    "ENDFOR": _endfor, "WHILE": _while, "ENDWHILE": _back, "LOOP": _loop, "ENDLOOP": _back, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _until,
+}  # fmt: skip
