@@ -46,7 +46,9 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG43.1 Z3", "rs274"),
     ("LISTING\n%\nO1\nG43.1 Z3 H1", "fanuc"), ("%\nO1 G90 (A)\nG0 X1", "fanuc"), ("LISTING\nO1\n%\nO1", "rs274"), ("%\nO12 sub\nG43.4", "rs274"),
     ("%\nO1\n#<a>=1", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
-    ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"),
+    ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"), ("%_N_A_MPF\nG0 X1", "siemens"), ("; x\n;$PATH=/_N_WKS_DIR\nG0", "siemens"), ("N10 TRAORI\n", "siemens"),
+    ("G0 X=R1", "siemens"), ("DEF REAL A", "siemens"), ("MSG(\"A\")", "siemens"), ("(MSG, A)\nG0", "rs274"), ("G0 (TRAORI)", "rs274"), ("G0 ; TRAORI", "rs274"), ("%\nO1 (X=1)\nG0", "fanuc"),
+    ("G0 X#1 (SUPA)\nTRAORI", "rs274"), ("N5 MCALL CYCLE81 (52,50,2,-4,)", "siemens"), ("T=\"A\"", "siemens"), ("R1 = 5", "siemens"), ("G81 X1 R2 Z-3\nG80", "rs274"),
 ])  # fmt: skip
 def test_recognised_by_the_header(text, name):
     assert choose_dialect("auto", text.encode()) is DIALECTS[name]
@@ -56,15 +58,16 @@ def test_recognised_by_the_header(text, name):
 
 def test_samples_are_recognised():
     for path in SAMPLES.glob("*.*"):
-        if path.suffix in (".nc", ".cls", ".h"):
+        if path.suffix in (".nc", ".cls", ".h", ".mpf"):
             wanted = {
                 "fanuc_tilted.nc": "fanuc",
                 "posted.nc": "fanuc",
                 "wing.cls": "aptcl",
                 "two_faces.h": "heidenhain",
+                "two_faces.mpf": "siemens",
             }.get(path.name, "rs274")
             assert choose_dialect("auto", path.read_bytes()) is DIALECTS[wanted], path.name
-    assert set(DIALECTS) == {"rs274", "fanuc", "aptcl", "heidenhain"}
+    assert set(DIALECTS) == {"rs274", "fanuc", "aptcl", "heidenhain", "siemens"}
 
 
 def test_a_new_file_is_a_new_dialect(tmp_path):

@@ -1,17 +1,19 @@
 """Frames, swivelled planes and places without TRAORI of Siemens programs, against rotations worked out point by point here."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from verne_post import gcode
+from verne_post import convert, gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
+SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 LENGTH, ORIGIN = 80.0, (7.0, -9.0, 42.0)
 
 
@@ -247,7 +249,7 @@ def test_tool_axes_and_the_words_of_orientation(machine):
         return gcode.interpret_program(f"{head}{text}".encode(), machine_setup(machine, given))
 
     moves = rows("G1 X5 A3=0.2 B3=-0.4 C3=2 F500")
-    assert moves.vector[-1] == pytest.approx(vector / np.linalg.norm(vector), abs=1e-12)
+    assert moves.tool_axis[-1] == pytest.approx(vector / np.linalg.norm(vector), abs=1e-12)
     for text, keys, on_circle in (
         ("G1 X5 A3=1 C3=5 F500", {}, True), ("G1 X5 A10 C20 F500", {}, False), ("ORIMKS\nG1 X5 A3=1 C3=5 F500", {}, False),
         ("ORIWKS\nG1 X5 A10 C20 F500", {}, True), ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {}, True),
@@ -255,7 +257,7 @@ def test_tool_axes_and_the_words_of_orientation(machine):
         ("G1 X5 A3=1 C3=5 F500", {"orientation": "axes"}, False), ("G1 X5 A10 C20 F500", {"orientation": "vector"}, True),
     ):  # fmt: skip
         moves = rows(text, **keys)
-        assert np.isnan(moves.vector[-1]).any() != on_circle, (text, keys)
+        assert np.isnan(moves.tool_axis[-1]).any() != on_circle, (text, keys)
         _tip, angles = machine.coordinates.to_table(moves.end[-1], moves.frames[moves.frame[-1]])
         if "A10" not in text:  # either way the pair holds the axis
             axis = about("Z", -math.degrees(angles[1]), about("X", -math.degrees(angles[0]), (0, 0, 1)))
@@ -293,3 +295,15 @@ def test_what_means_nothing_on_the_machine(machine, text, code, part):
         poses(machine, f"G0 X10 Y20 Z60 A0 C0 F100\n{text}")
     assert raised.value.findings[0].code == code, raised.value.findings
     assert part in raised.value.findings[0].message
+
+
+# --- a whole part ------------------------------------------------------------------------------------------------
+
+
+def test_two_faces_have_the_setpoints_of_the_rs274_program(machine):
+    options = Options(tool_length=LENGTH, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True)
+    results = [convert((SAMPLES / name).read_bytes(), machine, options) for name in ("two_faces.nc", "two_faces.mpf")]
+    assert all(result.ok for result in results), [result.findings for result in results]
+    values = [result.setpoints.values for result in results]
+    assert values[0].shape == values[1].shape
+    assert np.abs(values[0] - values[1]).max() < 1e-6

@@ -11,7 +11,9 @@ from verne_post.gcode.words import whole_lines
 from verne_post.model.findings import UsageError
 
 #: Endings under which a file is looked for.
-ENDINGS: Final = (".ngc", ".nc", ".h")
+ENDINGS: Final = (".ngc", ".nc", ".h", ".spf", ".mpf")
+#: Endings of files that are called by their bare names (Siemens).
+_CALLED_BY_NAME: Final = (".spf", ".mpf")
 _CALLS: Final = re.compile(rb"CALL|M98", re.IGNORECASE)
 _NAMED: Final = re.compile(rb"O\s*<([^<>\n]+)>\s*CALL", re.IGNORECASE)
 _NUMBERED: Final = re.compile(
@@ -46,9 +48,10 @@ def subprograms_of(
     root = folder.resolve()
     places = _places(folder, root, paths)
     texts: dict[str, bytes] = {}
-    if not any(_CALLS.search(text) for text in whole_lines(source)):
-        return texts
+    calls = any(_CALLS.search(text) for text in whole_lines(source))
     known = _files(root, places)
+    if not calls and not any(path.suffix.lower() in _CALLED_BY_NAME for path in known.values()):
+        return texts
     waiting: list[Text] = [source]
     while waiting:
         text = waiting.pop()
@@ -73,12 +76,14 @@ def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
 
 def _called(text: "Text", known: dict[str, Path]) -> list[str]:
     """Names, without ending, of the files that a text may call."""
+    by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME and _names(text, name)]
     if not _CALLS.search(text):
-        return []
+        return by_name
     if _COMPUTED.search(text):
         return list(known)
     names = [re.sub(rb"[ \t]", b"", found.group(1)).decode("latin-1").lower() for found in _NAMED.finditer(text)]
     names += [name.strip().decode("latin-1").lower().removesuffix(".h") for name in _PROGRAM.findall(text)]
+    names += by_name
     for found in _NUMBERED.finditer(text):
         number = int(next(group for group in found.groups() if group is not None)) % 10_000_000
         names += [
@@ -87,6 +92,14 @@ def _called(text: "Text", known: dict[str, Path]) -> list[str]:
             for form in ("", "o")
         ]
     return names
+
+
+def _names(text: "Text", name: str) -> bool:
+    """True where a text has the name of a file as a word."""
+    return (
+        re.search(rb"(?<![A-Za-z0-9_])" + re.escape(name.encode()) + rb"(?![A-Za-z0-9])", text, re.IGNORECASE)
+        is not None
+    )
 
 
 def _places(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:

@@ -4,13 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_CHORD_MM
 from verne_post.gcode.block import BlockError
 from verne_post.model.moves import Feature
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,9 @@ def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tupl
     given = [smoothing.tip if control.tolerance is None else control.tolerance for control in moves.controls]
     blends = np.array([control.mode == PathMode.BLEND for control in moves.controls])
     tip = _smaller_of_both(path, moves, np.where(blends, np.array(given), 0.0))
-    axes = [smoothing.axis if control.axis_deg is None else RAD_PER_DEG * control.axis_deg for control in moves.controls]
+    axes = [
+        smoothing.axis if control.axis_deg is None else RAD_PER_DEG * control.axis_deg for control in moves.controls
+    ]
     return tip, np.where(tip > 0, _smaller_of_both(path, moves, np.array(axes)), 0.0)
 
 

@@ -13,12 +13,12 @@ from verne_post.gcode.execution import Execution, StopConditions, all_known, may
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.program import SiemensText
 from verne_post.gcode.state import State
+from verne_post.gcode.words import whole_lines
 
 _HEADER_LINES: Final = 200
 #: What only these controls write.

@@ -88,7 +88,7 @@ class _Hole:
         if to.state.feed_mode == FeedMode.INVERSE:
             raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
         to._check_feed(self.block, 10)
-        if to.state.vector is not None and not to.follows_part:
+        if to.state.tool_axis is not None and not to.follows_part:
             to._refuse_open_table(self.block)
         tool = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
         if tool is not None and tool[self.normal] < 1.0 - DRILL_TILT:

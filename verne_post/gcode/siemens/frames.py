@@ -5,12 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.gcode.expressions import BlockError
 from verne_post.model.moves import Feature
-
-Array = NDArray[np.float64]
 
 #: Columns of a frame's matrix that are less square to each other than this are skewed, which no motion here can follow.
 _SQUARE: Final = 1e-9

@@ -209,16 +209,18 @@ class SiemensInterpreter(SiemensFrameWords):
         if code is None or self.modes.tcp == (code == "TRAORI"):
             return
         self._refuse_compensation(code)
-        if code == "TRAFOOF" and self.state.vector is not None and self.modes.frames.swivel.is_identity:
+        if code == "TRAFOOF" and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
             self._settle_vector()
         self.modes.tcp = code == "TRAORI"
         self.set_chain()
 
     def _settle_vector(self) -> None:
         """A tool axis that is upright holds with A at 0; any other leaves the side of the table open."""
-        vector = self.setup.coordinates.displacement(np.array(self.state.vector), replace(self.state.frame, tool=ZERO9))
+        vector = self.setup.coordinates.displacement(
+            np.array(self.state.tool_axis), replace(self.state.frame, tool=ZERO9)
+        )
         if vector[2] >= 1.0 - _UPRIGHT:
-            self.state.vector = None
+            self.state.tool_axis = None
 
     # --- dwell, motion, stops ---------------------------------------------------------------------------
 

@@ -1,18 +1,31 @@
 """Jumps, branches, loops and repeated stretches of Siemens programs: what each statement does to the next line."""
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import Final, Protocol
 
 from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.siemens.calls import Repeat
+from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.program import split_line
+from verne_post.gcode.siemens.executor import Executor
+from verne_post.gcode.siemens.program import SiemensText, split_line
 from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, shown
 from verne_post.gcode.siemens.variables import refuse_leftover
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
-    from verne_post.gcode.siemens.flow import Flow
+class Running(Protocol):
+    """What the statements see and change of a program that is executed: :class:`~verne_post.gcode.siemens.flow.Flow`."""
+
+    executor: Executor
+    line: int
+
+    @property
+    def frame(self) -> Frame:
+        """The call that is executed."""
+
+    @property
+    def text(self) -> SiemensText:
+        """The file that is executed."""
+
 
 #: A subprogram or a stretch is repeated so often at most by one P.
 _MOST_REPEATS: Final = 9999
@@ -27,7 +40,7 @@ def whole_repeats(value: float, column: int) -> int:
     return number
 
 
-def _if(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _if(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     word = cursor.peek_name()
     if word in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
@@ -41,33 +54,33 @@ def _if(flow: "Flow", cursor: Cursor, line: int) -> None:
         flow.line = branch + 1
 
 
-def _else(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _else(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     flow.line = flow.text.structure.branch[line] + 1
 
 
-def _endif(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _endif(flow: Running, cursor: Cursor, line: int) -> None:
     _ = flow.text.structure
     refuse_leftover(cursor)
 
 
-def _goto(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _goto(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTO")
 
 
-def _goto_forward(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _goto_forward(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOF")
 
 
-def _goto_backward(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _goto_backward(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOB")
 
 
-def _goto_if_there(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _goto_if_there(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOC")
 
 
-def _jump(flow: "Flow", cursor: Cursor, line: int, word: str) -> None:
+def _jump(flow: Running, cursor: Cursor, line: int, word: str) -> None:
     cursor.skip()
     at = cursor.at
     target = _read_target(flow, cursor)
@@ -82,7 +95,7 @@ def _jump(flow: "Flow", cursor: Cursor, line: int, word: str) -> None:
     flow.frame.repeats.clear()
 
 
-def _read_target(flow: "Flow", cursor: Cursor) -> str:
+def _read_target(flow: Running, cursor: Cursor) -> str:
     name = cursor.peek_name()
     if name is not None and flow.executor.variables.find(name) is None and name not in ("N",):
         cursor.name()
@@ -95,7 +108,7 @@ def _block_number(name: str) -> str:
     return f"N{int(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
 
 
-def _find(flow: "Flow", label: str, line: int, *, forward: bool, backward: bool) -> int | None:
+def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool) -> int | None:
     """The line of a label in the running program: after this line first, then before it."""
     section = flow.frame.section
     lines = [place for place in flow.text.labels.get(label, ()) if section.first <= place <= section.last]
@@ -104,7 +117,7 @@ def _find(flow: "Flow", label: str, line: int, *, forward: bool, backward: bool)
     return after if forward and after is not None else before if backward else None
 
 
-def _for(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _for(flow: Running, cursor: Cursor, line: int) -> None:
     variables = flow.executor.variables
     cursor.skip()
     at, name = cursor.at, cursor.name()
@@ -121,7 +134,7 @@ def _for(flow: "Flow", cursor: Cursor, line: int) -> None:
         flow.line = end + 1
 
 
-def _loop_value(flow: "Flow", line: int, cursor: Cursor) -> float:
+def _loop_value(flow: Running, line: int, cursor: Cursor) -> float:
     """The value of the variable of a FOR."""
     name, at, inner = _loop_variable(flow, line)
     value = flow.executor.variables.read(name, read_indices(inner, flow.executor.variables), inner, at)
@@ -130,7 +143,7 @@ def _loop_value(flow: "Flow", line: int, cursor: Cursor) -> float:
     return value
 
 
-def _loop_variable(flow: "Flow", line: int) -> tuple[str, int, Cursor]:
+def _loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
     item = split_line(flow.text.line(line))
     cursor = Cursor(item.text, item.begin)
     cursor.name()
@@ -140,7 +153,7 @@ def _loop_variable(flow: "Flow", line: int) -> tuple[str, int, Cursor]:
     return name, at, cursor
 
 
-def _endfor(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _endfor(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     begin = flow.text.structure.begin[line]
     last = flow.frame.ends.get(begin)
@@ -153,7 +166,7 @@ def _endfor(flow: "Flow", cursor: Cursor, line: int) -> None:
         flow.line = begin + 1
 
 
-def _while(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _while(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     refuse_leftover(cursor)
     end = flow.text.structure.end[line]
@@ -161,19 +174,19 @@ def _while(flow: "Flow", cursor: Cursor, line: int) -> None:
         flow.line = end + 1
 
 
-def _loop(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _loop(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     _ = flow.text.structure
 
 
-def _back(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _back(flow: Running, cursor: Cursor, line: int) -> None:
     """ENDWHILE, ENDLOOP."""
     refuse_leftover(cursor)
     begin = flow.text.structure.begin[line]
     flow.line = begin
 
 
-def _until(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _until(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     refuse_leftover(cursor)
     begin = flow.text.structure.begin[line]
@@ -181,7 +194,7 @@ def _until(flow: "Flow", cursor: Cursor, line: int) -> None:
         flow.line = begin + 1
 
 
-def _repeat(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _repeat(flow: Running, cursor: Cursor, line: int) -> None:
     """REPEAT of REPEAT ... UNTIL, or REPEAT label [label] P=n."""
     if cursor.ended:
         _ = flow.text.structure.end[line]
@@ -189,11 +202,11 @@ def _repeat(flow: "Flow", cursor: Cursor, line: int) -> None:
     _repeat_stretch(flow, cursor, line, one_block=False)
 
 
-def _repeat_block(flow: "Flow", cursor: Cursor, line: int) -> None:
+def _repeat_block(flow: Running, cursor: Cursor, line: int) -> None:
     _repeat_stretch(flow, cursor, line, one_block=True)
 
 
-def _repeat_stretch(flow: "Flow", cursor: Cursor, line: int, *, one_block: bool) -> None:
+def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool) -> None:
     labels: list[tuple[str, int]] = []
     times = 1
     while not cursor.ended:
@@ -233,7 +246,7 @@ def _repeat_stretch(flow: "Flow", cursor: Cursor, line: int, *, one_block: bool)
         flow.line = first
 
 
-def end_stretch(flow: "Flow", line: int) -> None:
+def end_stretch(flow: Running, line: int) -> None:
     """After the last line of a repeated stretch: once more, or on."""
     repeats = flow.frame.repeats
     while repeats and repeats[-1].last == line and flow.line == line + 1:
@@ -248,7 +261,7 @@ def end_stretch(flow: "Flow", line: int) -> None:
 
 
 #: What the statements do.
-JUMPS: Final[dict[str, "Callable[[Flow, Cursor, int], None]"]] = {
+JUMPS: Final[dict[str, Callable[[Running, Cursor, int], None]]] = {
     "IF": _if, "ELSE": _else, "ENDIF": _endif, "GOTO": _goto, "GOTOF": _goto_forward, "GOTOB": _goto_backward, "GOTOC": _goto_if_there, "FOR": _for,
     "ENDFOR": _endfor, "WHILE": _while, "ENDWHILE": _back, "LOOP": _loop, "ENDLOOP": _back, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _until,
 }  # fmt: skip

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import RS274, CodeTable
@@ -23,7 +23,6 @@ from verne_post.gcode.standing_table import standing_table
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
-Array = NDArray[np.float64]
 _A, _C = 3, 5
 #: A rotary axis that is sent nearer to where it stands than this (deg) does not turn.
 _STANDS: Final = 1e-9
@@ -109,7 +108,7 @@ class SiemensMotion(Interpreter):
             axes = [*axes, _A, _C] if self.setup.machine else axes
         elif {_A, _C} & set(places):
             self._take_rotary(end, places)
-        elif state.vector is not None and not self.follows_part:
+        elif state.tool_axis is not None and not self.follows_part:
             self._refuse_open_table(block)
         if _C in places:
             self.recorder.fix_c(block.line)
@@ -138,15 +137,17 @@ class SiemensMotion(Interpreter):
         if self.follows_part:
             raise block.error("VP017", "A and C on a plane of CYCLE800 without TRAORI: the plane would no longer stand upright; write CYCLE800() "
                               "first", "A" if _A in places else "C")  # fmt: skip
-        turned = state.vector is not None or max(abs(end[axis] - state.position[axis]) for axis in (_A, _C)) > _STANDS
-        if state.vector is not None and not {_A, _C} <= set(places):
+        turned = (
+            state.tool_axis is not None or max(abs(end[axis] - state.position[axis]) for axis in (_A, _C)) > _STANDS
+        )
+        if state.tool_axis is not None and not {_A, _C} <= set(places):
             self._refuse_open_table(block)
         if turned and kind == MoveKind.FEED:
             raise block.error("VP017", "A and C turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
                               "write TRAORI, or G0", "A" if _A in places else "C")  # fmt: skip
         if turned:
             self._refuse_compensation("a turn of the table")
-            state.vector = None
+            state.tool_axis = None
             base = replace(state.frame, feature=None)
             self._set_frame(replace(base, feature=self._plane(base, end)))
         return end
@@ -162,27 +163,27 @@ class SiemensMotion(Interpreter):
         state = self.state
         turned = vector * np.sign(self._split.scale)
         turned = turned / np.linalg.norm(turned)
-        state.vector = (float(turned[0]), float(turned[1]), float(turned[2]))
+        state.tool_axis = (float(turned[0]), float(turned[1]), float(turned[2]))
         end = self.setup.coordinates.point_axis(end, turned, state.frame)
         if self.leads_axes("vector") and self.setup.machine:
-            state.vector = None
+            state.tool_axis = None
         return end
 
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""
         state = self.state
-        if state.vector is not None and not {_A, _C} <= set(places):
+        if state.tool_axis is not None and not {_A, _C} <= set(places):
             letter = "A" if _A in places else "C"
             raise BlockError(
                 "VP013",
                 f"{letter} alone after tool vectors: which side the table stands on was not programmed; name A and C together",
             )
-        state.vector = None
+        state.tool_axis = None
         if not self.modes.tcp or self.leads_axes("words"):
             return
         axis = self.setup.coordinates.tool_axis(end, state.frame)
         if axis is not None:
-            state.vector = (float(axis[0]), float(axis[1]), float(axis[2]))
+            state.tool_axis = (float(axis[0]), float(axis[1]), float(axis[2]))
 
     def leads_axes(self, given: str) -> bool:
         """True where A and C go linearly along a block; ``given``: "words" or "vector"."""
@@ -216,7 +217,7 @@ class SiemensMotion(Interpreter):
         start = list(state.position)
         if {_A, _C} & set(places):
             self._take_rotary(end, places)
-        elif state.vector is not None and not self.follows_part:
+        elif state.tool_axis is not None and not self.follows_part:
             self._refuse_open_table(block)
         made = Block(block.line, columns=dict(block.columns))
         made.words = {AXES[axis]: 0.0 for axis in places} | {"P": float(turns + 1)}
@@ -248,7 +249,7 @@ class SiemensMotion(Interpreter):
         start = list(state.position)
         if {_A, _C} & set(places):
             self._take_rotary(end, places)
-        elif state.vector is not None and not self.follows_part:
+        elif state.tool_axis is not None and not self.follows_part:
             self._refuse_open_table(block)
         over = np.array([self.to_core(axis, value) for axis, value in enumerate(middle)])
         circle = arc_through(np.array(start[:3]), over, np.array(end[:3]))
@@ -272,7 +273,7 @@ class SiemensMotion(Interpreter):
     def _add_tilted_arc(self, line: int, start: list[float], end: list[float], circle: SpatialArc) -> None:
         """Record an arc in the plane that holds it."""
         state = self.state
-        frame, vector = state.frame, state.vector
+        frame, vector = state.frame, state.tool_axis
         within = np.array(plane_of_arc(circle, None).rotation).reshape(3, 3)
         begin, last = [
             [*map(float, (np.array(place[:3]) - circle.center) @ within), *place[3:]] for place in (start, end)
@@ -280,9 +281,9 @@ class SiemensMotion(Interpreter):
         state.frame = replace(frame, feature=plane_of_arc(circle, frame.feature))
         if vector is not None:
             x, y, z = (float(value) for value in np.array(vector) @ within)
-            state.vector = (x, y, z)
+            state.tool_axis = (x, y, z)
         self._add_arc(line, begin, last, Arc(0, (0.0, 0.0, begin[2]), 1, circle.sweep))
-        state.frame, state.vector = frame, vector
+        state.frame, state.tool_axis = frame, vector
 
     # --- machine coordinates --------------------------------------------------------------------------------
 

@@ -4,8 +4,8 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
@@ -14,7 +14,6 @@ from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES
 
-Array = NDArray[np.float64]
 _ROTARY: Final = "ABC"
 #: Tool axes may have any length but none.
 _NO_AXIS: Final = 1e-6

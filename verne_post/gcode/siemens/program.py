@@ -8,10 +8,10 @@ from typing import Final
 from verne_post.base.long_text import Text
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.scan import whole_lines
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import code_part
 from verne_post.gcode.text import ProgramText, decode_line
+from verne_post.gcode.words import whole_lines
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -105,7 +105,7 @@ class SiemensText(ProgramText):
         if before and any(self.line(number).strip() for number in range(1, before + 1)):
             starts.insert(0, (0, "", True))
         if not starts:
-            return [Section(self, "", 1, self.n_lines, True)]
+            return [Section(self, (self.name or "").partition(".")[0].upper(), 1, self.n_lines, True)]
         ends = [first - 1 for first, *_ in starts[1:]] + [self.n_lines]
         return [
             Section(self, name, first + 1, last, main) for (first, name, main), last in zip(starts, ends, strict=True)

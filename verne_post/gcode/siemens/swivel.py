@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.frames import Affine, rotation_about
@@ -15,7 +15,6 @@ from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
 from verne_post.model.moves import ZERO9, MoveKind
 
-Array = NDArray[np.float64]
 _SWIVEL: Final = (
     "_FR",
     "_TC",
@@ -74,7 +73,7 @@ class Swivel:
         """Without values: the plane ends; nothing moves."""
         modes = self.to.modes
         modes.frames = replace(modes.frames, swivel=Affine())
-        if self.to.state.vector is not None and not modes.tcp:
+        if self.to.state.tool_axis is not None and not modes.tcp:
             self.to._settle_vector()
         self.to.set_chain()
 
@@ -208,7 +207,7 @@ class Swivel:
         tcp = to.modes.tcp
         if tcp:
             to._require_known(block, [0, 1, 2], "CYCLE800")
-        state.vector = None
+        state.tool_axis = None
         here = coordinates.to_machine(np.array(state.position), state.frame)
         pairs = [coordinates.point_axis(list(state.position), np.array([0.0, 0.0, 1.0]), state.frame)]
         machine = coordinates.to_machine(np.array(pairs[0]), state.frame)

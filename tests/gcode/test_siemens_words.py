@@ -1,0 +1,131 @@
+"""docs/siemens.md is true: its tables name every word, and every word does what its table says."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from verne_post.gcode.siemens.keys import SiemensKeys, read_keys
+from verne_post.gcode.siemens.vocabulary import ADDRESSES, CONSTANTS, CYCLES, GROUPS, NO_EFFECT, REFUSED, STATEMENTS
+
+PAGE = Path(__file__).parents[2] / "docs" / "siemens.md"
+HEAD = "G0 X9 Y9 Z50 A0 C0 F100 S500 M3\n"
+#: A program for each executed word that its own G function or name alone does not show.
+EXAMPLES = {
+    "G2": "G2 X5 CR=30", "G3": "G3 X5 CR=30", "CIP": "CIP X5 I1=6 J1=5", "CT": "G1 X10\nCT X20 Y20", "G4": "G4 F1", "G75": "G75 Z0", "FP": "G75 Z0 FP=2",
+    "G110": "G110 X1", "G111": "G111 X1", "G112": "G112 X1", "AP": "AP=30 RP=5", "RP": "AP=30 RP=5", "RPL": "ROT RPL=5", "TRANS": "TRANS X1", "ATRANS": "ATRANS X1",
+    "ROT": "ROT Z9", "AROT": "AROT Z9", "SCALE": "SCALE X2", "ASCALE": "ASCALE X2", "MIRROR": "MIRROR X0", "AMIRROR": "AMIRROR X0", "AC": "X=AC(5)", "IC": "X=IC(5)",
+    "DC": "C=DC(5)", "ACP": "C=ACP(5)", "ACN": "C=ACN(5)", "A3": "TRAORI\nA3=1 C3=5", "B3": "TRAORI\nB3=1 C3=5", "C3": "TRAORI\nC3=5", "ADIS": "ADIS=0.1", "CTOL": "CTOL=0.1",
+    "OTOL": "OTOL=1", "X": "X1", "Y": "Y1", "Z": "Z1", "A": "A1", "B": "B1", "C": "C1", "U": "U1", "V": "V1", "W": "W1", "I": "G2 I5", "J": "G2 J5", "K": "G18 G2 K5",
+    "I1": "CIP X5 I1=6 J1=5", "J1": "CIP X5 I1=6 J1=5", "K1": "CIP X5 I1=6 K1=5", "CR": "G2 X5 CR=30", "AR": "G2 I5 AR=30", "TURN": "G2 I5 TURN=1", "F": "F5", "S": "S5", "S1": "S1=5",
+    "M": "M8", "M1": "M1=4", "T": "T1", "T1": "T1=1", "D": "D1", "H": "H5", "SPOS": "SPOS=5", "N": "N5 X1", "L": "L5\nM30\n%_N_L5_SPF\nX1", "P": "L5 P2\nM30\n%_N_L5_SPF\nX1", "G": "G=1",
+    "X1": "G75 X1=0", "Y1": "G75 Y1=0", "Z1": "G75 Z1=0", "A1": "G75 A1=0", "C1": "G75 C1=0", "G41": "T1 M6\nG41 G1 X50\nG40", "G42": "T1 M6\nG42 G1 X50\nG40",
+    "IF": "IF 1\nENDIF", "ELSE": "IF 1\nELSE\nENDIF", "ENDIF": "IF 1\nENDIF", "GOTO": "GOTO A9\nA9:", "GOTOF": "GOTOF A9\nA9:", "GOTOB": "R1=R1+1\nA9: R1=R1+1\nIF R1<4 GOTOB A9", "GOTOC": "GOTOC A9",
+    "FOR": "FOR R1=1 TO 2\nENDFOR", "ENDFOR": "FOR R1=1 TO 2\nENDFOR", "WHILE": "WHILE 0\nENDWHILE", "ENDWHILE": "WHILE R1<2\nR1=R1+1\nENDWHILE", "LOOP": "LOOP\nGOTOF A9\nENDLOOP\nA9:",
+    "ENDLOOP": "LOOP\nR1=R1+1\nIF R1>2 GOTOF A9\nENDLOOP\nA9:", "REPEAT": "REPEAT\nUNTIL 1", "UNTIL": "REPEAT\nUNTIL 1", "REPEATB": "A9: X=IC(1)\nREPEATB A9", "DEF": "DEF REAL A9", "RET": "RET", "M17": "M17",
+    "PROC": "L5\nM30\n%_N_L5_SPF\nPROC L5\nX1", "EXTCALL": "EXTCALL \"L5\"\nM30\n%_N_L5_SPF\nX1", "MCALL": "MCALL CYCLE81(20,0,2,-5)\nX1\nMCALL", "MSG": "MSG(\"a\")", "SETAL": "SETAL(62000)",
+    "CYCLE840": "CYCLE840(20,0,2,-5)", "CYCLE85": "CYCLE85(20,0,2,-5,,0,50,50)", "HOLES1": "HOLES1(0,0,0,1,1,2)", "HOLES2": "HOLES2(0,0,5,0,0,2)", "CYCLE801": "CYCLE801(0,0,0,1,1,2,2)",
+    "CYCLE800": "CYCLE800()", "CYCLE832": "CYCLE832(0.1,1)", **{name: f"{name}(20,0,2,-5)" for name in ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE86", "CYCLE89")},
+}  # fmt: skip
+EXECUTED = sorted(
+    {
+        *(word for words in GROUPS.values() for word in words),
+        *CYCLES,
+        *STATEMENTS,
+        *ADDRESSES,
+        "AC",
+        "IC",
+        "DC",
+        "ACP",
+        "ACN",
+    }
+)
+#: Refused words that stand alone in their block; the others are tried as NAME=1, NAME(1) and NAME too.
+FORMS = ("{}", "{}=1", "{}(1)", "{}[X]=1")
+
+
+def rows(title):
+    """Words of a table and the text beside them."""
+    table = re.search(rf"^## {title}\n\n(\|.+?)\n\n", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)[1]
+    found = {}
+    for line in table.splitlines()[2:]:
+        words, _, why = line.strip("| ").partition(" | ")
+        for word in re.findall(r"`([^`]+)`", words):
+            found[word] = why
+    return found
+
+
+def test_the_tables_name_every_word():
+    executed = set(rows("What is executed")) | {f"G{number}" for number in range(505, 600)}
+    assert executed == set(EXECUTED) | {"G505", "G557"}
+    assert rows("What has no effect") == dict(NO_EFFECT)
+    assert rows("What is refused") == dict(REFUSED)
+
+
+def test_no_word_is_in_two_tables():
+    assert not set(EXECUTED) & set(NO_EFFECT)
+    assert not set(EXECUTED) & set(REFUSED)
+    assert not set(NO_EFFECT) & set(REFUSED)
+
+
+@pytest.mark.parametrize("word", [word for word in EXECUTED if not re.fullmatch("G5[1-9].", word) or word < "G558"])
+def test_executed_words_are_executed(view, word):
+    program = EXAMPLES.get(word, word)
+    moves, errors = view(f"{HEAD}{program}\nM30", dialect="siemens")
+    assert errors == ()
+    assert not [event for event in moves.events if event.kind == "without effect" and word != "CYCLE832"]
+
+
+@pytest.mark.parametrize("word", sorted(NO_EFFECT))
+def test_words_without_effect_are_shown_and_change_nothing(view, word):
+    plain = view(f"{HEAD}X1 Y2\nG1 Z5\nX3", dialect="siemens")[0]
+    for form in FORMS:
+        moves, errors = view(f"{HEAD}{form.format(word)}\nX1 Y2\nG1 Z5\nX3", dialect="siemens")
+        assert errors == ()
+        assert [event.data["word"] for event in moves.events if event.kind == "without effect"] == [word]
+        assert moves.end.tolist() == plain.end.tolist()
+        assert moves.controls == plain.controls
+
+
+@pytest.mark.parametrize("word", sorted(REFUSED))
+def test_refused_words_are_refused_by_name(view, word):
+    refused = []
+    for form in FORMS if not re.fullmatch("[ABC][0-9]", word) else ("{}=1",):  # A4 alone is a place of A
+        _moves, errors = view(f"{HEAD}{form.format(word)}\nX1", dialect="siemens")
+        assert len(errors) == 1, form
+        refused.append(errors[0].code == "VP002" and word in errors[0].message and REFUSED[word] in errors[0].message)
+    assert any(refused), refused
+
+
+def test_keys(view):
+    text = PAGE.read_text(encoding="utf-8").split("## Keys of the settings file", 1)[1]
+    named = re.findall(r"^\| `(\w+)` \| `(.+?)` \|", text, re.MULTILINE)
+    keys = SiemensKeys()
+    shown = {name: {"false": False, "{}": {}}.get(value, value.strip('"')) for name, value in named}
+    assert shown == {name: getattr(keys, name) for name in keys.__dataclass_fields__}
+    moves, errors = view("X5", dialect="siemens", control={"siemens": {"start": "G0 G54 G90"}})
+    assert errors == ()
+    assert len(moves) == 1
+    moves, errors = view(
+        'T="DRILL" M6\nG0 C350\nC10',
+        dialect="siemens",
+        control={"siemens": {"tools": {"DRILL": 2}, "modulo_axes": "C"}},
+    )
+    assert errors == ()
+    assert (moves.frames[0].tool_length, moves.end[-1][5]) == (25.0, 10.0)
+
+
+@pytest.mark.parametrize(("given", "part"), [
+    ({"rotations": 1}, "no such key"), ({"rotation": "xyz"}, "rpy or euler"), ({"start": 5}, "text"), ({"orientation_by_group": 1}, "true"), ({"tools": {"A": "B"}}, "numbers"),
+    ({"tools": {"A": -1}}, "numbers"), ({"modulo_axes": "B"}, "A and C"),
+])  # fmt: skip
+def test_wrong_keys(given, part):
+    with pytest.raises(ValueError, match=part):
+        read_keys(given)
+
+
+def test_names_of_tolerances(view):
+    for name, number in CONSTANTS.items():
+        moves, errors = view(f"G0 X={name}", dialect="siemens")
+        assert errors == ()
+        assert moves.end[0][0] == number
