@@ -186,18 +186,31 @@ def remapped(value: Any) -> Any:
     return value if good else REFUSED
 
 
+def controls(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return REFUSED
+    allowed: dict[str, tuple[Any, ...]] = {"rotation": ("rpy", "euler"), "orientation_by_group": (True, False)}
+    good = all(
+        type(dialect) is str and dialect == "siemens" and isinstance(keys, dict)
+        and all(type(key) is str and key in allowed and any(type(one) is type(two) and one == two for two in allowed[key]) for key, one in keys.items())
+        for dialect, keys in value.items()
+    )  # fmt: skip
+    return value if good else REFUSED
+
+
 MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "tool_length": number(0, 1e4, none=True),
     "tools": tools,
     "wcs": offsets,
     "cycle": number(1e-4, 1, none=True),
-    "dialect": words("auto", "rs274", "fanuc", "aptcl", "heidenhain"),
+    "dialect": words("auto", "rs274", "fanuc", "aptcl", "heidenhain", "siemens"),
     "block_delete": flag,
     "optional_stop": flag,
     "subroutines": texts,
     "parameters": numbered,
     "parameter_units": words("mm", "inch"),
     "remap": remapped,
+    "control": controls,
     "max_repeats": number(0, math.inf, whole=True),
     "smoothing": words("spline", "blend", "off"),
     "tolerance": number(1e-6, 10, none=True),
@@ -356,6 +369,14 @@ class Cases:
             case "remap":
                 code = pick.choice(["M428", "M428", "G68.3", "M3", "M030", "XYZ", "", self.key()])
                 return {code: pick.choice(["tcp on", "event", "ignore", "TCP ON", self.one()])}
+            case "control":
+                key = pick.choice(["rotation", "rotation", "orientation_by_group", "Rotation", self.key()])
+                given = {key: pick.choice(["rpy", "euler", "xyz", True, self.one()])}
+                return {
+                    pick.choice(["siemens", "siemens", "siemens", "fanuc", self.key()]): pick.choice(
+                        [given, given, {}, self.one()]
+                    )
+                }
             case "from_line":
                 return pick.choice([1, 3, 3.0, 0, self.one()])
             case "source_name":

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from verne_post.gcode.siemens.keys import SiemensKeys, read_keys
 from verne_post.gcode.siemens.vocabulary import ADDRESSES, CONSTANTS, CYCLES, GROUPS, NO_EFFECT, REFUSED, STATEMENTS
+from verne_post.model.control_keys import SiemensKeys, read_keys
 
 PAGE = Path(__file__).parents[2] / "docs" / "siemens.md"
 HEAD = "G0 X9 Y9 Z50 A0 C0 F100 S500 M3\n"

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
-from verne_post.gcode.siemens.keys import read_keys
+from verne_post.model.control_keys import read_keys
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import CODE, Meaning
 from verne_post.model.options import Options, about

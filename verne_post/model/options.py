@@ -29,6 +29,7 @@ from pydantic import (
 
 from verne_post.base.modules import names_of_modules
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
+from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
     check_box,
@@ -154,7 +155,7 @@ class Options(BaseModel):
     remap: Annotated[dict[str, str], BeforeValidator(check_remap), About(
         "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = Field(
         default_factory=dict)
-    control: Annotated[dict[str, dict[str, Any]], About(
+    control: Annotated[dict[str, dict[str, Any]], BeforeValidator(check_control), About(
         "What builders of machines choose, by controller dialect: [siemens] of the settings file.", Group.PROGRAM, flag="",
         in_settings=False)] = Field(default_factory=dict)
     max_repeats: Annotated[int, Field(ge=0), About(

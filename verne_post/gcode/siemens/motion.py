@@ -16,11 +16,11 @@ from verne_post.gcode.motion_codes import arc_length
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import Affine, Split, split
-from verne_post.gcode.siemens.keys import SiemensKeys, read_keys
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.spatial_arc import SpatialArc, arc_through, plane_of_arc
 from verne_post.gcode.standing_table import standing_table
 from verne_post.gcode.state import State
+from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
 _A, _C = 3, 5

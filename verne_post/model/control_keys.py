@@ -1,4 +1,4 @@
-"""Keys of the settings file for Siemens programs: what builders of machines choose by machine data."""
+"""Keys of the settings file by controller dialect: what builders of machines choose by machine data."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -44,7 +44,7 @@ class SiemensKeys:
 
 
 def read_keys(given: Mapping[str, object]) -> SiemensKeys:
-    """Keys from the settings file.
+    """Keys of [siemens] from the settings file.
 
     Raises
     ------
@@ -53,19 +53,39 @@ def read_keys(given: Mapping[str, object]) -> SiemensKeys:
     """
     known = {item.name: item for item in fields(SiemensKeys)}
     for name, value in given.items():
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise ValueError(f"{name}: no such key; expected {', '.join(known)}")
         choices = _CHOICES.get(name)
-        if choices is not None and value not in choices:
+        if choices is not None and (not isinstance(value, str) or value not in choices):
             raise ValueError(f"{name}: expected {' or '.join(choices)}")
         if name in ("start", "modulo_axes") and not isinstance(value, str):
             raise ValueError(f"{name}: expected a text")
         if name == "orientation_by_group" and not isinstance(value, bool):
             raise ValueError(f"{name}: expected true or false")
         if name == "tools" and not (
-            isinstance(value, Mapping) and all(type(number) is int and number > 0 for number in value.values())
+            isinstance(value, Mapping)
+            and all(isinstance(tool, str) and type(number) is int and number > 0 for tool, number in value.items())
         ):
             raise ValueError(f"{name}: expected names with numbers of tools")
         if name == "modulo_axes" and not set(str(value)) <= set("AC"):
             raise ValueError(f"{name}: expected letters of rotary axes, A and C")
     return SiemensKeys(**given)  # type: ignore[arg-type]
+
+
+def check_control(value: object) -> dict[str, dict[str, object]]:
+    """Check the option ``control``: keys by dialect.
+
+    Raises
+    ------
+    ValueError
+        For a dialect that has no keys, or a key that is not one of it.
+    """
+    if not isinstance(value, Mapping):
+        raise ValueError(f"{value!r}: expected a mapping from dialect to keys")
+    for dialect, keys in value.items():
+        if dialect != "siemens":
+            raise ValueError(f"{dialect!r}: expected siemens, the dialect that has keys")
+        if not isinstance(keys, Mapping):
+            raise ValueError(f"{dialect}: expected keys with values")
+        read_keys(keys)
+    return {dialect: dict(keys) for dialect, keys in value.items()}
