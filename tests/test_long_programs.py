@@ -153,7 +153,7 @@ def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["posted.nc", "wing.cls", "fanuc_tilted.nc", "violates_tilt.nc"])
-def test_long_texts_are_told_the_same(
+def test_long_texts_have_the_same_answer(
     name: str, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = []

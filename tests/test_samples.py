@@ -46,7 +46,7 @@ def options(sample: Path) -> list[str]:
     return shlex.split(found[1])
 
 
-#: CodedFinding against twins in tests/gcode/test_dialects.py: this judge knows no tilted plane, nor lines that are executed several times.
+#: Compared with twins in tests/gcode/test_dialects.py: this judge knows no tilted plane, nor lines that are executed several times.
 OTHER_DIALECTS = {"fanuc_tilted", "two_faces"}
 SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_DIALECTS)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]
@@ -335,7 +335,7 @@ def test_good_sample(
 
 
 @pytest.mark.parametrize(("row", "column", "shift"), [(300, 1, 0.01), (700, 3, -0.002), (900, 4, 0.01), (-1, 5, 0.01)])
-def test_judge_refuses_a_moved_row(
+def test_the_independent_check_refuses_a_moved_row(
     run: Callable[..., Any], machine_file: dict[str, Any], row: int, column: int, shift: float
 ) -> None:
     """The judge above is no rubber stamp."""

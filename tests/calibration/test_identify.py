@@ -210,7 +210,7 @@ def test_held_lengths_keep_their_values():
 
 
 @pytest.mark.parametrize(("n", "noise"), [(8, False), (8, True), (600, True)])
-def test_poses_without_lean_leave_sums_open(noise, n):
+def test_poses_without_tilt_leave_sums_open(noise, n):
     """At y = 0, alpha = 0 leg I is a plane triangle: only L1^2 - (R1 - r1)^2 counts; legs II and III with R2 - r4 alike.
 
     So one of R1, r1, L1 is known where two are held, and one of R2, r4 besides each rod. The noise of

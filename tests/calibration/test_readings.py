@@ -18,7 +18,7 @@ def mistakes(text):
     return [(item.line, item.message) for item in caught.value.findings]
 
 
-def test_columns_in_any_order_blank_leans_comments_and_lines():
+def test_columns_in_any_order_blank_tilts_comments_and_lines():
     text = '\ufeff# by hand\nalpha_deg, z_mm,y_mm,x_mm,rho3_mm,rho2_mm,rho1_mm,remark\r\n\n90,6,5,4,3,2,1,"a, b"\n ,6,5,4,3,2,1,\n'
     data = read_readings(text.encode(), SLIDERS)
     assert data.rho.tolist() == [[1, 2, 3], [1, 2, 3]]

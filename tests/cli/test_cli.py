@@ -129,7 +129,7 @@ def test_missing_file_is_2(command: str, run: Callable[..., Any], tmp_path: Path
     assert "No such file" in answer.err
 
 
-def test_check_judges_the_others_beside_a_missing_file(run: Callable[..., Any], tmp_path: Path) -> None:
+def test_check_reads_the_others_beside_a_missing_file(run: Callable[..., Any], tmp_path: Path) -> None:
     good = tmp_path / "good.nc"
     good.write_text("G49 G0 X0 Y0 Z100 A0 C0\nX10\nM2\n", encoding="utf-8")
     answer = run("check", good, tmp_path / "none.nc", "--output-format", "json")
@@ -965,7 +965,7 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     assert "Tool length: 60 mm (--tool-length)." in said
 
 
-def test_an_offset_that_does_not_hold_is_told(tmp_path: Path, run: Callable[..., Any]) -> None:
+def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[..., Any]) -> None:
     path = tmp_path / "p.nc"
     path.write_text("G21 G90 G10 L2 P1 X0 Y0 Z-500\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
     said = " ".join(

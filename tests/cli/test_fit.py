@@ -81,7 +81,7 @@ def test_the_block_in_the_program_does_the_same(
         assert np.abs(np.array(q) - np.array(p)).max() < 1e-6
 
 
-def test_room_is_larger_than_anywhere_near(tilted: Path) -> None:
+def test_the_margin_is_larger_than_anywhere_near(tilted: Path) -> None:
     """Against a plain scan of places around and far from the proposal, by judging margins on dense points."""
     machine = verne_post.load_machine()
     options = Options(tool_length=70.0, wcs={1: WorkOffset((5.0, 5.0, 40.0))})

@@ -275,7 +275,7 @@ def test_without_matplotlib_the_extra_is_named(
     assert "pip install 'verne-post[plot]'" in answer.err
 
 
-def test_a_kind_without_equal_lean_is_refused(serial: None, run: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_kind_without_equal_tilt_is_refused(serial: None, run: Callable[..., Any], tmp_path: Path) -> None:
     answer = run("machine", "show", "--plot", tmp_path / "a.png", "--iso-alpha")
     assert (answer.code, answer.out) == (2, "")
     assert "kind 'serial' has no curves of equal tilt" in answer.err

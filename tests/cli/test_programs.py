@@ -137,7 +137,7 @@ def test_additional_work_offsets(run: Callable[..., Any], program: Any) -> None:
 # --- codes of the shop -------------------------------------------------------------------------------
 
 
-def test_settings_say_what_codes_of_the_shop_mean(
+def test_settings_say_what_user_defined_codes_mean(
     run: Callable[..., Any], program: Any, tmp_path: Path, monkeypatch: Any
 ) -> None:
     settings = tmp_path / "s.toml"
@@ -190,7 +190,7 @@ def test_bad_settings(run: Callable[..., Any], program: Any, tmp_path: Path, tex
 # --- what other commands make of such lines -----------------------------------------------------------
 
 
-def test_explain_works_lines_that_compute_and_other_tongues(
+def test_explain_works_lines_that_compute_and_other_dialects(
     run: Callable[..., Any], program: Any, tmp_path: Path
 ) -> None:
     file = program(HEAD + "#1=3\no1 repeat [2]\nG1 X[2*#1] F900\n#1=[#1+1]\no1 endrepeat\nM2\n")

@@ -148,7 +148,7 @@ def test_a_line_that_depends_on_others_is_refused(machine: verne_post.Machine, l
 
 
 @pytest.mark.parametrize("line", [4, 5, 6, 10, 11, 12, 16, 23, 24, 25])
-def test_what_the_skipped_lines_switched_on_is_told(machine: verne_post.Machine, line: int) -> None:
+def test_what_the_skipped_lines_switched_on_is_listed(machine: verne_post.Machine, line: int) -> None:
     rest = restarted(machine, line)
     told = [(event.kind, *event.data.values()) for event in rest.moves.events if event.before == 0]
     on = [("tool", 3), ("spindle", "clockwise", 5000.0), ("coolant", "flood")]
@@ -212,7 +212,7 @@ def test_a_stop_that_is_skipped_is_still_a_standstill(machine: verne_post.Machin
         assert path.end[first - 1, :2] == pytest.approx([30.0, 0.0], abs=1e-9)
 
 
-def test_nothing_is_left_behind_the_end(machine: verne_post.Machine) -> None:
+def test_nothing_is_left_after_the_end(machine: verne_post.Machine) -> None:
     with pytest.raises(InputError, match="no motion from line 26 on"):
         restarted(machine, 26)
 
@@ -226,7 +226,7 @@ def test_the_way_into_the_middle_feeds_at_its_end(machine: verne_post.Machine) -
     assert (path.feed_time[:last] == 0).all()
 
 
-def test_a_stop_before_the_line_is_passed_and_one_behind_it_splits(
+def test_a_stop_before_the_line_is_passed_and_one_after_it_splits(
     tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

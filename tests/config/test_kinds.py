@@ -122,7 +122,7 @@ def test_wrong_values_of_a_linear_delta(old, new, says):
     assert any(all(part in message for part in says) for message in told), told
 
 
-def test_mistakes_of_every_group_are_told_at_once():
+def test_mistakes_of_every_group_are_reported_at_once():
     told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_jerk = 100000.0", ""), ("radius = 250.0", ""))
     for place in ("module.rod_length", "limits.rho_jerk", "table.radius"):
         assert sum(f"{place} is missing" in message for message in told) == 1, told

@@ -439,7 +439,7 @@ def test_a_name_is_a_text(file, bad):
 
 
 @pytest.mark.parametrize("bad", ["hexapod", "VERNE", ""])
-def test_an_unknown_kind_is_told_the_known_ones(file, bad):
+def test_an_unknown_kind_is_answered_with_the_known_ones(file, bad):
     names_key_and_value(mistakes(file(changed("kind", bad))), "kind", repr(bad), "verne")
 
 
@@ -469,7 +469,7 @@ def test_a_table_must_be_a_table(file, table, bad):
     names_key_and_value(messages, table, repr(bad))
 
 
-def test_several_mistakes_are_all_told(file):
+def test_several_mistakes_are_all_reported(file):
     tables = changed("limits.a_velocity", -1.0, without=["limits.c_jerk", "spindle"])
     tables["table"]["radius"] = math.nan
     tables["control"]["rate"] = 1.0
@@ -519,7 +519,7 @@ def test_a_missing_file_is_named_with_the_machines_known(tmp_path):
     assert "verne" in item.message
 
 
-def test_an_unknown_machine_name_is_told_the_known_ones():
+def test_an_unknown_machine_name_is_answered_with_the_known_ones():
     with pytest.raises(InputError) as refused:
         load_machine("vernee")
     (item,) = refused.value.findings

@@ -112,7 +112,7 @@ def test_loops_have_a_budget(view):
     assert view(counted, max_repeats=140)[1][0].code == "VP024"
 
 
-def test_an_error_in_a_loop_is_told_once():
+def test_an_error_in_a_loop_is_reported_once():
     with pytest.raises(InputError) as error:
         read_moves(b"#1=0\no1 while [#1 LT 5]\nG0 X1 X2\n#1=[#1+1/0]\no1 endwhile\nG0 Q\nM2", dialect="rs274")
     assert [(item.code, item.line) for item in error.value.findings] == [("VP004", 3), ("VP007", 4)]

@@ -61,7 +61,7 @@ def turn_between(one, other):
 
 @settings(deadline=None, max_examples=200)
 @given(modules, positions)
-def test_a_mirror_in_y_exchanges_sliders_2_and_3_and_turns_the_lean(module, position):
+def test_a_mirror_in_y_exchanges_sliders_2_and_3_and_turns_the_tilt(module, position):
     rho, alpha = solvable(module, position)
     image = mirrored(module)
     rho_image, alpha_image, ok = image.inverse(position * [1, -1, 1])

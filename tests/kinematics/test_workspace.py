@@ -61,7 +61,7 @@ def test_names_of_limits_follow_the_travel_of_the_axis():
 
 
 @given(alpha=st.floats(0.01, 3.13), turn=st.floats(0.02, 3.12))
-def test_every_point_of_an_ellipse_may_lean_by_its_alpha(alpha, turn):
+def test_every_point_of_an_ellipse_may_tilt_by_its_alpha(alpha, turn):
     """Against the roots of (9), which are found another way; both signs, as Table I has them."""
     for angle in (turn, -turn):
         ((x, y),) = MODULE.iso_alpha_ellipse(alpha, np.array([angle]))
@@ -71,7 +71,7 @@ def test_every_point_of_an_ellipse_may_lean_by_its_alpha(alpha, turn):
 
 
 @given(alpha=st.floats(0.01, 0.75), turn=st.floats(0.5, 2.6))
-def test_the_working_mode_leans_towards_the_other_side(alpha, turn):
+def test_the_working_mode_tilts_towards_the_other_side(alpha, turn):
     """Every point that the machine solves tilts by +alpha for y < 0 and by -alpha for y > 0."""
     for angle, tilt in ((turn, -alpha), (-turn, alpha)):
         ((x, y),) = MODULE.iso_alpha_ellipse(alpha, np.array([angle]))

@@ -202,7 +202,7 @@ def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
-def test_every_bump_ends_at_the_end_of_a_element(mode: str) -> None:
+def test_every_blend_ends_at_the_end_of_an_element(mode: str) -> None:
     """A grid made of elements must see a corner blend of 0.01 mm on the longest segment."""
     seen = 0
     for shape in (uneven, noisy_cam, five_axis):

@@ -11,7 +11,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
 from ..builders import MACHINE
-from .test_verifier import codes, judge, made, program
+from .test_verifier import codes, made, program, verify_rows
 
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
 #: From far below a common control cycle to far above it.
@@ -68,9 +68,9 @@ def test_turns_that_rows_do_not_show_are_refused(cycle: float) -> None:
     for mode in ("off", "blend"):
         options = OPTIONS.changed(cycle=cycle, smoothing=mode)
         values, line = made(short, options)
-        assert {"VP412", "VP413"} & codes(judge(whole, values, np.where(line == 4, 5, line), options))
+        assert {"VP412", "VP413"} & codes(verify_rows(whole, values, np.where(line == 4, 5, line), options))
         standing = np.where(line == 4, 4, line)
-        assert {"VP411", "VP412", "VP413"} & codes(judge(whole, values, standing, options))
+        assert {"VP411", "VP412", "VP413"} & codes(verify_rows(whole, values, standing, options))
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_more_than_half_a_turn_in_a_step_is_not_accepted(places: tuple[float, ..
     rows = np.concatenate(
         [[0], np.searchsorted(done, places) + 1, [circle[-1] + 1], np.flatnonzero(line == 5)[::100], [-1]]
     )
-    found = codes(judge(asked, values[rows], line[rows], coarse))
+    found = codes(verify_rows(asked, values[rows], line[rows], coarse))
     assert not found if shown else {"VP412", "VP413"} & found
 
 
@@ -96,7 +96,7 @@ def test_half_a_turn_in_one_step() -> None:
     values, line = made(asked, OPTIONS)
     rows = np.append(np.flatnonzero(line <= 4)[::60], len(line) - 1)
     assert line[rows[-2]] == 4
-    assert judge(asked, values[rows], line[rows], OPTIONS.changed(cycle=0.5)).findings == []
+    assert verify_rows(asked, values[rows], line[rows], OPTIONS.changed(cycle=0.5)).findings == []
 
 
 TEETH = "F6000\n" + "\n".join(f"G1 X{6 * k} Y{10.4 * (k % 2):.1f}" for k in range(1, 12))
@@ -108,7 +108,7 @@ def test_the_step_before_counts_beside_sharp_corners(block: int) -> None:
     for cycle in (0.1, 0.11, 0.12, 0.13):
         options = OPTIONS.changed(cycle=cycle)
         values, line = made(source(TEETH), options)
-        assert judge(source(TEETH), values, line, options, block).findings == []
+        assert verify_rows(source(TEETH), values, line, options, block).findings == []
 
 
 @pytest.mark.parametrize(("before", "after"), [("G0 X0", "G0 X.01"), ("G61.1 X5", "G61.1 X5.01")])
@@ -121,7 +121,7 @@ def test_stops_are_exact_beside_rounded_corners(before: str, after: str) -> None
     text = text if "X5" in before else text.replace("X3\nG61.1 X5\nG64 P.05 ", "")
     assert before in text
     values, line = made(text.encode(), options)
-    assert "VP412" in codes(judge(text.replace(before, after).encode(), values, line, options))
+    assert "VP412" in codes(verify_rows(text.replace(before, after).encode(), values, line, options))
 
 
 # --- moves as short as rounding ---------------------------------------------------------------------------------
@@ -185,14 +185,14 @@ FEEDS_IN_CORNERS = {
 
 @pytest.mark.parametrize("faster", [False, True])
 @pytest.mark.parametrize("what", FEEDS_IN_CORNERS)
-def test_feed_in_corners_is_judged_at_slow_feeds(what: str, faster: bool) -> None:
+def test_feed_in_corners_is_checked_at_slow_feeds(what: str, faster: bool) -> None:
     feed, cycle, excess = FEEDS_IN_CORNERS[what]
     angle = np.linspace(0, np.pi, 40)
     points = "\n".join(f"G1 X{np.sin(a):.4f} Y{1 - np.cos(a):.4f}" for a in angle[1:])
     options = OPTIONS.changed(cycle=cycle)
     values, line = made(source(f"F{feed}\n{points}"), options)
     programmed = feed / excess if faster else feed
-    found = codes(judge(source(f"F{programmed:.9f}\n{points}"), values, line, options))
+    found = codes(verify_rows(source(f"F{programmed:.9f}\n{points}"), values, line, options))
     assert found == ({"VP404"} if faster else set())
 
 

@@ -11,7 +11,7 @@ import verne_post
 from verne_post.model.options import Options
 
 from ..builders import MACHINE, OPTIONS
-from .test_verifier import Table, codes, judge, made, rows_of, without
+from .test_verifier import Table, codes, made, rows_of, verify_rows, without
 
 HEAD = "G21 G90 G94 G17 G64 P0.02"
 
@@ -41,7 +41,7 @@ def test_a_rounded_file_passes_in_any_block_size(mode: str) -> None:
     options = OPTIONS.changed(smoothing=mode)
     values, line = made(SOURCE, options)
     for block in (100, 8192):
-        verdict = judge(SOURCE, values, line, options, block)
+        verdict = verify_rows(SOURCE, values, line, options, block)
         assert verdict.findings == []
         assert 0.01 < verdict.tip_deviation_mm <= 0.02
 
@@ -99,20 +99,20 @@ def test_a_spoilt_file_fails(how: str, mode: str) -> None:
     change, expected = HOSTILE[how]
     options = OPTIONS.changed(smoothing=mode)
     values, line = made(SOURCE, options)
-    assert expected <= codes(judge(SOURCE, *change(values.copy(), line.copy()), options))
+    assert expected <= codes(verify_rows(SOURCE, *change(values.copy(), line.copy()), options))
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_a_rounded_file_fails_where_no_rounding_was_asked_for(mode: str) -> None:
     values, line = made(SOURCE, OPTIONS.changed(smoothing=mode))
-    assert {"VP411", "VP412"} <= codes(judge(SOURCE, values, line, OPTIONS.changed(smoothing="off")))
+    assert {"VP411", "VP412"} <= codes(verify_rows(SOURCE, values, line, OPTIONS.changed(smoothing="off")))
     for word in ("G64 P0.01", "G61", "G61.1", "G64 P0"):
         asked = program(BODY.replace("G64 P0.02", word), HEAD.replace("G64 P0.02", word))
-        assert codes(judge(asked, values, line, OPTIONS.changed(smoothing=mode))) & {"VP411", "VP412"}
+        assert codes(verify_rows(asked, values, line, OPTIONS.changed(smoothing=mode))) & {"VP411", "VP412"}
 
 
 @pytest.mark.parametrize("excess", [1.01, 1.003])
-def test_feed_is_judged_on_rounded_segments(excess: float) -> None:
+def test_feed_is_checked_on_rounded_segments(excess: float) -> None:
     """A polygon of many gentle corners, all of it rounded, judged against a feed that is lower by less than 1 %."""
     angle = np.linspace(0, np.pi, 60)
     points = "\n".join(f"X{10 * np.sin(a):.4f} Y{10 - 10 * np.cos(a):.4f}" for a in angle[1:])
@@ -120,7 +120,7 @@ def test_feed_is_judged_on_rounded_segments(excess: float) -> None:
         options = OPTIONS.changed(smoothing=mode)
         values, line = made(program(f"G1 F1200\n{points}"), options)
         asked = program(f"G1 F{1200 / excess:.9f}\n{points}")
-        assert codes(judge(asked, values, line, options)) == {"VP404"}
+        assert codes(verify_rows(asked, values, line, options)) == {"VP404"}
 
 
 # --- more than a corner left out --------------------------------------------------------------------------
@@ -142,7 +142,9 @@ def test_what_is_left_out_between_two_rows_is_seen(what: str, cycle: float) -> N
     whole, short, lines = LEFT_OUT[what]
     options = OPTIONS.changed(cycle=cycle)
     values, line = made(program(short), options)
-    verdict = judge(program(whole), values, np.vectorize(lambda k: lines.get(k, k))(line).astype(line.dtype), options)
+    verdict = verify_rows(
+        program(whole), values, np.vectorize(lambda k: lines.get(k, k))(line).astype(line.dtype), options
+    )
     assert "VP412" in codes(verdict)
 
 

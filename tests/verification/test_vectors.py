@@ -61,7 +61,7 @@ def poses(setpoints, name):
     return tip, axis_of(a, c)
 
 
-def judge(setpoints, body, machine, **more):
+def verify_rows(setpoints, body, machine, **more):
     program = assemble(source(body), machine, options(**more))
     fmt = choose_setpoint_format(machine, program.cycle, None, accept_rounding=False)
     return verify_setpoints(program, iter([SetpointBlock(0, setpoints.values, setpoints.line, fmt)]))
@@ -203,8 +203,8 @@ def test_another_orientation_than_the_program_is_refused(name):
     machine = MACHINES[name]
     for making, judging in (("angles", "auto"), ("auto", "angles")):
         setpoints = made(TILTED, machine, orientation=making)
-        assert judge(setpoints, TILTED, machine, orientation=making).ok
-        verdict = judge(setpoints, TILTED, machine, orientation=judging)
+        assert verify_rows(setpoints, TILTED, machine, orientation=making).ok
+        verdict = verify_rows(setpoints, TILTED, machine, orientation=judging)
         assert not verdict.ok
         assert "VP411" in {item.code for item in verdict.findings}
 
@@ -224,7 +224,7 @@ def test_the_other_branch_and_another_turn_are_refused(name, body):
         q, _platform, _ok = machine.five_axis.solve(tip, other, TOOL)
         wrong = replace(setpoints, values=np.round(q * factor, 9))
         assert poses(wrong, name)[1] == pytest.approx(poses(setpoints, name)[1], abs=1e-8)
-        verdict = judge(wrong, body, machine)
+        verdict = verify_rows(wrong, body, machine)
         assert "VP411" in {item.code for item in verdict.findings}
 
 
@@ -238,7 +238,7 @@ def test_an_axis_two_thousandths_of_a_degree_off_is_refused(name):
     for off, fine in ((0.0005, True), (0.002, False)):
         bump = math.radians(off) * np.sin(np.pi * np.linspace(0, 1, len(angles))) ** 4
         q, _platform, _ok = machine.five_axis.solve(tip, angles + bump[:, None] * [1.0, 0.0], TOOL)
-        verdict = judge(replace(setpoints, values=np.round(q * factor, 9)), TILTED, machine, smoothing="off")
+        verdict = verify_rows(replace(setpoints, values=np.round(q * factor, 9)), TILTED, machine, smoothing="off")
         assert ("VP411" not in {item.code for item in verdict.findings}) == fine
 
 

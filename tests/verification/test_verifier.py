@@ -45,7 +45,7 @@ def made(source: bytes, options: Options = OPTIONS) -> Table:
     return MADE[key]
 
 
-def judge(
+def verify_rows(
     source: bytes, values: np.ndarray, line: np.ndarray, options: Options = OPTIONS, block: int = WHOLE,
     fmt: SetpointFormat | None = None,
 ) -> Verification:  # fmt: skip
@@ -186,7 +186,7 @@ def test_tampered_file_fails(how: str) -> None:
     values, line = made(SOURCE)
     change, expected = TAMPERED[how]
     values, line = change(values.copy(), line.copy())
-    found = codes(judge(SOURCE, values, line, block=100))
+    found = codes(verify_rows(SOURCE, values, line, block=100))
     if how == "twenty identical rows":
         assert found & expected
     else:
@@ -200,7 +200,7 @@ def test_turned_rotary_under_a_vertical_tool_on_the_axis_fails(degrees: float) -
     values, line = made(source)
     values = values.copy()
     values[:, 4] += degrees
-    verdict = judge(source, values, line)
+    verdict = verify_rows(source, values, line)
     assert codes(verdict) == {"VP411"}
     assert "rotary angle" in verdict.findings[0].message
 
@@ -210,7 +210,7 @@ def test_finding_names_row_line_column_and_numbers() -> None:
     values = values.copy()
     row = rows_of(line, 4)[200]
     values[row, 1] += 0.01
-    verdict = judge(UPRIGHT, values, line, block=100)
+    verdict = verify_rows(UPRIGHT, values, line, block=100)
     jerk = next(item for item in verdict.findings if item.code == "VP403")
     assert (jerk.line, jerk.axis, jerk.unit, jerk.limit) == (4, "rho2", "mm/s3", 100000.0)
     # 0.01 mm in one row is 0.01, 0.03, 0.03, 0.01 mm in the third differences; the motion adds at most its own limit
@@ -221,10 +221,10 @@ def test_finding_names_row_line_column_and_numbers() -> None:
 
 
 @pytest.mark.parametrize(("degrees", "fine"), [(0.0005, True), (0.002, False), (-0.01, False)])
-def test_tilt_about_the_tip_is_judged(degrees: float, fine: bool) -> None:
+def test_tilt_about_the_tip_is_checked(degrees: float, fine: bool) -> None:
     """The tip stays on its path: only the tool axis tells. 0.001 degrees is the bound."""
     moves = "G0 X0 Y0 Z40 A{0} C10\nG1 X3 F3000\nG0 Z42"
-    verdict = judge(program(moves.format(5)), *made(program(moves.format(5 + degrees))))
+    verdict = verify_rows(program(moves.format(5)), *made(program(moves.format(5 + degrees))))
     assert verdict.axis_deviation_deg == pytest.approx(abs(degrees), rel=1e-3)
     assert codes(verdict) == (set() if fine else {"VP411"})
     if not fine:
@@ -238,7 +238,7 @@ def test_tilt_about_the_tip_is_judged(degrees: float, fine: bool) -> None:
 def test_each_limit_has_its_own_bound(which: str, code: str, ratio: float) -> None:
     """Against a machine whose limit is so low that the file just passes, or just does not."""
     values, line = made(SOURCE)
-    worst = getattr(judge(SOURCE, values, line), f"{which}_ratio")
+    worst = getattr(verify_rows(SOURCE, values, line), f"{which}_ratio")
     fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
     for scale, found in ((0.9995, set()), (1.0005, {code})):
         low = getattr(MACHINE.limits, which) * worst / (ratio * scale)
@@ -250,7 +250,7 @@ def test_each_limit_has_its_own_bound(which: str, code: str, ratio: float) -> No
         assert {item.axis for item in verdict.findings} == ({"rho1", "rho2", "rho3", "a", "c"} if found else set())
 
 
-def test_travel_is_judged_in_the_file() -> None:
+def test_travel_is_checked_in_the_file() -> None:
     """A machine with less travel than the one the file was made for."""
     values, line = made(UPRIGHT)
     highest = float(values[:, 0].max())
@@ -270,7 +270,7 @@ def test_dwell_at_the_end_that_is_too_short_fails(missing: int) -> None:
     source = program("G0 X0 Y0 Z20 A0 C0\nG1 X1 F3000\nG4 P0.02")
     values, line = made(source)
     assert (line == 4).sum() == 21  # 20 cycles, and the last row of the file
-    verdict = judge(source, values[:-missing], line[:-missing], block=10)
+    verdict = verify_rows(source, values[:-missing], line[:-missing], block=10)
     assert codes(verdict) == {"VP412"}
 
 
@@ -297,7 +297,7 @@ OTHER: dict[str, tuple[bytes, Options]] = {
 @pytest.mark.parametrize("what", OTHER)
 def test_file_of_another_program_fails(what: str) -> None:
     source, options = OTHER[what]
-    verdict = judge(source, *made(SOURCE), options)
+    verdict = verify_rows(source, *made(SOURCE), options)
     assert codes(verdict) & {"VP404", "VP411", "VP412", "VP413"}
 
 
@@ -307,11 +307,11 @@ def test_full_circle_that_stands_still_fails(feed: str, turns: int) -> None:
     """The rows of a closed segment rest at its start, under its line number; F120000 in G93 asks for half a cycle."""
     source = program(f"G0 X0 Y0 Z20 A0 C0\nG1 Z19 F900\n{feed} G2 I1 P{turns}\nG94 G0 Z20")
     values, line = made(source)
-    assert judge(source, values, line).ok
+    assert verify_rows(source, values, line).ok
     values = values.copy()
     rows = rows_of(line, 4)
     values[rows] = values[rows[0]]
-    verdict = judge(source, values, line)
+    verdict = verify_rows(source, values, line)
     assert codes(verdict) & {"VP404", "VP412", "VP413"}
 
 
@@ -322,7 +322,7 @@ def test_corner_cut_fails(cut: float) -> None:
     chamfer = program(f"G0 X0 Y0 Z30 A0 C0\nG1 X{10 - cut} F1000\nX10 Y{cut}\nY10")
     values, line = made(chamfer)
     line = np.where(line == 5, 4, line).astype(line.dtype)
-    verdict = judge(corner, values, line)
+    verdict = verify_rows(corner, values, line)
     assert "VP411" in codes(verdict)
     assert verdict.tip_deviation_mm > 0.4 * cut  # the middle of the chamfer is cut / 2 from the nearer leg
 
@@ -332,14 +332,14 @@ def test_corner_cut_fails(cut: float) -> None:
 
 @pytest.mark.parametrize("feed", [1.0, 10.0, 100.0, 1000.0, 5000.0])
 @pytest.mark.parametrize(("excess", "fine"), [(1.01, False), (0.9995, True)])
-def test_feed_is_judged_at_any_speed(feed: float, excess: float, fine: bool) -> None:
+def test_feed_is_checked_at_any_speed(feed: float, excess: float, fine: bool) -> None:
     """A file that is legal in every joint, against the same program at a lower feed: 1.001 is the bound."""
     # two seconds of one straight move, or 20 mm
     moves = "G0 X0 Y0 Z20 A0 C0\nG1 X{:.6f} F{:.9f}"
     written = program(moves.format(min(feed / 30, 20.0), feed))
     asked = program(moves.format(min(feed / 30, 20.0), feed / excess))
     for block in (100, 8192):
-        assert codes(judge(asked, *made(written), block=block)) == (set() if fine else {"VP404"})
+        assert codes(verify_rows(asked, *made(written), block=block)) == (set() if fine else {"VP404"})
 
 
 def test_faster_clock_exceeds_the_feed() -> None:
@@ -347,18 +347,18 @@ def test_faster_clock_exceeds_the_feed() -> None:
     source = program("G0 X0 Y0 Z20 A0 C0\nG1 X20 F1000")
     slow = OPTIONS.changed(cycle=0.00101)
     fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
-    assert judge(source, *made(source, slow), slow).ok
-    verdict = judge(source, *made(source, slow), fmt=fmt)
+    assert verify_rows(source, *made(source, slow), slow).ok
+    verdict = verify_rows(source, *made(source, slow), fmt=fmt)
     assert "VP404" in codes(verdict)
     # 1.01, less what the whole cycles cost: at most one cycle in 1.2 s
     assert verdict.feed_ratio == pytest.approx(1.01, rel=1e-3)
 
 
-def test_rotary_only_feed_is_judged() -> None:
+def test_rotary_only_feed_is_checked() -> None:
     """F is degrees per minute."""
     fast, slow = (program(f"G0 X0 Y0 Z20 A0 C0\nG1 C30 F{feed}") for feed in (1000, 990))
-    assert judge(fast, *made(fast)).ok
-    assert codes(judge(slow, *made(fast))) == {"VP404"}
+    assert verify_rows(fast, *made(fast)).ok
+    assert codes(verify_rows(slow, *made(fast))) == {"VP404"}
 
 
 # --- what must pass, in any block size ---------------------------------------------------------------------
@@ -415,7 +415,7 @@ def test_right_file_passes_in_any_block_size(what: str) -> None:
     body, options = PASSING[what]
     source = program(body)
     values, line = made(source, options)
-    verdicts = [judge(source, values, line, options, block) for block in (1, 7, 8192)]
+    verdicts = [verify_rows(source, values, line, options, block) for block in (1, 7, 8192)]
     whole = verdicts[-1]
     assert whole.findings == []
     assert whole.n_rows == len(values)
@@ -439,9 +439,9 @@ def test_wrong_file_fails_in_any_block_size(what: str, block: int) -> None:
     source = program(body)
     values, line = made(source, options)
     half = len(values) // 2
-    assert "VP412" in codes(judge(source, values[:half], line[:half], options, block))
+    assert "VP412" in codes(verify_rows(source, values[:half], line[:half], options, block))
     gap = slice(half, half + 40)
-    assert not judge(source, np.delete(values, gap, axis=0), np.delete(line, gap), options, block).ok
+    assert not verify_rows(source, np.delete(values, gap, axis=0), np.delete(line, gap), options, block).ok
 
 
 # --- decimals as written -------------------------------------------------------------------------------------
@@ -449,7 +449,7 @@ def test_wrong_file_fails_in_any_block_size(what: str, block: int) -> None:
 STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 
-def judge_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
+def verify_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
     asked = assemble(source, MACHINE, options)
     return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle))
 
@@ -473,7 +473,7 @@ def as_text(rows: list[list[str]]) -> str:
 def test_same_numbers_without_trailing_zeros_pass() -> None:
     rows = [[shortest(cell) for cell in row] for row in written(STILL)]
     assert rows[0][5] == "0"  # C stands still in the first rows, and shows no decimals
-    assert judge_text(STILL, as_text(rows)).findings == []
+    assert verify_text(STILL, as_text(rows)).findings == []
 
 
 SPOILT: dict[str, Callable[[int, list[float]], list[float]]] = {
@@ -494,7 +494,7 @@ def test_wrong_numbers_fail_however_many_decimals_are_shown(how: str, trim: bool
         row[1:6] = [f"{value:.{d}f}" for value, d in zip(spoilt, (7, 7, 7, 8, 8), strict=True)]
     if trim:
         rows = [[shortest(cell) for cell in row] for row in rows]
-    assert not judge_text(STILL, as_text(rows)).ok
+    assert not verify_text(STILL, as_text(rows)).ok
 
 
 @pytest.mark.parametrize(("decimals", "shift"), [(5, 0.001), (4, 0.003), (3, 0.01)])
@@ -502,9 +502,9 @@ def test_noise_of_coarse_decimals_hides_no_moved_row(decimals: int, shift: float
     """A row moved by many times the last decimal makes three times that in the third difference."""
     options = OPTIONS.changed(decimals=decimals, accept_rounding=True)
     rows = written(STILL, options)
-    assert judge_text(STILL, as_text(rows), options).ok
+    assert verify_text(STILL, as_text(rows), options).ok
     rows[500][1] = f"{float(rows[500][1]) + shift:.{decimals}f}"
-    assert "VP403" in codes(judge_text(STILL, as_text(rows), options))
+    assert "VP403" in codes(verify_text(STILL, as_text(rows), options))
 
 
 # --- flow through many collinear segments ------------------------------------------------------------------------
@@ -522,10 +522,10 @@ def test_several_segments_in_one_cycle(cycle: float) -> None:
     assert (steps >= 0).all()
     assert steps.max() > 1  # segments are passed between two rows
     for block in (1, 7, 8192):
-        assert judge(source, values, line, options, block).ok
+        assert verify_rows(source, values, line, options, block).ok
     # a stretch left out is seen though no stop is in it
     gap = slice(len(values) // 2, len(values) // 2 + 3)
-    assert not judge(source, np.delete(values, gap, axis=0), np.delete(line, gap), options).ok
+    assert not verify_rows(source, np.delete(values, gap, axis=0), np.delete(line, gap), options).ok
 
 
 @pytest.mark.parametrize(("tail", "cycle"), [(0.01, 0.01), (0.002, 0.004), (0.0001, 0.002)])
@@ -589,7 +589,7 @@ def test_any_program_passes_and_any_moved_row_fails(source: bytes, place: float,
     assert result.ok, (source.decode(), [item.message for item in result.findings])
     assert result.setpoints is not None
     values, line = result.setpoints.values, result.setpoints.line
-    assert judge(source, values, line, block=1000).ok
+    assert verify_rows(source, values, line, block=1000).ok
     row = round(place * (len(values) - 1))
     values[row, column] += sign * 0.01  # mm or degrees
-    assert not judge(source, values, line).ok
+    assert not verify_rows(source, values, line).ok
