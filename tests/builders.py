@@ -87,3 +87,15 @@ def rods(position: Any, alpha: Any, rho: Any, g: dict[str, float] = LENGTHS) -> 
     eq5 = (x + d2) ** 2 + (y - g["R2"] * ca + g["r4"]) ** 2 + (z - g["R2"] * sa - rho2) ** 2 - g["L2"] ** 2
     eq6 = (x + d2) ** 2 + (y + g["R2"] * ca - g["r4"]) ** 2 + (z + g["R2"] * sa - rho3) ** 2 - g["L3"] ** 2
     return np.stack([eq3, eq4, eq5, eq6], axis=-1)
+
+
+def orientations(x: float, y: float, g: dict[str, float] = LENGTHS) -> list[float]:
+    """All real alpha of the cubic (9) in cos(alpha), both signs, for one x, y."""
+    R1, r1, L1 = g["R1"], g["r1"], g["L1"]
+    x1 = x + g["leg1_x_offset"]
+    p1, p3 = 2 * R1**3 * r1, -2 * R1**3 * r1 - 2 * R1 * r1 * y**2
+    p2 = R1**2 * (L1**2 - R1**2 - r1**2) - R1**2 * x1**2
+    p4 = R1**2 * x1**2 + (R1**2 + r1**2) * y**2 - R1**2 * (L1**2 - R1**2 - r1**2)
+    roots = np.roots([p1, p2, p3, p4])
+    cosines = [root.real for root in roots if abs(root.imag) < 1e-9 and abs(root.real) <= 1 + 1e-12]
+    return sorted({sign * float(np.arccos(np.clip(c, -1, 1))) for c in cosines for sign in (1.0, -1.0)})

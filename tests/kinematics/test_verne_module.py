@@ -8,7 +8,7 @@ import pytest
 from verne_post import load_machine
 from verne_post.kinematics.modules.verne.module import VerneModule
 
-from ..builders import LENGTHS, rods
+from ..builders import LENGTHS, orientations, rods
 
 #: A geometry without the symmetry L2 = L3, where exchanging legs II and III would be noticed.
 SKEW = {**LENGTHS, "L2": 960.0, "L3": 935.0}
@@ -37,18 +37,6 @@ def drops(position, alpha, rho, g=LENGTHS):
 def in_working_mode(position, alpha, rho, g=LENGTHS):
     """Every s_i = -1, and the rods of leg I uncrossed."""
     return (drops(position, alpha, rho, g) > 0).all(axis=-1) & (g["R1"] * np.cos(alpha) > g["r1"])
-
-
-def orientations(x, y, g=LENGTHS):
-    """All real alpha of the cubic (9) in cos(alpha), both signs, for one x, y."""
-    R1, r1, L1 = g["R1"], g["r1"], g["L1"]
-    x1 = x + g["leg1_x_offset"]
-    p1, p3 = 2 * R1**3 * r1, -2 * R1**3 * r1 - 2 * R1 * r1 * y**2
-    p2 = R1**2 * (L1**2 - R1**2 - r1**2) - R1**2 * x1**2
-    p4 = R1**2 * x1**2 + (R1**2 + r1**2) * y**2 - R1**2 * (L1**2 - R1**2 - r1**2)
-    roots = np.roots([p1, p2, p3, p4])
-    cosines = [root.real for root in roots if abs(root.imag) < 1e-9 and abs(root.real) <= 1 + 1e-12]
-    return sorted({sign * float(np.arccos(np.clip(c, -1, 1))) for c in cosines for sign in (1.0, -1.0)})
 
 
 def all_inverse_solutions(position, g=LENGTHS):

@@ -36,7 +36,6 @@ class VerneModule(VerneGeometry):
 
     inverse_all = working_modes.inverse_all
     inverse_coupled_all = working_modes.inverse_coupled_all
-    orientations = working_modes.orientations
     iso_alpha_ellipse = working_modes.iso_alpha_ellipse
     forward_all = assembly_modes.forward_all
     forward_modes = assembly_modes.forward_modes

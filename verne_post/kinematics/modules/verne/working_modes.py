@@ -66,12 +66,6 @@ def _solve_all(geometry: VerneGeometry, point: PointOfTilt) -> list[InverseSolut
     return sorted(solutions, key=lambda one: (one.refused is not None, one.alpha, one.signs))
 
 
-def orientations(geometry: VerneGeometry, position: Array) -> list[float]:
-    """All tilt angles of the platform at a position: equation (9), Table I. rad, ascending."""
-    point = fixed_point(np.asarray(position, dtype=float)[None]).rows(0)
-    return sorted({alpha for alpha, _s1 in _find_tilts_and_sides(geometry, point)})
-
-
 def iso_alpha_ellipse(geometry: VerneGeometry, alpha: float, turn: Array) -> Array:
     """Where P may stand so that the platform tilts by alpha: the ellipse of equation (8), Fig. 5.
 
