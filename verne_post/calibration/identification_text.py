@@ -11,6 +11,7 @@ import numpy as np
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.calibration.data import Identification, Readings, Uncertainty
 from verne_post.model.machine import Machine
+from verne_post.output.cells import finite_or_none
 
 #: Below this probability of the chi-square the readings contradict the stated uncertainties: one fit in a thousand
 #: is refused by chance, while a length off by six uncertainties is not accepted.
@@ -200,14 +201,11 @@ def identification_json(report: IdentificationReport) -> str:
     names = _names(report)
     values = _values(report)
 
-    def number(value: float) -> float | None:
-        return float(value) if math.isfinite(value) else None
-
     residuals = [
         {
             "line": int(report.data.line[row]),
-            "residual": {f"{name.replace(' ', '_')}_{unit}": number(values[row, k]) for k, (name, unit, _f) in enumerate(names)},
-            "in_uncertainties": {name.replace(" ", "_"): number(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)},
+            "residual": {f"{name.replace(' ', '_')}_{unit}": finite_or_none(values[row, k]) for k, (name, unit, _f) in enumerate(names)},
+            "in_uncertainties": {name.replace(" ", "_"): finite_or_none(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)},
         }
         for row in _row_order(report)
     ]  # fmt: skip
@@ -218,18 +216,18 @@ def identification_json(report: IdentificationReport) -> str:
         "uncertainties": {
             "rho_mm": sigma.slider,
             "xyz_mm": sigma.position,
-            "alpha_deg": number(DEG_PER_RAD * sigma.tilt),
+            "alpha_deg": finite_or_none(DEG_PER_RAD * sigma.tilt),
             "rod_mm": sigma.rod,
         },
         "lengths_mm": result.lengths,
-        "uncertainty_mm": {name: number(value) for name, value in result.uncertainty.items()},
-        "correlation": [[number(value) for value in row] for row in result.correlation.tolist()],
+        "uncertainty_mm": {name: finite_or_none(value) for name, value in result.uncertainty.items()},
+        "correlation": [[finite_or_none(value) for value in row] for row in result.correlation.tolist()],
         "tied": [list(group) for group in result.tied],
         "undetermined": [direction.coefficients for direction in result.undetermined],
         "converged": result.converged,
-        "chi_square": number(result.chi_square),
+        "chi_square": finite_or_none(result.chi_square),
         "degrees_of_freedom": result.degrees_of_freedom,
-        "probability": number(result.probability),
+        "probability": finite_or_none(result.probability),
         "contradicted": report.contradicted,
         "refused": report.refused,
         "residuals": residuals,

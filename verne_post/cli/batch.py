@@ -15,7 +15,7 @@ from verne_post.cli.common import load, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import FILE, WRITING, GroupedCommand, build_options, options_of, program_options
-from verne_post.model.verdict import gravest
+from verne_post.model.verdict import ExitStatus, gravest
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -210,9 +210,12 @@ def _read_text(files: RunFiles, program: str) -> bytes:
         return b""
 
 
-_WORDS = {0: "converted", 1: "refused", 2: "unusable", 3: "no verdict", 70: "our fault"}
+_WORDS: dict[int, str] = {
+    ExitStatus.CLEAN: "converted", ExitStatus.VIOLATION: "refused", ExitStatus.UNUSABLE: "unusable",
+    ExitStatus.NO_VERDICT: "no verdict", ExitStatus.INTERNAL_ERROR: "our fault",
+}  # fmt: skip
 #: The order in which results are counted.
-_ORDER = (_WORDS[0], "as before", *list(_WORDS.values())[1:])
+_ORDER = (_WORDS[ExitStatus.CLEAN], "as before", *list(_WORDS.values())[1:])
 
 
 def table(outcomes: "Sequence[Outcome]") -> str:

@@ -16,6 +16,7 @@ from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
 from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.verdict import ExitStatus, status_of
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -124,10 +125,14 @@ def run_job(job: Job) -> Outcome:
     except KeyboardInterrupt:
         raise
     except FileError as error:
-        return Outcome(job.program, 2, (finding("VP022", str(error)),))
+        return _failure(job, finding("VP022", str(error)))
     except Exception as error:
-        text = f"internal error: {type(error).__name__}: {error}"
-        return Outcome(job.program, 70, (finding("VP902", text),))
+        return _failure(job, finding("VP902", f"internal error: {type(error).__name__}: {error}"))
+
+
+def _failure(job: Job, *findings: Finding) -> Outcome:
+    """The outcome of a program that could not be converted."""
+    return Outcome(job.program, int(status_of(findings)), findings)
 
 
 def _outcome(job: Job) -> Outcome:
@@ -140,9 +145,9 @@ def _outcome(job: Job) -> Outcome:
         source, options = program_text(files, job.program, options, job.subroutine_path)
         key = _key(job, source, options)
     except InputError as error:
-        done = Outcome(job.program, 2, error.findings)
+        done = _failure(job, *error.findings)
     except (click.UsageError, Unreadable) as error:
-        done = Outcome(job.program, 2, (finding("VP022", str(error)),))
+        done = _failure(job, finding("VP022", str(error)))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
         return replace(record.outcome, program=job.program, again=True, left=_unknown_files(job, record, record.files))
     if record is not None:  # rows of another program, or of other options, must not stay
@@ -164,7 +169,7 @@ def _outcome(job: Job) -> Outcome:
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(Path(folder).iterdir())}
         for name in made:
             job.claim_one(files, job.root / name)
-        if done.status != 70:
+        if done.status != ExitStatus.INTERNAL_ERROR:
             digests = {name: _digest(path) for name, path in made.items()}
             text = json.dumps(asdict(Record(_LAYOUT, key, digests, done)), allow_nan=False)
             job.record.parent.mkdir(parents=True, exist_ok=True)
@@ -259,9 +264,7 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             try:
                 yield pool.submit(run_job, job).result()
             except BrokenProcessPool:
-                yield Outcome(
-                    job.program, 70, (finding("VP902", "the process that converted this program was killed"),)
-                )
+                yield _failure(job, finding("VP902", "the process that converted this program was killed"))
 
 
 def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
@@ -276,5 +279,6 @@ def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
             try:
                 yield future.result()
             except Exception as error:
-                job = futures[future.key]
-                yield Outcome(job.program, 70, (finding("VP902", f"the cluster did not finish this program: {error}"),))
+                yield _failure(
+                    futures[future.key], finding("VP902", f"the cluster did not finish this program: {error}")
+                )

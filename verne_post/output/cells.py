@@ -1,10 +1,15 @@
-"""Text tables that numpy could not read: which cell is wrong."""
+"""Cells of text tables and of JSON: which one numpy could not read, and what stands for a number that is none."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
 from verne_post.model.findings import InputError, finding
+
+
+def finite_or_none(value: float) -> float | None:
+    """A number for JSON, which has neither NaN nor infinity."""
+    return float(value) if np.isfinite(value) else None
 
 
 def first_wrong(name: str, rows: Iterable[tuple[int, str]], separator: str | None, width: int) -> InputError | None:

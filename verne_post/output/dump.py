@@ -12,6 +12,7 @@ from verne_post.gcode.arcs import PLANE_NAMES
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.moves import FeedMode, MoveKind, Moves
+from verne_post.output.cells import finite_or_none
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,15 +84,18 @@ def joints(joint_path: JointPath) -> Iterator[str]:
         margins = joint_path.margins(solved)
         line = contour.line(element)
         for k in range(len(w)):
-            q = {column.header: _number(solved.q[k, j] * column.factor) for j, column in enumerate(machine.columns)}
+            q = {
+                column.header: finite_or_none(solved.q[k, j] * column.factor)
+                for j, column in enumerate(machine.columns)
+            }
             travel = {
-                f"travel of {column.joint}": _number(abs(column.factor) * float(min(
+                f"travel of {column.joint}": finite_or_none(abs(column.factor) * float(min(
                     solved.q[k, j] - machine.limits.lower[j], machine.limits.upper[j] - solved.q[k, j])))
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
-            clearances = {name: _number(margins[k, j]) for j, name in enumerate(names)}
+            clearances = {name: finite_or_none(margins[k, j]) for j, name in enumerate(names)}
             yield _line({"line": int(line[k]), "s": float(s[k]), "q": q,
-                         "alpha_deg": _number(DEG_PER_RAD * solved.platform.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
+                         "alpha_deg": finite_or_none(DEG_PER_RAD * solved.platform.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
 
 
 def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
@@ -106,11 +110,6 @@ def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np
         w = np.linspace(0.0, 1.0, steps + 1)[0 if begins_section else 1 :]
         yield np.full(len(w), element), w, s + w * length
         s += length
-
-
-def _number(value: float) -> float | None:
-    """JSON has no NaN."""
-    return float(value) if math.isfinite(value) else None
 
 
 def _line(data: dict[str, object]) -> str:

@@ -10,6 +10,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import worst
+from verne_post.output.cells import finite_or_none
 from verne_post.output.findings import text_line
 from verne_post.toolpath.work_offset import DECIMALS, Proposal
 
@@ -91,8 +92,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "margins": [
             {
                 "name": name,
-                "before": _finite(before.margins[index]),
-                "after": _finite(after.margins[index]),
+                "before": finite_or_none(before.margins[index]),
+                "after": finite_or_none(after.margins[index]),
                 "line": int(after.lines[index]),
                 "depends_on_place": bool(after.counts[index]),
             }
@@ -114,7 +115,3 @@ def _number(value: float) -> str:
 
 def _margin(value: float) -> str:
     return f"{value:.3f}" if np.isfinite(value) else "no reach"
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -4,8 +4,6 @@ import json
 from collections.abc import Iterator
 from typing import Any, Final
 
-import numpy as np
-
 from verne_post.base.long_text import Text, sha256
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
@@ -14,6 +12,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.options import Changes, Options, about, key_of
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
+from verne_post.output.cells import finite_or_none
 from verne_post.output.setpoints import column_names
 
 #: Version of the layout.
@@ -64,7 +63,7 @@ def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
     return {
         "c_deg_before": turn.before * factor,
         "c_deg": turn.chosen * factor,
-        "margin_before": turn.margin_before if np.isfinite(turn.margin_before) else None,
+        "margin_before": finite_or_none(turn.margin_before),
         "margin": turn.margin,
         "nearest": turn.nearest,
     }
