@@ -181,7 +181,13 @@ class Platform:
 
     def matrix(self) -> Array:
         """R (..., 3, 3)."""
-        return np.stack([self.turn(unit) for unit in np.eye(3)], axis=-1)
+        (ca, cb, cc), (sa, sb, sc) = np.moveaxis(np.cos(self.angles), -1, 0), np.moveaxis(np.sin(self.angles), -1, 0)
+        rows = (
+            (cb * cc, -cb * sc, sb),
+            (ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb),
+            (sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb),
+        )
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 class RodModule(Protocol):

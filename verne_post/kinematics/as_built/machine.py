@@ -254,17 +254,8 @@ class AsBuiltMachine:
         q = np.asarray(q, dtype=float)
         if q.ndim == 0 or q.shape[-1] != 5:
             raise ValueError(f"q must have shape (..., 5), got {q.shape}")
-        tip, axis, _pose = self._tool(q, tool_length)
-        return tip, axis, np.isfinite(tip[..., 0])
-
-    def _tool(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, PlatformPose]:
-        """Tip and axis (..., 3) on the table, and the platform's poses as a flat table."""
-        shape = q.shape[:-1]
-        flat = q.reshape(-1, 5)
-        length = np.broadcast_to(np.asarray(tool_length, dtype=float) + self.nose_offset, shape).reshape(-1)
-        pose = self._platform(flat)
-        tip, axis = tool_on_table(self.geometry, pose, flat[:, -2:].T, length)
-        return tip.T.reshape(*shape, 3), axis.T.reshape(*shape, 3), pose
+        tip, _angles, axis, ok = self.measure(q, tool_length)
+        return tip, axis, ok
 
     def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """The tip, the angles and ok of :meth:`measure`."""
@@ -278,48 +269,49 @@ class AsBuiltMachine:
         a share of the axis error the pair is the one that :meth:`solve` would bring to these joints.
         """
         q = np.asarray(q, dtype=float)
-        tip, axis, _pose = self._tool(q, tool_length)
-        flat = q.reshape(-1, 5)
-        angles = self._programmed_angles(flat, axis.reshape(-1, 3), flat[:, 4])
+        shape, flat = q.shape[:-1], q.reshape(-1, 5)
+        length = np.broadcast_to(np.asarray(tool_length, dtype=float), shape).reshape(-1)
+        pose = self._platform(flat)
+        tip, axis = (part.T for part in tool_on_table(self.geometry, pose, flat[:, -2:].T, length + self.nose_offset))
+        angles = self._programmed_angles(flat, axis)
         if self.correction is not None:
-            angles = self._programmed_by_correction(flat, axis.reshape(-1, 3), tip.reshape(-1, 3), angles, tool_length)
-        return tip, angles.reshape(*q.shape[:-1], 2), axis, np.isfinite(tip[..., 0])
+            angles = self._programmed_by_correction(self.correction, flat, tip, axis, angles, length)
+        ok = pose.ok & np.isfinite(angles[:, 0])
+        return tip.reshape(*shape, 3), angles.reshape(*shape, 2), axis.reshape(*shape, 3), ok.reshape(shape)
 
-    def _programmed_angles(self, q: Array, axis: Array, turn: Array) -> Array:
-        """Nominal A and C (n, 2) of true axes (n, 3) on the table, C being ``turn`` (n,)."""
-        geometry = self.geometry
-        joint_c = np.cos(q[:, 4]), np.sin(q[:, 4])
-        seen = inverse.turn_about(geometry.rotary_axis, axis.T, *joint_c)  # tilt frame
-        c, s, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
-        across = np.stack([s, c, zero])  # Rz(-C) y
-        up = np.broadcast_to(np.array([0.0, 0.0, 1.0])[:, None], across.shape)
-        across, up = (inverse.turn_about(geometry.rotary_axis, v, *joint_c) for v in (across, up))
+    def _programmed_angles(self, q: Array, axis: Array) -> Array:
+        """Nominal A and C (n, 2) of true axes (n, 3) on the table, where C is as programmed."""
+        geometry, c, s = self.geometry, np.cos(q[:, 4]), np.sin(q[:, 4])
+        zero, one = np.zeros_like(c), np.ones_like(c)
+        # the true axis, and both directions that a programmed axis Rz(-C) Rx(-A) z combines, in the tilt frame
+        seen, across, up = (
+            inverse.turn_about(geometry.rotary_axis, vector, c, s)
+            for vector in (axis.T, np.stack([s, c, zero]), np.stack([zero, zero, one]))
+        )
         normal = geometry.tilt_axis[:, None]
         a = np.arctan2(-inverse.dot(seen, inverse.cross(normal, up)), inverse.dot(seen, inverse.cross(normal, across)))
         a += 2 * np.pi * np.round((q[:, 3] - a) / (2 * np.pi))
-        return np.stack([a, turn], axis=1)
+        return np.stack([a, q[:, 4]], axis=1)
 
     def _programmed_by_correction(
-        self, q: Array, axis: Array, tip: Array, angles: Array, tool_length: Array | float
+        self, correction: AxisCorrection, q: Array, tip: Array, axis: Array, angles: Array, length: Array
     ) -> Array:
         """Nominal angles (n, 2) where C takes a share: from the axis where it takes all, else by repeated solution."""
-        assert self.correction is not None
-        length = np.broadcast_to(np.asarray(tool_length, dtype=float), (len(q),)) if np.ndim(tool_length) < 2 else (
-            np.asarray(tool_length, dtype=float).reshape(-1))  # fmt: skip
         tilt, turn = angles_of_axis(axis)
         other = np.sin(angles[:, 0]) < 0
         tilt, turn = np.where(other, -tilt, tilt), np.where(other, turn + np.pi, turn)
         tilt += 2 * np.pi * np.round((angles[:, 0] - tilt) / (2 * np.pi))
         turn = q[:, 4] + wrap_angle(turn - q[:, 4])
-        whole = self.correction.share(tilt) == 1.0
+        whole = correction.share(tilt) == 1.0
         angles[whole] = np.stack([tilt, turn], axis=1)[whole]
-        rows = np.flatnonzero(~whole & (self.correction.share(angles[:, 0]) > 0.0) & np.isfinite(tip[:, 0]))
+        rows = np.flatnonzero(~whole & (correction.share(angles[:, 0]) > 0.0) & np.isfinite(tip[:, 0]))
         for _ in range(_CORRECTION_STEPS):
             if not len(rows):
                 break
             miss = q[rows, 3:] - self.joints(tip[rows], angles[rows], length[rows])[:, 3:]
             angles[rows] += miss
-            rows = rows[np.abs(miss).max(axis=1) > CORRECTION_STEP]
+            rows = rows[~(np.abs(miss).max(axis=1) < CORRECTION_STEP)]
+        angles[rows] = np.nan
         return angles
 
     # --- what is measured at solved poses ---------------------------------------------------------------
@@ -404,7 +396,5 @@ class AsBuiltMachine:
 
 def _joints(angles: Array, found: inverse.PlatformSolution, turn: Array) -> Array:
     """Joint values (n, 5), NaN where there is no solution."""
-    q = np.empty((len(found.tilt), 5))
-    q[:, :3], q[:, 3] = found.rho.T, angles[0] + found.tilt
-    q[:, 4] = np.where(np.isfinite(found.tilt), turn, np.nan)
-    return q
+    turn = np.where(np.isfinite(found.tilt), turn, np.nan)
+    return np.column_stack([found.rho.T, angles[0] + found.tilt, turn])
