@@ -42,7 +42,7 @@ def read(poses: WorkspacePoses, true: np.ndarray, rng: np.random.Generator, axes
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     return ToolReadings(
         poses.joints, poses.length, at.tip + SIGMA * rng.standard_normal((n, 3)), axis if axes else np.full((n, 3), np.nan),
-        np.full(n, SIGMA), np.full(n, SIGMA_AXIS), np.full(n, -1), np.arange(n),
+        np.full(n, SIGMA), np.full(n, SIGMA_AXIS), np.full(n, -1), np.zeros(n, dtype=bool), np.arange(n),
     )  # fmt: skip
 
 

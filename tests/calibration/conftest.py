@@ -55,7 +55,8 @@ def read_tools() -> Callable[..., ToolReadings]:
             axis=noisy if axes else np.full((n, 3), np.nan),
             sigma_tip=np.full(n, sigma),
             sigma_axis=np.full(n, axes or 1e-5),
-            sphere=np.full(n, -1),
+            station=np.full(n, -1),
+            turned=np.zeros(n, dtype=bool),
             line=np.arange(n) + 2,
         )
 

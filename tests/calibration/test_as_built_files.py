@@ -1,5 +1,6 @@
 """Files of a calibration: machine files with [as_built], readings, lengths, covariances; and the study of tolerances."""
 
+import re
 import tomllib
 
 import numpy as np
@@ -48,6 +49,11 @@ def test_a_table_that_stands_in_the_middle_is_replaced():
     assert np.array(found["as_built"]["platform_ends_mm"]).shape == (6, 3)
     assert np.abs(found["as_built"]["slider_ends_mm"]).max() == 0.0
     assert {key: value for key, value in found.items() if key != "as_built"} == tomllib.loads(VERNE.decode())
+    bare = re.sub(r"\],\s*# [^\n]*\n\]", "]\n]", moved)  # last rows without a comma look like a header
+    assert bare != moved
+    assert machine_text(bare.encode(), Deviations.none(), "x", "m") == machine_text(
+        moved.encode(), Deviations.none(), "x", "m"
+    )
     for comment in ("# mm; symbols of the paper", "# seconds", "# defaults of G64"):
         assert again.count(comment) == VERNE.decode().count(comment)
 
@@ -92,17 +98,18 @@ def mistakes(text: str, machine: verne_post.Machine) -> list[tuple[int | None, s
 
 
 def test_readings_in_units_and_senses_of_the_machine(machine):
-    text = f"# laser tracker\n{HEADER},i,j,k,sigma_mm,sigma_mrad,sphere,remark\n{ROW},1,2,3,,,,,,,\n{ROW},1,,3,0,0.6,0.8,0.01,0.5,ball,x\n"
+    text = f"# laser tracker\n{HEADER},i,j,k,sigma_mm,sigma_mrad,sphere,frame,remark\n{ROW},1,2,3,,,,,,,,\n{ROW},1,,3,0,0.6,0.8,0.01,0.5,ball,,x\n{ROW},1,2,3,,,,,,,ball,\n"
     found, blank = read_tool_readings(text.encode(), machine, 0.003, 0.02)
     assert blank == 0
-    assert found.joints == pytest.approx(np.array([[600, 580, 590, np.radians(10), np.radians(20)]] * 2))
-    assert found.length.tolist() == [100, 100]
-    assert found.line.tolist() == [3, 4]
-    assert found.sphere.tolist() == [-1, 0]
-    assert found.sigma_tip.tolist() == [0.003, 0.01]
-    assert found.sigma_axis == pytest.approx([2e-5, 5e-4])
-    assert np.isnan(found.tip).tolist() == [[False] * 3, [False, True, False]]
-    assert np.isnan(found.axis).all(axis=1).tolist() == [True, False]
+    assert found.joints == pytest.approx(np.array([[600, 580, 590, np.radians(10), np.radians(20)]] * 3))
+    assert found.length.tolist() == [100, 100, 100]
+    assert found.line.tolist() == [3, 4, 5]
+    assert found.station.tolist() == [-1, 0, 1]
+    assert found.turned.tolist() == [False, False, True]
+    assert found.sigma_tip.tolist() == [0.003, 0.01, 0.003]
+    assert found.sigma_axis == pytest.approx([2e-5, 5e-4, 2e-5])
+    assert np.isnan(found.tip).tolist() == [[False] * 3, [False, True, False], [False] * 3]
+    assert np.isnan(found.axis).all(axis=1).tolist() == [True, False, True]
     turned = machine_from_toml(VERNE.replace(b'a_positive = "workpiece"', b'a_positive = "tool"'), "x.toml")
     assert read_tool_readings(text.encode(), turned, 0.003, 0.02)[0].joints[0, 3] == pytest.approx(-np.radians(10))
 
@@ -120,6 +127,7 @@ def test_rows_that_are_still_to_be_measured_are_counted(machine):
         (f"{HEADER},i,j,k\n{ROW},1,2,3,0,0,0.9\n", 2, "length 0.900000"),
         (f"{HEADER},i,j,k\n{ROW},1,2,3,0,,1\n", 2, "j is blank"),
         (f"{HEADER},sigma_mm\n{ROW},1,2,3,0\n", 2, "above 0"),
+        (f"{HEADER},sphere,frame\n{ROW},1,2,3,a,b\n", 2, "one of them"),
         (f"{HEADER}\n600,x,590,10,20,100,1,2,3\n", 2, "rho2_mm = 'x'"),
         (f"{HEADER}\n{ROW},1,2\n", 2, "8 values; expected 9"),
         (f"{HEADER.replace('c_deg', 'c_degr')}\n{ROW},1,2,3\n", 1, "did you mean c_deg"),

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from verne_post.calibration.as_built.data import (
     JointUncertainty,
@@ -14,6 +15,7 @@ from verne_post.calibration.as_built.data import (
 )
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit, fit_robustly, hold_out
+from verne_post.calibration.as_built.stations import align_frames
 
 from .independent import PLATFORM, RODS, SIGMA, tools
 
@@ -159,19 +161,57 @@ def test_centres_of_spheres_are_found_with_the_machine(model, draw_poses, read_t
     readings = read_tools(poses, true, 6)
     centres = np.array([[123.0, -45.0, 67.0], [-80.0, 10.0, 31.0]])
     sphere = np.arange(80) % 2
-    measurement = Measurement(model, replace(readings, tip=readings.tip - centres[sphere], sphere=sphere))
+    measurement = Measurement(model, replace(readings, tip=readings.tip - centres[sphere], station=sphere))
     found, kept, _bad = fit_robustly(measurement, PRIOR)
     assert kept.all()
     assert found.freedom == 240 - 6
     assert found.probability > 1e-3
-    spread = np.sqrt(np.diag(found.factor @ found.factor.T))[58:]
-    assert np.abs(found.unknowns[58:] - centres.ravel()).max() < 4 * spread.max() < 0.2
+    spread, stations = np.sqrt(np.diag(found.factor @ found.factor.T))[58:], found.unknowns[58:].reshape(2, 6)
+    assert np.abs(stations[:, :3] - centres).max() < 4 * spread.max() < 0.2
+    assert (stations[:, 3:] == 0.0).all()  # their axes are those of the table
     # nothing says any more where the table frame is, so tips are known up to a shift
     moved = (
         model.predict(found.deviations, held.joints, held.length).tip
         - model.predict(true, held.joints, held.length).tip
     )
     assert np.linalg.norm(moved - moved.mean(axis=0), axis=1).max() < 0.03
+
+
+def test_a_tracker_may_stand_anywhere_and_any_way(model, draw_poses, read_tools, true_machine):
+    """Tips and axes in a frame of its own, metres away and far turned: the machine is found with the frame."""
+    poses, true, held = draw_poses(80, 6), true_machine(6), draw_poses(200, 9)
+    readings = read_tools(poses, true, 6, axes=2e-5)
+    turn, place = Rotation.from_euler("xyz", [100.0, -40.0, 200.0], degrees=True), np.array([1500.0, -2000.0, 300.0])
+    moved = replace(
+        readings, tip=turn.inv().apply(readings.tip - place), axis=turn.inv().apply(readings.axis),
+        station=np.zeros(80, dtype=int), turned=np.ones(80, dtype=bool),
+    )  # fmt: skip
+    measurement = Measurement(model, align_frames(model, np.zeros(58), moved))
+    found, kept, _bad = fit_robustly(measurement, PRIOR)
+    assert found.converged
+    assert kept.all()
+    assert found.freedom == 80 * 5 - 6
+    assert 1e-3 < found.probability < 0.999
+    assert hold_out(measurement, PRIOR, kept).probability > 1e-3
+    assert np.abs(found.deviations / SIGMA).max() < 4.0
+    # where the table frame is follows from the axes that turned the tips, but for its height, its turn about z, and what
+    # the places of the axes leave open; so tips are known up to a rigid motion of some hundredths
+    one, other = (model.predict(vector, held.joints, held.length).tip for vector in (found.deviations, true))
+    rigid = Rotation.align_vectors(other - other.mean(axis=0), one - one.mean(axis=0))[0]
+    shape = rigid.apply(one - one.mean(axis=0)) - (other - other.mean(axis=0))
+    assert np.linalg.norm(shape, axis=1).max() < 0.02
+    assert np.linalg.norm(one - other, axis=1).max() < 0.2
+
+
+def test_a_frame_needs_tips_that_tell_its_directions(model, draw_poses, read_tools):
+    readings = replace(
+        read_tools(draw_poses(6, 6), np.zeros(58), 6), station=np.zeros(6, dtype=int), turned=np.ones(6, dtype=bool)
+    )
+    with pytest.raises(ValueError, match="2 whole tips"):
+        align_frames(model, np.zeros(58), readings.take(np.arange(2)))
+    same = readings.take(np.zeros(6, dtype=int))
+    with pytest.raises(ValueError, match="on one line"):
+        align_frames(model, np.zeros(58), same)
 
 
 def test_a_measured_rod_and_a_distance_of_ends_are_readings_too(model, draw_poses, read_tools, true_machine):

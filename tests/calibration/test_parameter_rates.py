@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post.calibration.as_built.data import tolerance_vector
+from verne_post.calibration.as_built.stations import see_from_stations
 from verne_post.model.deviations import PARAMETERS
 
 from .independent import SIGMA, tip_and_axis, tools
@@ -50,3 +51,22 @@ def test_derivatives_by_every_joint_are_differences_of_the_equations(model, draw
             scale = 1.0 if k < 3 else 1000.0
             assert rates.tip_by_joint[row, :, k] == pytest.approx(tip, abs=2e-7 * scale)
             assert rates.axis_by_joint[row, :, k] == pytest.approx(axis, abs=1e-9 * scale)
+
+
+def test_derivatives_by_a_station_are_differences():
+    rng = np.random.default_rng(2)
+    tip, axis, station = rng.uniform(-200, 200, (6, 3)), rng.standard_normal((6, 3)), np.array([0, 1, -1, 0, 1, 1])
+    at = np.concatenate([rng.uniform(-50, 50, (2, 3)), np.zeros((2, 3))], axis=1)
+    seen = see_from_stations(tip, axis, station, at)
+    assert (seen.tip[2] == tip[2]).all()
+    assert (seen.tip_by_station[2] == 0.0).all()
+    for k in range(6):
+        step = np.zeros((2, 6))
+        step[:, k] = 1e-4
+        after, before = (see_from_stations(tip, axis, station, at + sign * step) for sign in (1.0, -1.0))
+        assert (after.tip - before.tip) / 2e-4 == pytest.approx(seen.tip_by_station[:, :, k], abs=1e-5)
+        assert (after.axis - before.axis) / 2e-4 == pytest.approx(seen.axis_by_station[:, :, k], abs=1e-7)
+    # turned by a quarter about z, x is read as -y
+    quarter = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2]])
+    read = see_from_stations(np.array([[3.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]]), np.array([0]), quarter)
+    assert read.tip[0] == pytest.approx([0.0, -3.0, 1.0], abs=1e-12)

@@ -23,6 +23,7 @@ from verne_post.calibration.as_built.program import program_lines
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
 from verne_post.calibration.as_built.report_json import calibration_json
 from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
+from verne_post.calibration.as_built.stations import align_frames
 from verne_post.cli.common import print_findings, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.opened_machine import OpenedMachine
@@ -43,7 +44,12 @@ def _measurement(
     )
     lengths = read_length_readings(files.read(given["length_file"], "--lengths")) if given["length_file"] else ()
     joint_sigma = JointUncertainty(given["sigma_rho"], MILLI * given["sigma_angle_mrad"])
-    return Measurement(AsBuiltModel(opened.as_built), tools, lengths, joint_sigma), blank
+    model = AsBuiltModel(opened.as_built)
+    try:
+        tools = align_frames(model, opened.as_built.deviations.to_vector(), tools)
+    except ValueError as error:
+        raise InputError(finding("VP502", str(error))) from None
+    return Measurement(model, tools, lengths, joint_sigma), blank
 
 
 def _prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given: dict[str, Any]) -> Prior:

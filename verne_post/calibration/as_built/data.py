@@ -24,13 +24,15 @@ class ToolReadings:
     length : ndarray, shape (n,)
         Gauge line to tip, mm.
     tip : ndarray, shape (n, 3)
-        In the table frame or from the centre of the row's sphere, mm; NaN where a coordinate was not measured.
+        In the table frame or as the row's station reads it, mm; NaN where a coordinate was not measured.
     axis : ndarray, shape (n, 3)
         Unit tool axis from tip to spindle, table frame; NaN where it was not measured.
     sigma_tip, sigma_axis : ndarray, shape (n,)
         Standard uncertainties: of each coordinate (mm), and of the axis about each of two directions (rad).
-    sphere : ndarray of int, shape (n,)
-        Which unknown centre the tip is measured from; -1: none, the table frame.
+    station : ndarray of int, shape (n,)
+        Which unknown place the tool is measured from; -1: the table frame.
+    turned : ndarray of bool, shape (n,)
+        True where the directions of the station are not known either.
     line : ndarray of int, shape (n,)
         Where the row stands in its file.
     """
@@ -41,7 +43,8 @@ class ToolReadings:
     axis: Array
     sigma_tip: Array
     sigma_axis: Array
-    sphere: Ints
+    station: Ints
+    turned: Mask
     line: Ints
 
     def __len__(self) -> int:

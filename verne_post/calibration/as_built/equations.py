@@ -1,7 +1,7 @@
 """The equations of a calibration: readings minus predictions, their derivatives, both in standard uncertainties.
 
 Every reading is one block of up to five equations: the coordinates of its tip, and its tool axis seen from two sides. A
-measured length is a block with one equation. The unknowns are the 58 deviations, then the centres of the spheres.
+measured length is a block with one equation. The unknowns are the 58 deviations, then place and turn of each station.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty, LengthReading, ToolReadings
 from verne_post.calibration.as_built.model import AsBuiltModel
+from verne_post.calibration.as_built.stations import SIZE, see_from_stations
 from verne_post.kinematics.as_built.geometry import nominal_ends
 from verne_post.kinematics.as_built.parameter_rates import COUNT, PLACES
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -56,14 +57,14 @@ class Measurement:
     joint_sigma: JointUncertainty = COMMANDED_EXACTLY
 
     @property
-    def spheres(self) -> int:
-        """Number of spheres of unknown centre."""
-        return int(self.tools.sphere.max(initial=-1)) + 1
+    def stations(self) -> int:
+        """Number of unknown places that tools are measured from."""
+        return int(self.tools.station.max(initial=-1)) + 1
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return COUNT + 3 * self.spheres
+        return COUNT + SIZE * self.stations
 
     def __len__(self) -> int:
         return len(self.tools) + len(self.lengths)
@@ -89,19 +90,20 @@ class Measurement:
         if not found.ok.all():
             line = tools.line[np.flatnonzero(~found.ok)[0]]
             raise ArithmeticError(f"the rods do not close at the joints of line {line}")
-        across = _across(np.where(np.isnan(tools.axis), found.axis, tools.axis))
+        seen = see_from_stations(found.tip, found.axis, tools.station, unknowns[COUNT:].reshape(-1, SIZE))
+        across = _across(np.where(np.isnan(tools.axis), seen.axis, tools.axis))
         off = np.full((n, ROWS), np.nan)
-        off[:, :3] = tools.tip - found.tip
-        off[:, 3:] = np.einsum("nkj,nj->nk", across, tools.axis - found.axis)
+        off[:, :3] = tools.tip - seen.tip
+        off[:, 3:] = np.einsum("nkj,nj->nk", across, tools.axis - seen.axis)
         design = np.zeros((n, ROWS, self.size))
-        design[:, :3, :COUNT] = rates.tip
-        design[:, 3:, :COUNT] = across @ rates.axis
-        on_sphere = np.flatnonzero(tools.sphere >= 0)
-        for k in range(3):
-            column = COUNT + 3 * tools.sphere[on_sphere] + k
-            off[on_sphere, k] += unknowns[column]
-            design[on_sphere, k, column] = -1.0
-        by_joint = np.concatenate([rates.tip_by_joint, across @ rates.axis_by_joint], axis=1)
+        design[:, :3, :COUNT] = seen.turn @ rates.tip
+        design[:, 3:, :COUNT] = across @ seen.turn @ rates.axis
+        for station in range(self.stations):
+            rows = np.flatnonzero(tools.station == station)
+            columns = slice(COUNT + SIZE * station, COUNT + SIZE * (station + 1))
+            design[rows, :3, columns] = seen.tip_by_station[rows]
+            design[rows, 3:, columns] = across[rows] @ seen.axis_by_station[rows]
+        by_joint = np.concatenate([seen.turn @ rates.tip_by_joint, across @ seen.turn @ rates.axis_by_joint], axis=1)
         spread = np.array([self.joint_sigma.slider] * 3 + [self.joint_sigma.angle] * 2)
         by_joint = by_joint * spread
         covariance = by_joint @ by_joint.transpose(0, 2, 1)

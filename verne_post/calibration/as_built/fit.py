@@ -9,14 +9,13 @@ from scipy.special import chdtrc
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.calibration.as_built.data import Prior
 from verne_post.calibration.as_built.equations import ROWS, Blocks, Measurement
+from verne_post.calibration.as_built.stations import ANY_TURN, ANYWHERE_MM, SIZE
 from verne_post.kinematics.as_built.parameter_rates import COUNT
 
 #: Steps of Gauss and Newton; four where the readings are sound.
 STEPS: Final = 30
 #: The fit ends when a step is smaller than this, in standard deviations of what is known before.
 SETTLED: Final = 1e-9
-#: Centres of spheres are known before to this, mm: nothing, but the equations stay regular.
-ANYWHERE_MM: Final = 1e4
 #: A reading is left out when chance would put one of all readings so far off with this probability.
 BAD_READING: Final = 1e-3
 #: At most this share of the readings is left out; where more contradict, no choice among them is safe.
@@ -34,7 +33,7 @@ class Fit:
     Attributes
     ----------
     unknowns : ndarray, shape (p,)
-        58 deviations (mm, rad), and centres of spheres (mm).
+        58 deviations (mm, rad), and place (mm) and turn (rad) of each station.
     factor : ndarray, shape (p, p)
         Their covariance is ``factor @ factor.T``.
     blocks : Blocks
@@ -83,17 +82,13 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     size = measurement.size
     factor = np.zeros((size, size))
     factor[:COUNT, :COUNT] = prior.factor
-    factor[range(COUNT, size), range(COUNT, size)] = ANYWHERE_MM
+    turned = {int(station) for station in measurement.tools.station[measurement.tools.turned]}
+    for station in range(measurement.stations):
+        first = COUNT + SIZE * station
+        spread = [ANYWHERE_MM] * 3 + [ANY_TURN if station in turned else 0.0] * 3
+        factor[range(first, first + SIZE), range(first, first + SIZE)] = spread
     mean = np.zeros(size)
     mean[:COUNT] = prior.mean
-    start = measurement.blocks(mean)
-    for sphere in range(measurement.spheres):
-        rows = np.flatnonzero((measurement.tools.sphere == sphere) & kept[: len(measurement.tools)])
-        if len(rows):
-            for k in range(3):
-                off = start.off[rows, k]
-                if np.isfinite(off).any():
-                    mean[COUNT + 3 * sphere + k] = -np.median(off[np.isfinite(off)])
     at = np.zeros(size)
     for _ in range(STEPS):
         blocks = measurement.blocks(mean + factor @ at)
@@ -107,8 +102,8 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     blocks = measurement.blocks(mean + factor @ at)
     upper = np.linalg.qr(_stack(blocks, kept, factor), mode="r")
     chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
-    seen = len(set(measurement.tools.sphere[kept[: len(measurement.tools)]].tolist()) - {-1})
-    freedom = int(blocks.used[kept].sum()) - 3 * seen
+    seen = {int(station) for station in measurement.tools.station[kept[: len(measurement.tools)]]} - {-1}
+    freedom = int(blocks.used[kept].sum()) - sum(SIZE if station in turned else 3 for station in seen)
     return Fit(mean + factor @ at, factor @ np.linalg.inv(upper), blocks, chi_square, freedom, converged)
 
 
@@ -228,7 +223,7 @@ def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> 
     tools = measurement.tools
     training = np.array(kept)
     training[held] = False
-    held = held[_foreseen(tools.sphere, held, training)]
+    held = held[_foreseen(tools.station, held, training)]
     if not len(held):
         return None
     found = fit(measurement, prior, training)
@@ -242,10 +237,10 @@ def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> 
     return _Predicted(blocks.off, variance, probability)
 
 
-def _foreseen(sphere: Ints, held: Ints, training: Mask) -> Mask:
+def _foreseen(station: Ints, held: Ints, training: Mask) -> Mask:
     """Which held rows are measured from a place that the others know too."""
-    known = set(sphere[training[: len(sphere)]].tolist()) | {-1}
-    return np.array([int(sphere[row]) in known for row in held], dtype=bool)
+    known = set(station[training[: len(station)]].tolist()) | {-1}
+    return np.array([int(station[row]) in known for row in held], dtype=bool)
 
 
 def _norms(off: Array) -> Array:

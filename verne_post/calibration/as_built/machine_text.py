@@ -17,7 +17,7 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 
 #: A header of a table or of an array of tables, alone on its line.
-_HEADER: Final = re.compile(r"^\s*\[\[?\s*([^\]#]+?)\s*\]\]?\s*(#.*)?$")
+_HEADER: Final = re.compile(r"^\s*\[\[?\s*([\w.\-\"' ]+?)\s*\]\]?\s*(#.*)?$")
 #: Decimals of mm and mrad: a thousandth of what any reading could tell.
 DECIMALS: Final = 7
 

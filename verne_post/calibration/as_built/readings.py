@@ -23,8 +23,8 @@ LENGTH: Final = "tool_length_mm"
 TIP: Final = ("x_mm", "y_mm", "z_mm")
 AXIS: Final = ("i", "j", "k")
 SIGMAS: Final = ("sigma_mm", "sigma_mrad")
-#: Rows with the same text here are measured from one point of the table that nobody knows.
-SPHERE: Final = "sphere"
+#: Rows with the same text in one of these are measured from one place that nobody knows; of a frame the directions neither.
+STATIONS: Final = ("sphere", "frame")
 #: Text for people, not read.
 REMARKS: Final = ("case", "remark")
 #: Columns of a file of measured lengths.
@@ -50,12 +50,12 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
     """
     joints = tuple(column.header for column in machine.columns)
     mistakes: list[Finding] = []
-    table = read_table(raw, (*joints, LENGTH, *TIP), (*AXIS, *SIGMAS, SPHERE, *REMARKS), mistakes)
+    table = read_table(raw, (*joints, LENGTH, *TIP), (*AXIS, *SIGMAS, *STATIONS, *REMARKS), mistakes)
     if 0 < len(set(AXIS) & set(table.header)) < len(AXIS):
         text = "a tool axis has three columns, i, j and k; some of them are missing in the header"
         raise InputError(finding("VP502", text, line=table.header_line))
-    spheres: dict[str, int] = {}
-    rows: list[tuple[list[float], Array, Array, tuple[float, float], int, int]] = []
+    stations: dict[tuple[str, str], int] = {}
+    rows: list[tuple[list[float], Array, Array, tuple[float, float], tuple[int, bool], int]] = []
     blank = 0
     for line, row in table.rows:
 
@@ -74,9 +74,13 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
         for name, value in zip(SIGMAS, sigmas, strict=True):
             if value <= 0:
                 mistakes.append(finding("VP502", f"{name} = {value:g}: an uncertainty is above 0", line=line))
-        sphere = row.get(SPHERE)
-        number_of_sphere = spheres.setdefault(sphere, len(spheres)) if sphere else -1
-        rows.append((place, tip, axis, (sigmas[0], sigmas[1]), number_of_sphere, line))
+        named = [(kind, row[kind]) for kind in STATIONS if row.get(kind)]
+        if len(named) > 1:
+            mistakes.append(
+                finding("VP502", "both sphere and frame are given; a row is measured from one of them", line=line)
+            )
+        station = stations.setdefault(named[0], len(stations)) if named else -1
+        rows.append((place, tip, axis, (sigmas[0], sigmas[1]), (station, bool(named) and named[0][0] == "frame"), line))
     if not rows and not mistakes:
         mistakes.append(finding("VP502", "no row has a measured value", line=table.header_line))
     refuse_mistakes(mistakes)
@@ -89,7 +93,8 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
         axis=np.array([row[2] for row in rows]),
         sigma_tip=sigma[:, 0],
         sigma_axis=MILLI * sigma[:, 1],
-        sphere=np.array([row[4] for row in rows]),
+        station=np.array([row[4][0] for row in rows]),
+        turned=np.array([row[4][1] for row in rows]),
         line=np.array([row[5] for row in rows]),
     ), blank
 

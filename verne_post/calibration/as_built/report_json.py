@@ -43,7 +43,6 @@ def calibration_json(report: CalibrationReport) -> str:
         },
         "determined": result.determined,
         "undetermined": [direction.coefficients for direction in result.undetermined],
-        "spheres_mm": fit.unknowns[len(fit.deviations) :].reshape(-1, 3).tolist(),
         "drift_mm": None if report.drift is None else _drift(report.drift),
     }
     return json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"

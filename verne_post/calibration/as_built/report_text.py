@@ -49,8 +49,8 @@ def _lines(report: CalibrationReport) -> Iterator[str]:
     parts = [f"{tips} tips", f"{axes} tool axes", f"{len(measurement.lengths)} lengths"]
     said = ", ".join(part for part in parts if not part.startswith("0 "))
     yield f"{report.source}: {said}; {report.machine.name} ({report.machine.kind})"
-    if measurement.spheres:
-        yield f"measured from {measurement.spheres} unknown centre{'s' if measurement.spheres > 1 else ''}, estimated too"
+    if measurement.stations:
+        yield f"measured from {measurement.stations} unknown place{'s' if measurement.stations > 1 else ''}, estimated too"
     if report.blank:
         yield f"{report.blank} row{'s' if report.blank > 1 else ''} without a measured value: not used"
     for bad in result.bad:

@@ -1,0 +1,105 @@
+"""Where instruments stand that do not measure in the table frame: unknown places, and for some unknown directions.
+
+A tip at y on the table is read as ``R^T (y - c)`` by an instrument at c whose axes are turned by R = exp(w x). Balls that
+are probed and nests of sensors have their axes along the table's (w = 0); a laser tracker may stand in any way.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+from verne_post.calibration.as_built.data import ToolReadings
+from verne_post.calibration.as_built.model import AsBuiltModel
+
+#: Unknowns of a station: c (mm), w (rad).
+SIZE: Final = 6
+#: Places are known before to this, mm: nothing, but the equations stay regular ...
+ANYWHERE_MM: Final = 1e4
+#: ... and directions to this, rad, once they have been brought near by :func:`align_frames`.
+ANY_TURN: Final = 1.0
+#: Tips that a turned frame needs, not on one line.
+LEAST_TIPS: Final = 3
+#: The smaller extent of the tips of a frame, mm: below it they count as lying on one line.
+LEAST_EXTENT_MM: Final = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Tips and axes (n, 3) as their instruments read them, with the turns and places that this takes.
+
+    ``turn`` (n, 3, 3) is R^T; ``tip_by_station`` and ``axis_by_station`` (n, 3, 6) are derivatives by c and w.
+    """
+
+    tip: Array
+    axis: Array
+    turn: Array
+    tip_by_station: Array
+    axis_by_station: Array
+
+
+def see_from_stations(tip: Array, axis: Array, station: Ints, unknowns: Array) -> Seen:
+    """What instruments read of tips and axes (n, 3) of the table frame.
+
+    Parameters
+    ----------
+    tip, axis : ndarray, shape (n, 3)
+    station : ndarray of int, shape (n,)
+        -1: the table frame.
+    unknowns : ndarray, shape (k, 6)
+        c and w of each station.
+    """
+    known = np.concatenate([unknowns, np.zeros((1, SIZE))])[station]
+    turn = _rotations(known[:, 3:]).transpose(0, 2, 1)
+    from_here = tip - known[:, :3]
+    inside = (station >= 0)[:, None, None]
+    by_tip = np.concatenate([-turn, turn @ _skew(from_here)], axis=2) * inside
+    by_axis = np.concatenate([np.zeros_like(turn), turn @ _skew(axis)], axis=2) * inside
+    tip_seen, axis_seen = ((turn @ vector[..., None])[..., 0] for vector in (from_here, axis))
+    return Seen(tip_seen, axis_seen, turn, by_tip, by_axis)
+
+
+def _skew(vector: Array) -> Array:
+    """Matrices (n, 3, 3) that make the cross product with vectors (n, 3)."""
+    return np.cross(vector[:, None, :], np.eye(3)[None], axis=2).transpose(0, 2, 1)
+
+
+def _rotations(turn: Array) -> Array:
+    """Rotations (n, 3, 3) by vectors (n, 3): axis times angle."""
+    angle = np.linalg.norm(turn, axis=1)[:, None, None]
+    k = _skew(turn)
+    # sin x / x and (1 - cos x) / x^2, also where x is 0
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * (k @ k))
+
+
+def align_frames(model: AsBuiltModel, deviations: Array, tools: ToolReadings) -> ToolReadings:
+    """The readings of turned frames brought near the table frame, by the closest rotation to the predicted tips.
+
+    Raises
+    ------
+    ValueError
+        A frame with too few tips, or all of them on one line.
+    """
+    predicted = model.predict(deviations, tools.joints, tools.length).tip
+    tip, axis = np.array(tools.tip), np.array(tools.axis)
+    for station in np.unique(tools.station[tools.turned]):
+        rows = np.flatnonzero(tools.station == station)
+        whole = rows[np.isfinite(tip[rows]).all(axis=1)]
+        line = int(tools.line[rows[0]])
+        if len(whole) < LEAST_TIPS:
+            raise ValueError(
+                f"the frame of line {line} has {len(whole)} whole tips; {LEAST_TIPS} are needed, not on one line"
+            )
+        centre, goal = tip[whole].mean(axis=0), predicted[whole].mean(axis=0)
+        u, size, vt = np.linalg.svd((predicted[whole] - goal).T @ (tip[whole] - centre))
+        if np.sqrt(size[1] / len(whole)) < LEAST_EXTENT_MM:
+            raise ValueError(f"all tips of the frame of line {line} lie on one line; add one beside it")
+        rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+        tip[rows] = (tip[rows] - centre) @ rotation.T + goal
+        axis[rows] = axis[rows] @ rotation.T
+        if not np.isfinite(tip[rows]).all():
+            raise ValueError(
+                f"the frame of line {line} has a tip with a blank coordinate: a turned frame needs all three"
+            )
+    return replace(tools, tip=tip, axis=axis)
