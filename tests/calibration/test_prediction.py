@@ -1,7 +1,10 @@
 """Tool errors over the workspace: what the ideal model leaves, what a calibration leaves, and what it says of that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from verne_post.calibration.as_built.calibrate import calibrate
 from verne_post.calibration.as_built.data import prior_of_manufacture, tolerance_vector
@@ -53,12 +56,12 @@ def test_what_is_predicted_after_is_what_is_left(calibrated, model, draw_poses):
     poses = draw_poses(400, 77)
     machine = model.machine.with_deviations(Deviations.from_vector(result.fit.deviations))
     left = tool_errors(model, true, machine.joints(poses.tip, poses.angles, poses.length), poses)
-    promised, found = quantiles(result.after.tip), quantiles(left.tip)
+    promised, found = quantiles(result.after.errors.tip), quantiles(left.tip)
     assert 0.4 * promised[0] < found[0] < 2.0 * promised[0]
     assert found[2] < 1.5 * promised[2]
     before = quantiles(result.before.tip)
     assert before[0] > 20 * found[0]
-    axis, promised_axis = quantiles(left.axis), quantiles(result.after.axis)
+    axis, promised_axis = quantiles(left.axis), quantiles(result.after.errors.axis)
     assert axis[0] == pytest.approx(promised_axis[0], rel=0.1)
 
 
@@ -71,3 +74,24 @@ def test_half_of_the_directions_stay_open_and_are_named(calibrated, model, draw_
     for rod in ("I at +y", "I at -y"):
         assert {f"platform_ends_mm, rod {rod}, x", f"slider_ends_mm, rod {rod}, x"} in named
     assert 0.0 < result.left_share < 0.5
+
+
+def test_a_shift_and_turn_of_the_part_is_taken_off(calibrated, machine, model, draw_poses, read_tools):
+    """Readings from an unknown ball: the part's place is known to hundredths, its shape to micrometres."""
+    true, with_place = calibrated
+    readings = read_tools(draw_poses(40, 2), true, 2)
+    readings = replace(readings, station=np.zeros(40, dtype=int))
+    prior = prior_of_manufacture(tolerance_vector())
+    result = calibrate(Measurement(model, readings), prior, machine.five_axis, model.machine, draw_poses(400, 9))
+    whole, shape = quantiles(result.after.errors.tip), quantiles(result.after.shape)
+    assert whole[0] > 3 * shape[0]
+    assert shape[1] < 2 * quantiles(with_place.after.errors.tip)[1]
+    assert (quantiles(with_place.after.shape)[0]) < quantiles(with_place.after.errors.tip)[0]
+    # the best rigid motion of one drawn machine, by another route
+    poses = draw_poses(400, 9)
+    held = model.machine.with_deviations(Deviations.from_vector(result.fit.deviations))
+    joints = held.joints(poses.tip, poses.angles, poses.length)
+    left = model.predict(true, joints, poses.length).tip
+    turn, _rest = Rotation.align_vectors(poses.tip - poses.tip.mean(axis=0), left - left.mean(axis=0))
+    rest = np.linalg.norm(turn.apply(left - left.mean(axis=0)) - (poses.tip - poses.tip.mean(axis=0)), axis=1)
+    assert np.median(rest) < 2 * shape[0]

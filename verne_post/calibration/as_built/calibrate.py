@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.calibration.as_built.data import Prior
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import BadReading, Fit, HeldOut, fit_robustly, hold_out
-from verne_post.calibration.as_built.prediction import ToolErrors, errors_after, errors_before
+from verne_post.calibration.as_built.prediction import ErrorsAfter, ToolErrors, errors_after, errors_before
 from verne_post.calibration.as_built.workspace import WorkspacePoses
 from verne_post.calibration.data import Direction
 from verne_post.calibration.solver import name_directions
@@ -44,10 +44,9 @@ class Calibration:
         Parameters and their shares (tolerances) in the direction that still moves the tip most.
     left_share : float
         Its share of the mean square tip error that is left.
-    before, after : ToolErrors
+    before : ToolErrors
+    after : ErrorsAfter
         Over the workspace, see :mod:`verne_post.calibration.as_built.prediction`.
-    unknown_axis : ndarray
-        Part of the axis error after that is not known, rad.
     """
 
     fit: Fit
@@ -59,8 +58,7 @@ class Calibration:
     left: tuple[tuple[str, float], ...]
     left_share: float
     before: ToolErrors
-    after: ToolErrors
-    unknown_axis: Array
+    after: ErrorsAfter
 
     @property
     def contradicted(self) -> bool:
@@ -101,11 +99,11 @@ def calibrate(
         size, turned = np.linalg.eigh(inner @ inner.T)
         lost = np.linalg.qr((prior.factor / scale[:, None]) @ turned[:, np.sqrt(size) >= DETERMINED])[0]
     named = sorted(name_directions(lost, PARAMETERS), key=lambda direction: len(direction.coefficients))
-    after, unknown = errors_after(machine, fit.deviations, fit.factor, poses)
+    after = errors_after(machine, fit.deviations, fit.factor, poses)
     left, share = _largest_left(measurement, fit, scale, poses)
     return Calibration(
         fit, kept, bad, held, len(scale) - lost.shape[1], tuple(named), left, share,
-        errors_before(measurement.model, fit.deviations, present, poses), after, unknown,
+        errors_before(measurement.model, fit.deviations, present, poses), after,
     )  # fmt: skip
 
 

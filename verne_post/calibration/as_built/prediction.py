@@ -43,9 +43,26 @@ def errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, poses: W
     return tool_errors(model, found, present.joints(poses.tip, poses.angles, poses.length), poses)
 
 
-def errors_after(
-    machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses
-) -> tuple[ToolErrors, Array]:
+@dataclass(frozen=True, eq=False)
+class ErrorsAfter:
+    """Errors that are left after a calibration, of :data:`DRAWS` machines that the readings allow, each (n, DRAWS).
+
+    Attributes
+    ----------
+    errors : ToolErrors
+        The tip is off by what is not known; the axis also by what A cannot correct while C stays as programmed.
+    unknown_axis : ndarray
+        The part of the axis error that is not known, rad.
+    shape : ndarray
+        Tip errors without the shift and turn of the whole part that each machine makes, mm.
+    """
+
+    errors: ToolErrors
+    unknown_axis: Array
+    shape: Array
+
+
+def errors_after(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> ErrorsAfter:
     """Errors that are left when the found deviations make the joints.
 
     Parameters
@@ -56,14 +73,6 @@ def errors_after(
         What is left open: see :attr:`Fit.factor`.
     poses : WorkspacePoses
         n poses.
-
-    Returns
-    -------
-    ToolErrors
-        Of :data:`DRAWS` machines, each (n, DRAWS). The tip is off by what is not known; the axis also by what A cannot
-        correct while C stays as programmed.
-    unknown_axis : ndarray, shape (n, DRAWS)
-        The part of the axis error that is not known, rad.
     """
     calibrated = machine.with_deviations(Deviations.from_vector(found))
     joints = calibrated.joints(poses.tip, poses.angles, poses.length)
@@ -73,10 +82,17 @@ def errors_after(
     axis = np.einsum("nkp,pd->nkd", rates.axis, drawn)
     wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
     left = at.axis - wanted
-    return (
-        ToolErrors(np.linalg.norm(tip, axis=1), np.linalg.norm(left[:, :, None] + axis, axis=1)),
-        np.linalg.norm(axis, axis=1),
-    )
+    errors = ToolErrors(np.linalg.norm(tip, axis=1), np.linalg.norm(left[:, :, None] + axis, axis=1))
+    return ErrorsAfter(errors, np.linalg.norm(axis, axis=1), np.linalg.norm(_without_rigid(tip, poses.tip), axis=1))
+
+
+def _without_rigid(moved: Array, point: Array) -> Array:
+    """Small displacements (n, 3, d) of points (n, 3) without the shift and turn that comes nearest to each of the d."""
+    turned = -np.cross(point[:, None, :], np.eye(3)[None]).transpose(0, 2, 1)  # by turns about x, y, z
+    basis = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=2).reshape(-1, 6)
+    flat = moved.reshape(len(basis), -1)
+    share = np.linalg.lstsq(basis, flat, rcond=None)[0]
+    return np.asarray((flat - basis @ share).reshape(moved.shape))
 
 
 def expected_tip_error(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> Array:

@@ -34,8 +34,9 @@ def calibration_json(report: CalibrationReport) -> str:
         "contradicted": result.contradicted,
         "workspace": {
             "before": _errors(result.before),
-            "after": _errors(result.after),
-            "unknown_axis_deg": _quantiles(DEG_PER_RAD * result.unknown_axis),
+            "after": _errors(result.after.errors),
+            "unknown_axis_deg": _quantiles(DEG_PER_RAD * result.after.unknown_axis),
+            "but_for_place_mm": _quantiles(result.after.shape),
         },
         "as_built": {
             key: (np.asarray(getattr(found, name)) / (MILLI if angle else 1.0)).tolist()

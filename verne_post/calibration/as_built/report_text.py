@@ -57,7 +57,7 @@ def _lines(report: CalibrationReport) -> Iterator[str]:
         yield _bad_line(measurement, bad)
     yield from _quality(report)
     yield ""
-    yield from _workspace(result)
+    yield from _workspace(result, measurement.stations)
     yield ""
     if report.drift is not None:
         yield from _drift(report.drift)
@@ -103,14 +103,17 @@ def _quality(report: CalibrationReport) -> Iterator[str]:
         yield f"tool axis off by {median:.4f} mrad median, {high:.4f} mrad 95 %, {worst:.4f} mrad at most"
 
 
-def _workspace(result: Calibration) -> Iterator[str]:
+def _workspace(result: Calibration, stations: int) -> Iterator[str]:
+    after = result.after
     yield f"{'predicted over the workspace':<34}{'tip um: median':>15}{'95 %':>8}{'max':>8}{'axis deg: median':>19}{'95 %':>9}{'max':>9}"
     for name, errors in (
         ("before, with the file in use", result.before),
-        ("after, with the file written", result.after),
+        ("after, with the file written", after.errors),
     ):
         yield f"{name:<34}{_tip(errors.tip)}{_axis(errors.axis)}"
-    yield f"{'  of it not known':<34}{_tip(result.after.tip)}{_axis(result.unknown_axis)}"
+    yield f"{'  of it not known':<34}{_tip(after.errors.tip)}{_axis(after.unknown_axis)}"
+    if stations:  # where the table frame is was not measured; the place of the part is, when its work offset is
+        yield f"{'  but for the place of the part':<34}{_tip(after.shape)}"
     yield "the axis error that is known and left is what A cannot correct while C stays as programmed (--correct-axis)"
 
 
