@@ -25,7 +25,7 @@ class _Language:
 
 
 _LANGUAGES: Final = (
-    _Language("Heidenhain Klartext", rb"^[ \t]*\d+[ \t]+(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
+    _Language("Heidenhain Klartext", rb"^[ \t]*\d*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
               rb"|^[ \t]*\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
     _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*\*.*$"),
     _Language("Siemens", rb"^[ \t]*;\$PATH=.*$|^%_N_.*$|^[ \t]*(?:N\d+[ \t]*)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?TRANS|A?ROT|ORI[A-Z]{2,}"
@@ -67,6 +67,9 @@ def find_other_language(
         Names of all dialects.
     """
     head = source[:_SEARCHED]
+    own = next((language for language in _LANGUAGES if language.dialect == dialect), None)
+    if own is not None and re.match(own.sign, head, re.MULTILINE | re.IGNORECASE):
+        return None  # it begins as texts of its dialect do
     for language in _LANGUAGES:
         if language.dialect == dialect:
             continue

@@ -71,7 +71,7 @@ class KlartextApproach(KlartextContour):
                 "VP005", f"APPR {kind} needs RL or RR, which say on which side of the contour it comes from"
             )
         feed = self.feed_value(words) or self.state.feed
-        words.check_used(statement)
+        words.check_used(statement, "side M")
         self.approach = Approach(kind, point, length, turn, feed, self.last_rapid, self.block.line)
 
     def _approach_size(self, statement: Statement, words: Words, kind: str) -> tuple[float, float]:
@@ -175,7 +175,7 @@ class KlartextApproach(KlartextContour):
         if self.side is None and kind != "LT":
             raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, which say to which side it goes")
         feed = self.feed_value(words) or self.state.feed
-        words.check_used(statement)
+        words.check_used(statement, "side M")
         side = self._side_sign
         end = self.state.position
         p, n = (end[0], end[1]), left(t)

@@ -20,6 +20,8 @@ _NAMED_TOOL: Final = re.compile(r"[ \t]*(?:\"[^\"]*\"|QS\d+)")
 _TOOL_NUMBER: Final = re.compile(r"[ \t]*(\d+(?:[.,]\d+)?|Q[LR]?\d+)(?=[ \t]|$)")
 _TOOL_AXIS: Final = re.compile(r"[ \t]+([XYZUVW])(?=[ \t]|$)")
 _FULL_TURN: Final = 360.0
+#: Functions that say in which system the coordinates of their block are.
+_PLACES: Final = {91, 92, 130}
 
 
 class KlartextFunctions(KlartextApproach):
@@ -53,13 +55,17 @@ class KlartextFunctions(KlartextApproach):
         if words.automatic:
             if not self.call_feed:
                 raise statement.error("VP009", "F AUTO, and TOOL CALL has given no F")
-            state.feed_mode, state.feed = FeedMode.PER_MINUTE, self.call_feed
+            self._change_feed_mode(FeedMode.PER_MINUTE)
+            state.feed, words.automatic = self.call_feed, False
+            words.take_no_other_feed(statement)
         per_turn, per_tooth, value = words.take("FU"), words.take("FZ"), words.take("F")
         if per_tooth is not None:
             raise statement.error(
                 "VP002", "FZ is not executed: the number of teeth is not known; write FU or F", words.columns["FZ"]
             )
         if per_turn is not None:
+            if value is not None or words.rapid:
+                raise statement.error("VP004", "FU and another F in one block", words.columns["FU"])
             if per_turn <= 0:
                 raise statement.error("VP007", "FU must be greater than 0", words.columns["FU"])
             self._change_feed_mode(FeedMode.PER_REVOLUTION)
@@ -100,8 +106,6 @@ class KlartextFunctions(KlartextApproach):
         if words.take("DR2"):
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
-        if words.functions or words.compensation or words.rapid:
-            raise statement.error("VP006", "TOOL CALL takes a number, the axis, S, F, DL and DR")
         if feed is not None:
             self.call_feed = self.feed_of_word(feed)
         if number is not None:
@@ -170,10 +174,17 @@ class KlartextFunctions(KlartextApproach):
         """Execute a block of RS274/NGC."""
         super().execute(block)
 
-    def check_functions(self, words: Words) -> None:
-        """Refuse M functions that are not executed, before anything of the block is."""
-        for word in words.functions:
+    def check_functions(self, words: Words, beside: str = "") -> None:
+        """Refuse M functions that are not executed, or mean nothing ``beside`` other words, before anything of the block is."""
+        numbers = [word.number for word in words.functions]
+        for at, word in enumerate(words.functions):
             number = word.number
+            if number in numbers[:at] or (number in _PLACES and _PLACES & set(numbers[:at])):
+                raise BlockError("VP004", f"M{number} after M{numbers[at - 1]}: one of them is enough", word.column)
+            if number in _PLACES and beside != "coordinates":
+                raise BlockError("VP006", f"M{number} needs L and coordinates in its block", word.column)
+            if number in (89, 99) and beside not in ("", "coordinates"):
+                raise BlockError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
             if number in REFUSED and self._meaning("M", number) is None:
                 raise BlockError("VP002", f"M{number} is not executed ({REFUSED[number]})", word.column)
             known = number in AT_BEGIN or number in AT_END or number in OWN or number in WITHOUT_EFFECT

@@ -142,7 +142,7 @@ class KlartextPatterns(KlartextSettings):
         z = words.coordinate("Z", 0.0)
         if not words.rapid:
             self.set_feed(statement, words)
-        words.check_used(statement)
+        words.check_used(statement, "F M")
         if x is None and y is None and z is None:
             raise statement.error("VP005", "CYCL CALL POS needs coordinates")
         self._run_at((here[0] if x is None else x, here[1] if y is None else y, z or 0.0), rapid=words.rapid)
@@ -151,7 +151,7 @@ class KlartextPatterns(KlartextSettings):
         """CYCL CALL PAT: at every place of PATTERN DEF."""
         if not words.rapid:
             self.set_feed(statement, words)
-        words.check_used(statement)
+        words.check_used(statement, "F M")
         if not self.places:
             raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
         rapid = words.rapid or not self.state.feed

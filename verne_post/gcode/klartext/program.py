@@ -64,7 +64,7 @@ class Klartext(KlartextPatterns):
 
     def _execute_path(self, statement: Statement, corner_next: Callable[[], bool]) -> None:
         words = read_words(statement, self.q)
-        self.check_functions(words)
+        self.check_functions(words, beside="coordinates")
         machine = next((word.number for word in words.functions if word.number in (91, 92, 130)), None)
         if machine is not None:
             self._execute_elsewhere(statement, words, machine)
@@ -92,7 +92,7 @@ class Klartext(KlartextPatterns):
             raise statement.error(
                 "VP017", f"{words.compensation} in the first element after APPR, which has said the side"
             )
-        words.check_used(statement)
+        words.check_used(statement, "side F DR M" if statement.keyword in ("C", "CP", "CR") else "side F M")
         if rapid and arc is not None:
             raise statement.error("VP017", "FMAX on an arc is not executed; give F")
         kind = MoveKind.RAPID if rapid else MoveKind.FEED
@@ -167,7 +167,7 @@ class Klartext(KlartextPatterns):
         self.refresh_frame()
         try:
             target = self.read_target(statement, words)
-            words.check_used(statement)
+            words.check_used(statement, "side F M")
             if target.turns:
                 raise statement.error("VP017", "a rotary axis beside M130 is not executed")
             self.add_element(self.element(target, None, kind), wait=False)
@@ -195,7 +195,7 @@ class Klartext(KlartextPatterns):
             value = self._length(value) if letter in "XYZUVW" else value
             machine[axis] = value + (home[axis] if number == 92 and home is not None else 0.0)
             axes.append(axis)
-        words.check_used(statement)
+        words.check_used(statement, "side F M")
         if not axes:
             raise statement.error("VP005", f"M{number} needs coordinates")
         if kind == MoveKind.FEED:
@@ -215,8 +215,6 @@ class Klartext(KlartextPatterns):
         if statement.keyword == "CHF":
             rest = "LEN" + rest.lstrip()
         words = read_words(replace(statement, rest=rest), self.q)
-        if words.functions or words.compensation or words.rapid or words.automatic:
-            raise statement.error("VP006", f"{statement.keyword} takes a length and F")
         self.set_corner(statement, words)
 
     def _approach(self, statement: Statement) -> None:
@@ -229,9 +227,7 @@ class Klartext(KlartextPatterns):
         words = read_words(
             replace(statement, rest=statement.rest[match.end() :], begin=statement.begin + match.end()), self.q
         )
-        self.check_functions(words)
-        if any(word.number in (91, 92, 130, 99, 89) for word in words.functions):
-            raise statement.error("VP017", f"M91, M92, M130, M89 and M99 do not go with {statement.keyword}")
+        self.check_functions(words, beside=statement.keyword)
         self.begin_functions(words)
         leaves = statement.keyword == "DEP"
         target = self.read_target(statement, words)
@@ -272,14 +268,14 @@ class Klartext(KlartextPatterns):
         match = re.match(r"[ \t]*(PAT|POS)?(?![A-Z])", statement.rest)
         where, at = (match.group(1), match.end()) if match is not None else (None, 0)
         words = read_words(replace(statement, rest=statement.rest[at:], begin=statement.begin + at), self.q)
-        self.check_functions(words)
+        self.check_functions(words, beside="CYCL CALL")
         self.begin_functions(words)
         if where == "POS":
             self.call_at(statement, words)
         elif where == "PAT":
             self.call_places(statement, words)
         else:
-            words.check_used(statement)
+            words.check_used(statement, "M")
             self.call_cycle()
         self.end_functions(words)
 
@@ -291,7 +287,7 @@ class Klartext(KlartextPatterns):
         self.begin_functions(words)
         self.set_feed(statement, words)
         self.set_side(statement, words.compensation)
-        words.check_used(statement)
+        words.check_used(statement, "side M")
         self.end_functions(words)
         self._call_cycles(moved=False)
 
@@ -365,16 +361,15 @@ class Klartext(KlartextPatterns):
     def _stop(self, statement: Statement) -> None:
         words = read_words(statement, self.q)
         self.check_functions(words)
-        words.check_used(statement)
+        words.check_used(statement, "M")
         self.check_nothing_waits("STOP")
         self.begin_functions(words)
         self._run(Block(statement.line, [("M", 0.0, 1)]))
         self.end_functions(words)
+        self._call_cycles(moved=False)
 
     def _pole(self, statement: Statement) -> None:
         words = read_words(statement, self.q)
-        if words.functions or words.compensation or words.rapid:
-            raise statement.error("VP006", "CC takes two coordinates")
         self.set_pole(statement, words)
 
     def _refuse_selected(self, statement: Statement) -> None:

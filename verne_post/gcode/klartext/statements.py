@@ -34,7 +34,9 @@ _CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORE
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*\d*[ \t]*(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
-_LABEL: Final = re.compile(rb"^[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))", re.MULTILINE | re.IGNORECASE)
+_LABEL: Final = re.compile(
+    rb"^[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$", re.MULTILINE | re.IGNORECASE
+)
 _KEPT_CHUNKS: Final = 8
 _G: Final = 10
 

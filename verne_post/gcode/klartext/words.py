@@ -67,10 +67,26 @@ class Words:
             raise BlockError("VP004", f"{letter} and I{letter} in one block")
         return absolute if step is None else here + step
 
-    def check_used(self, statement: Statement) -> None:
-        """Refuse words that nothing has used."""
+    def take_no_other_feed(self, statement: Statement) -> None:
+        """F AUTO is the only feed rate of its block."""
+        for name in ("FU", "FZ"):
+            if name in self.values:
+                raise statement.error("VP004", f"F AUTO and {name} in one block", self.columns[name])
+
+    def check_used(self, statement: Statement, allowed: str = "") -> None:
+        """Refuse words that nothing has used; ``allowed`` may name side, F (FMAX, F AUTO), DR and M."""
+        used = allowed.split()
+        unused = {
+            "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
+            "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
+        }  # fmt: skip
         for name in self.values:
-            raise statement.error("VP006", f"{statement.keyword} does not use {name}", self.columns[name])
+            raise statement.error(
+                "VP006", f"{statement.keyword or 'the block'} does not use {name}", self.columns[name]
+            )
+        for kind, shown in unused.items():
+            if shown is not None and kind not in used:
+                raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown}")
 
 
 def read_words(statement: Statement, numbers: Numbers) -> Words:
