@@ -150,11 +150,11 @@ def test_compensation_enters_and_leaves_at_right_angles(run):
         ("APPR LT X+20 Y+0 LEN12 RL", [(8, 5), (20, 5)]),
         # at right angles: LEN and the radius of the tool away
         ("APPR LN X+20 Y+0 LEN12 RL", [(20, 17), (20, 5)]),
-        # a quarter of radius 12 about (20, 12): the tool's centre on radius 7
-        ("APPR CT X+20 Y+0 CCA90 R+12 RL", [(13, 12), (20, 5)]),
-        ("APPR CT X+20 Y+0 CCA90 R+12 RR", [(13, -12), (20, -5)]),
-        # from the side of the workpiece: about (20, -12), the tool's centre on radius 17
-        ("APPR CT X+20 Y+0 CCA90 R-12 RL", [(3, -12), (20, 5)]),
+        # the tool's centre on a quarter of radius 12 about (20, 17)
+        ("APPR CT X+20 Y+0 CCA90 R+12 RL", [(8, 17), (20, 5)]),
+        ("APPR CT X+20 Y+0 CCA90 R+12 RR", [(8, -17), (20, -5)]),
+        # from the side of the workpiece: about (20, -7)
+        ("APPR CT X+20 Y+0 CCA90 R-12 RL", [(8, -7), (20, 5)]),
     ],
 )
 def test_approaches(run, statement, path):
@@ -165,10 +165,10 @@ def test_approaches(run, statement, path):
 
 
 def test_approach_on_a_tangent(run):
-    """LCT: from (-40, 30) on a tangent of the circle about (20, 12) with radius 12 - 5, on it to (20, 5)."""
+    """LCT: from (-40, 30) on a tangent of the circle about (20, 17) with radius 12, on it to (20, 5)."""
     moves = run("L X-40 Y+30", "APPR LCT X+20 Y+0 R12 RL", "L X+50")
-    start, touch, center = np.array([-40.0, 30.0]), moves.end[2, :2], np.array([20.0, 12.0])
-    assert np.linalg.norm(touch - center) == pytest.approx(7.0)
+    start, touch, center = np.array([-40.0, 30.0]), moves.end[2, :2], np.array([20.0, 17.0])
+    assert np.linalg.norm(touch - center) == pytest.approx(12.0)
     assert (touch - start) @ (touch - center) == pytest.approx(0.0, abs=1e-9)
     assert moves.end[3, :2] == pytest.approx([20.0, 5.0])
     assert 0 < moves.arcs.sweep[0] < 90  # on in the direction of travel
@@ -180,7 +180,11 @@ def test_an_approach_goes_down_after_the_plane(run):
     moves = run("L X-40 Y-10 Z+20 FMAX", "APPR LT X+20 Y+0 Z-3 LEN12 RL F80", "L X+50")
     assert ends(moves, 2) == pytest.approx(np.array([[8, 5, 20], [8, 5, -3], [20, 5, -3], [50, 5, -3]]))
     assert moves.kind[2:].tolist() == [MoveKind.RAPID, MoveKind.RAPID, MoveKind.FEED, MoveKind.FEED]
-    assert moves.feed[4] == 80.0
+    assert moves.feed[4:].tolist() == [80.0, 80.0]  # F of APPR holds on
+    slow = run("L X-40 Y-10 F55", "APPR CT X+20 Y+0 CCA90 R+12 RL F80", "L X+50", "DEP LT LEN5 F33", "L X+99")
+    assert slow.feed[1:].tolist() == [55.0, 55.0, 80.0, 80.0, 33.0, 33.0]
+    slow = run("L X-40 Y+30 F55", "APPR LCT X+20 Y+0 R12 RL F80", "L X+50")
+    assert slow.feed[1:].tolist() == [55.0, 80.0, 80.0, 80.0]
 
 
 @pytest.mark.parametrize(
@@ -188,7 +192,7 @@ def test_an_approach_goes_down_after_the_plane(run):
     [
         ("DEP LT LEN12", [(62, 5)]),
         ("DEP LN LEN12", [(50, 17)]),
-        ("DEP CT CCA90 R+12", [(57, 12)]),
+        ("DEP CT CCA90 R+12", [(62, 17)]),
         ("DEP LT LEN12 Z+9", [(62, 5), (62, 5)]),
     ],
 )
@@ -200,8 +204,8 @@ def test_departures(run, statement, path):
 
 def test_departure_on_a_tangent(run):
     moves = run("L X+10 Y+0 RL", "L X+50", "DEP LCT X+80 Y+60 R12")
-    touch, center, end = moves.end[3, :2], np.array([50.0, 12.0]), np.array([80.0, 60.0])
-    assert np.linalg.norm(touch - center) == pytest.approx(7.0)
+    touch, center, end = moves.end[3, :2], np.array([50.0, 17.0]), np.array([80.0, 60.0])
+    assert np.linalg.norm(touch - center) == pytest.approx(12.0)
     assert (end - touch) @ (touch - center) == pytest.approx(0.0, abs=1e-9)
     assert moves.end[4, :2] == pytest.approx(end)
 

@@ -118,6 +118,16 @@ class Compensation:
         self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=swept))
         return self._point_at(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
 
+    def enter_beside(self, corner: Point, row: int, centre: list[float], line: int) -> None:
+        """The centre stands beside the first point of the contour already, at the end of the recorder's ``row``."""
+        u, v, *_ = PLANES[self.plane]
+        place = (centre[u], centre[v])
+        self._begin(Offset(place, place, (1.0, 0.0), entry=True))
+        self.perpendicular = True
+        point = list(centre)
+        point[u], point[v] = corner
+        self.settle(row, line, point)
+
     def settle(self, row: int, line: int, corner: list[float]) -> None:
         """Note the row in which the last move was recorded."""
         self.rows.append(row)

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.arcs import Arc
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.elements import Element, Point, left, make_arc
@@ -17,7 +16,8 @@ from verne_post.model.moves import MoveKind
 class Approach:
     """APPR, waiting for the contour: the first point of the contour, and what leads to it.
 
-    ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to it is.
+    ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to it is; ``feed`` is that of the block,
+    ``before`` the one before it.
     """
 
     kind: str
@@ -25,6 +25,7 @@ class Approach:
     length: float
     turn: float
     feed: float
+    before: float
     rapid: bool
     line: int
 
@@ -70,9 +71,11 @@ class KlartextApproach(KlartextContour):
             raise statement.error(
                 "VP005", f"APPR {kind} needs RL or RR, which say on which side of the contour it comes from"
             )
-        feed = self.feed_value(words) or self.state.feed
+        before = self.state.feed
+        self.set_feed(statement, words)
         words.check_used(statement, "side M")
-        self.approach = Approach(kind, point, length, turn, feed, self.last_rapid, self.block.line)
+        feed = self.state.feed
+        self.approach = Approach(kind, point, length, turn, feed, before, self.last_rapid, self.block.line)
 
     def _approach_size(self, statement: Statement, words: Words, kind: str) -> tuple[float, float]:
         """LEN or R in mm, and CCA."""
@@ -93,72 +96,59 @@ class KlartextApproach(KlartextContour):
         return size * self.unit, turn
 
     def _approach_contour(self, approach: Approach, element: Element) -> None:
-        """From where the tool stands to the first point of the contour."""
+        """From where the tool stands to beside the first point of the contour, on the path of the tool's centre."""
         self.approach = None
         t = element.direction(at_end=False)
         if element.plane or t is None:
             raise BlockError("VP008", "APPR needs a contour that begins in X and Y")
-        point = approach.point
-        p, rapid = (point[0], point[1]), MoveKind.RAPID if approach.rapid else MoveKind.FEED
-        side = self._side_sign
-        feed = approach.feed
-        if approach.kind == "LT":
-            before = (p[0] - approach.length * t[0], p[1] - approach.length * t[1])
-            self._go_to(approach, before, rapid)
-            self._line_to(approach, p, feed)
-        elif approach.kind == "LN":
-            n = left(t)
-            away = side * (approach.length + abs(self.offset))
-            held, self.state.compensation = self.state.compensation, None
-            self._go_to(approach, (p[0] + away * n[0], p[1] + away * n[1]), rapid)
-            self.state.compensation = held
-            self._line_to(approach, p, feed)
+        kind, point, compensation = approach.kind, approach.point, self.state.compensation
+        rapid = MoveKind.RAPID if approach.rapid and kind != "LCT" else MoveKind.FEED
+        beside, side, n = self._beside(point, t), self._side_sign, left(t)
+        center = (beside[0] + side * approach.length * n[0], beside[1] + side * approach.length * n[1])
+        sense = side * math.copysign(1.0, approach.length)
+        self.state.compensation = None
+        if kind == "LT":
+            self._go_to(approach, (beside[0] - approach.length * t[0], beside[1] - approach.length * t[1]), rapid)
+        elif kind == "LN":
+            self._go_to(approach, center, rapid)
+        elif kind == "CT":
+            self._go_to(approach, _turned(beside, center, -sense * approach.turn), rapid)
         else:
-            n = left(t)
-            center = (p[0] + side * approach.length * n[0], p[1] + side * approach.length * n[1])
-            sense = side * math.copysign(1.0, approach.length)
-            if approach.kind == "CT":
-                before = _turned(p, center, -sense * approach.turn)
-            else:
-                before = self._touch(self.state.position, center, abs(approach.length), sense, leaving=False)
-                rapid = MoveKind.FEED
-            self._go_to(approach, before, rapid)
-            sweep = sense * approach.turn if approach.kind == "CT" else _sweep_to(before, p, center, sense)
-            if abs(sweep) > 0:
-                self._arc_to(approach.line, p, make_arc(list(self.state.position), 0, center, sweep), feed)
+            self._go_to(approach, _touch(self.state.position, center, approach.length, sense, leaving=False), rapid)
+        if kind in ("LT", "LN"):
+            self._line_to(approach.line, beside, approach.feed)
+        else:
+            here = (self.state.position[0], self.state.position[1])
+            sweep = sense * approach.turn if kind == "CT" else _sweep_to(here, beside, center, sense)
+            self._arc_to(approach.line, beside, center, sweep, approach.feed)
+        if compensation is not None:
+            compensation.enter_beside((point[0], point[1]), self.recorder.count - 1, self.state.position, approach.line)
+            self.state.compensation, self.state.centre = compensation, self.state.position
+            self.state.position = list(point)
 
-    def _touch(self, position: list[float], center: Point, radius: float, sense: float, *, leaving: bool) -> Point:
-        """Where the tangent between the tool's place and a circle about a centre touches the circle, of the contour."""
-        reach = radius - sense * self.offset
-        dx, dy = position[0] - center[0], position[1] - center[1]
-        distance = math.hypot(dx, dy)
-        if reach <= 0:
-            raise BlockError(
-                "VP026", f"the radius {radius:g} mm of the approach or departure is not greater than that of the tool"
-            )
-        if distance < reach:
-            raise BlockError(
-                "VP008", "the tool stands inside the arc of the approach or departure; no tangent leads to it"
-            )
-        angle = math.atan2(dy, dx) + (-1 if leaving else 1) * sense * math.acos(min(reach / distance, 1.0))
-        return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
+    def _beside(self, point: list[float], t: Point) -> Point:
+        """Where the tool's centre is at a point of a contour that goes on in a direction."""
+        n = left(t)
+        return point[0] + self.offset * n[0], point[1] + self.offset * n[1]
 
     def _go_to(self, approach: Approach, place: Point, kind: MoveKind) -> None:
         """To the auxiliary point: first in X and Y, then in Z."""
-        here = self.state.position
+        here, feed = self.state.position, approach.feed if approach.kind == "LCT" else approach.before or approach.feed
         end = [place[0], place[1], *here[2:]]
-        self._emit(Element(approach.line, here, end, kind, approach.feed, (0, 1)))
+        self._emit(Element(approach.line, here, end, kind, feed, (0, 1)))
         if approach.point[2] != here[2]:
             end = [*end[:2], *approach.point[2:]]
-            self._emit(Element(approach.line, self.state.position, end, kind, approach.feed, (2,)))
+            self._emit(Element(approach.line, self.state.position, end, kind, feed, (2,)))
 
-    def _line_to(self, approach: Approach, place: Point, feed: float) -> None:
+    def _line_to(self, line: int, place: Point, feed: float) -> None:
         end = [place[0], place[1], *self.state.position[2:]]
-        self._emit(Element(approach.line, self.state.position, end, MoveKind.FEED, feed))
+        self._emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1)))
 
-    def _arc_to(self, line: int, place: Point, arc: Arc, feed: float) -> None:
-        end = [place[0], place[1], *self.state.position[2:]]
-        self._emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1), arc))
+    def _arc_to(self, line: int, place: Point, center: Point, sweep: float, feed: float) -> None:
+        if sweep:
+            start = list(self.state.position)
+            end = [place[0], place[1], *start[2:]]
+            self._emit(Element(line, start, end, MoveKind.FEED, feed, (0, 1), make_arc(start, 0, center, sweep)))
 
     def depart(
         self, statement: Statement, words: Words, kind: str, point: list[float] | None, height: float | None
@@ -174,42 +164,28 @@ class KlartextApproach(KlartextContour):
         length, turn = self._approach_size(statement, words, kind)
         if self.side is None and kind != "LT":
             raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, which say to which side it goes")
-        feed = self.feed_value(words) or self.state.feed
+        self.set_feed(statement, words)
+        feed = self.state.feed
         words.check_used(statement, "side M")
-        side = self._side_sign
-        end = self.state.position
-        p, n = (end[0], end[1]), left(t)
-        if kind == "LT":
-            self._emit(Element(line, end, [p[0] + length * t[0], p[1] + length * t[1], *end[2:]], MoveKind.FEED, feed))
-        elif kind in ("CT", "LCT"):
-            center = (p[0] + side * length * n[0], p[1] + side * length * n[1])
-            sense = side * math.copysign(1.0, length)
-            if kind == "CT":
-                place, sweep = _turned(p, center, sense * turn), sense * turn
-            else:
-                assert point is not None
-                place = self._touch(point, center, length, sense, leaving=True)
-                sweep = _sweep_to(p, place, center, sense)
-            if abs(sweep) > 0:
-                self._arc_to(line, place, make_arc(list(end), 0, center, sweep), feed)
-        offset = self.offset
+        side, n = self._side_sign, left(t)
+        here = self._beside(self.state.position, t)
+        center = (here[0] + side * length * n[0], here[1] + side * length * n[1])
+        sense = side * math.copysign(1.0, length)
         self._end_side()
-        if kind == "LN":
-            away = side * length + offset
-            self._emit(
-                Element(
-                    line, self.state.position, [p[0] + away * n[0], p[1] + away * n[1], *end[2:]], MoveKind.FEED, feed
-                )
-            )
-        elif kind == "LCT":
+        if kind == "LT":
+            self._line_to(line, (here[0] + length * t[0], here[1] + length * t[1]), feed)
+        elif kind == "LN":
+            self._line_to(line, center, feed)
+        elif kind == "CT":
+            self._arc_to(line, _turned(here, center, sense * turn), center, sense * turn, feed)
+        else:
             assert point is not None
-            self._emit(Element(line, self.state.position, point, MoveKind.FEED, feed))
+            place = _touch(point, center, length, sense, leaving=True)
+            self._arc_to(line, place, center, _sweep_to(here, place, center, sense), feed)
+            self._line_to(line, (point[0], point[1]), feed)
         if height is not None:
-            self._emit(
-                Element(
-                    line, self.state.position, [*self.state.position[:2], height, *end[3:]], MoveKind.FEED, feed, (2,)
-                )
-            )
+            end = [*self.state.position[:2], height, *self.state.position[3:]]
+            self._emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (2,)))
         self.direction = None
 
     def _end_side(self) -> None:
@@ -219,6 +195,22 @@ class KlartextApproach(KlartextContour):
         if state.centre is not None:
             state.position, state.centre = state.centre, None
         state.arc_may_follow = True
+
+
+def _touch(position: list[float], center: Point, radius: float, sense: float, *, leaving: bool) -> Point:
+    """Where the tangent between a place and a circle touches it, for an arc that arrives there or leaves from there.
+
+    Raises
+    ------
+    BlockError
+        VP008: the place lies inside the circle.
+    """
+    dx, dy = position[0] - center[0], position[1] - center[1]
+    distance = math.hypot(dx, dy)
+    if distance < radius:
+        raise BlockError("VP008", "the tool stands inside the arc of the approach or departure; no tangent leads to it")
+    angle = math.atan2(dy, dx) + (-1 if leaving else 1) * sense * math.acos(min(radius / distance, 1.0))
+    return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
 
 
 def _turned(point: Point, center: Point, angle: float) -> Point:

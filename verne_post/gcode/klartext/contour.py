@@ -36,6 +36,8 @@ class KlartextContour(KlartextPaths):
         self.side: str | None = None  # RL or RR, also where the radius is 0
         self.last_rapid = False
         self.delta_radius = 0.0
+        self.call_feed = 0.0  # F of TOOL CALL, which F AUTO takes
+        self.per_turn = False  # M136
 
     def now(self) -> list[float]:
         """The programmed position (9) at which the next element begins."""
@@ -143,6 +145,38 @@ class KlartextContour(KlartextPaths):
         if value <= 0:
             raise BlockError("VP007", f"F{value:g}: a feed rate is greater than 0")
         return value * 2.54 if self.state.inch else value
+
+    # --- feed ---------------------------------------------------------------------------------------------
+
+    def set_feed(self, statement: Statement, words: Words) -> None:
+        """F, F AUTO, FU."""
+        state = self.state
+        if words.automatic:
+            if not self.call_feed:
+                raise statement.error("VP009", "F AUTO, and TOOL CALL has given no F")
+            self._change_feed_mode(FeedMode.PER_MINUTE)
+            state.feed, words.automatic = self.call_feed, False
+            words.take_no_other_feed(statement)
+        per_turn, per_tooth, value = words.take("FU"), words.take("FZ"), words.take("F")
+        if per_tooth is not None:
+            raise statement.error(
+                "VP002", "FZ is not executed: the number of teeth is not known; write FU or F", words.columns["FZ"]
+            )
+        if per_turn is not None:
+            if value is not None or words.rapid:
+                raise statement.error("VP004", "FU and another F in one block", words.columns["FU"])
+            if per_turn <= 0:
+                raise statement.error("VP007", "FU must be greater than 0", words.columns["FU"])
+            self._change_feed_mode(FeedMode.PER_REVOLUTION)
+            state.feed = self._length(per_turn)
+        if value is not None:
+            self._change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
+            state.feed = self._length(value) if self.per_turn and value > 0 else self.feed_of_word(value)
+
+    def _change_feed_mode(self, mode: FeedMode) -> None:
+        if mode != self.state.feed_mode:
+            self._refuse_compensation("a change of feed mode")
+        self.state.feed_mode = mode
 
     # --- compensation -------------------------------------------------------------------------------------
 

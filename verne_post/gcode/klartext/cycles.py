@@ -151,7 +151,7 @@ class KlartextCycles(KlartextPlanes):
         backwards = self.state.spindle_reversed
         self._stop_oriented(q[336])
         hole = list(self.state.position)
-        self._beside(hole, direction, q[357])
+        self._leave_wall(hole, direction, q[357])
         self._to(clear, q[208] or q[206])
         self._leave(q, clear)
         back = list(self.state.position)
@@ -160,7 +160,7 @@ class KlartextCycles(KlartextPlanes):
             self._go_straight(back, rapid=True)
         self._switch_spindle(self.block.line, on=True, backwards=backwards)
 
-    def _beside(self, hole: list[float], direction: tuple[float, float], distance: float) -> None:
+    def _leave_wall(self, hole: list[float], direction: tuple[float, float], distance: float) -> None:
         if any(direction):
             end = list(self.state.position)
             for axis in (0, 1):
@@ -209,7 +209,7 @@ class KlartextCycles(KlartextPlanes):
         below = surface - q[250]
         hole, backwards = list(self.state.position), self.state.spindle_reversed
         self._stop_oriented(q[336])
-        self._beside(hole, direction, q[251])
+        self._leave_wall(hole, direction, q[251])
         self._to(below - q[200] - q[252], q[253])
         centre = [*hole[:2], *self.state.position[2:]]
         self._go_straight(centre, rapid=False, feed=q[253])
@@ -218,7 +218,7 @@ class KlartextCycles(KlartextPlanes):
         self._wait(q[255])
         self._to(below - q[200] - q[252], q[253])
         self._stop_oriented(q[336])
-        self._beside(hole, direction, q[251])
+        self._leave_wall(hole, direction, q[251])
         self._to(clear, q[253])
         self._leave(q, clear)
         self._go_straight([*hole[:2], *self.state.position[2:]], rapid=True)

@@ -9,7 +9,7 @@ from verne_post.gcode.execution import Execution, StopConditions, all_known, may
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import MAX_DEPTH, MOVES_OF_BLOCK
 from verne_post.gcode.klartext.program import Jump, Klartext
-from verne_post.gcode.klartext.statements import KlartextText
+from verne_post.gcode.klartext.statements import KlartextText, read_statement
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
@@ -228,13 +228,18 @@ def _execute_statement(flow: KlartextFlow) -> None:
     text, line, interpreter = flow.text, flow.line, flow.interpreter
     moves = interpreter.recorder.count
     flow.line += 1
-    statement = text.statement(line)
-    assert statement is not None
-    flow.line = statement.last + 1
+    parts = text.parts(line)
+    flow.line = line + len(parts)
+    statement = read_statement(parts, line)
     shown = flow.shown or line
     if not (statement.deleted and interpreter.setup.block_delete):
         following = flow.line
-        interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
+        try:
+            interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
+        except BlockError:
+            interpreter.recover(statement.keyword)
+            raise
+        interpreter.failed = interpreter.failed and statement.keyword in ("RND", "CHF", "DEP", "")
         if interpreter.jump is not None and not interpreter.ended:
             if interpreter.jump.kind == "end":
                 interpreter.check_nothing_waits("END PGM")

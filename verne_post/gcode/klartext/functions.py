@@ -13,7 +13,7 @@ from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.offsets import vector9
-from verne_post.model.moves import ZERO9, FeedMode, MoveKind
+from verne_post.model.moves import ZERO9, MoveKind
 from verne_post.model.part_setup import Tool
 
 _NAMED_TOOL: Final = re.compile(r"[ \t]*(?:\"[^\"]*\"|QS\d+)")
@@ -29,10 +29,6 @@ class KlartextFunctions(KlartextApproach):
 
     Attributes
     ----------
-    call_feed : float
-        F of TOOL CALL, which F AUTO takes.
-    per_turn : bool
-        M136: F in mm per turn.
     spindle_angle : float
         Cycle 13: where M19 orients the spindle.
     calls : list of str
@@ -41,43 +37,9 @@ class KlartextFunctions(KlartextApproach):
 
     def __init__(self, *arguments: object) -> None:
         super().__init__(*arguments)
-        self.call_feed = 0.0
-        self.per_turn = False
         self.calls: list[str] = []
         self.delta_length = 0.0
         self.spindle_angle = 0.0
-
-    # --- feed ---------------------------------------------------------------------------------------------
-
-    def set_feed(self, statement: Statement, words: Words) -> None:
-        """F, F AUTO, FU."""
-        state = self.state
-        if words.automatic:
-            if not self.call_feed:
-                raise statement.error("VP009", "F AUTO, and TOOL CALL has given no F")
-            self._change_feed_mode(FeedMode.PER_MINUTE)
-            state.feed, words.automatic = self.call_feed, False
-            words.take_no_other_feed(statement)
-        per_turn, per_tooth, value = words.take("FU"), words.take("FZ"), words.take("F")
-        if per_tooth is not None:
-            raise statement.error(
-                "VP002", "FZ is not executed: the number of teeth is not known; write FU or F", words.columns["FZ"]
-            )
-        if per_turn is not None:
-            if value is not None or words.rapid:
-                raise statement.error("VP004", "FU and another F in one block", words.columns["FU"])
-            if per_turn <= 0:
-                raise statement.error("VP007", "FU must be greater than 0", words.columns["FU"])
-            self._change_feed_mode(FeedMode.PER_REVOLUTION)
-            state.feed = self._length(per_turn)
-        if value is not None:
-            self._change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
-            state.feed = self._length(value) if self.per_turn and value > 0 else self.feed_of_word(value)
-
-    def _change_feed_mode(self, mode: FeedMode) -> None:
-        if mode != self.state.feed_mode:
-            self._refuse_compensation("a change of feed mode")
-        self.state.feed_mode = mode
 
     # --- tools ---------------------------------------------------------------------------------------------
 
@@ -103,6 +65,11 @@ class KlartextFunctions(KlartextApproach):
         words = read_words(replace(statement, rest=text[at:], begin=statement.begin + at), self.q)
         speed, feed = words.take("S"), words.take("F")
         delta = self._length(words.take("DL") or 0.0), self._length(words.take("DR") or 0.0)
+        for name in ("FZ", "FU"):
+            if name in words.values:
+                raise statement.error(
+                    "VP002", f"{name} of TOOL CALL is not executed; give F in mm/min", words.columns[name]
+                )
         if words.take("DR2"):
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
@@ -270,7 +237,7 @@ class KlartextFunctions(KlartextApproach):
         self._refuse_compensation("a retract along the tool axis")
         if distance is None:
             machine = self.machine_position()
-            if machine[2] < 0:
+            if machine[2] < 0 or not state.known[2]:  # while the start is sought, this names Z
                 machine[2] = 0.0
                 self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
             return

@@ -43,7 +43,8 @@ class DefinedCycle:
 class KlartextPatterns(KlartextSettings):
     """Settings, and where machining cycles run.
 
-    ``cycle`` is the machining cycle in force, ``modal`` whether M89 calls it after every positioning block.
+    ``cycle`` is the machining cycle in force, ``modal`` whether M89 calls it after every positioning block,
+    ``cycle_unread`` that its definition was refused.
     """
 
     def __init__(self, *arguments: object) -> None:
@@ -51,6 +52,7 @@ class KlartextPatterns(KlartextSettings):
         self.cycle: DefinedCycle | None = None
         self.modal = False
         self.places: list[Place] = []
+        self.cycle_unread = False
 
     # --- definitions ----------------------------------------------------------------------------------------
 
@@ -72,7 +74,7 @@ class KlartextPatterns(KlartextSettings):
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
-            self.cycle = DefinedCycle(number, q)
+            self.cycle, self.cycle_unread = DefinedCycle(number, q), False
             return
         self.check_nothing_waits(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
@@ -130,10 +132,23 @@ class KlartextPatterns(KlartextSettings):
 
     def call_cycle(self, z: float = 0.0) -> None:
         """Run the defined cycle here; ``z`` raises its surface."""
+        if self.cycle_unread:
+            return
         if self.cycle is None:
             raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
         q = self.cycle.q if not z else {**self.cycle.q, 203: self.cycle.q[203] + z}
         self.run_hole(self.cycle.number, q)
+
+    def call_cycles(self, *, moved: bool) -> None:
+        """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""
+        if "cycle" in self.calls:
+            self.modal = False
+            self.call_cycle()
+        elif "modal" in self.calls:
+            self.modal = True
+            self.call_cycle()
+        elif self.modal and moved:
+            self.call_cycle()
 
     def call_at(self, statement: Statement, words: Words) -> None:
         """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle."""
@@ -160,6 +175,8 @@ class KlartextPatterns(KlartextSettings):
 
     def _run_at(self, place: Place, *, rapid: bool) -> None:
         """First up, where the tool is lower than the clearance of this place, then sideways, then the cycle."""
+        if self.cycle_unread:
+            return
         if self.cycle is None:
             raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
         self._require_known(self.block, [0, 1, 2], "a cycle call")
@@ -183,6 +200,8 @@ class KlartextPatterns(KlartextSettings):
     # --- 220, 221 -----------------------------------------------------------------------------------------------
 
     def _run_pattern(self, statement: Statement, number: int, q: dict[int, float]) -> None:
+        if self.cycle_unread:
+            return
         if self.cycle is None:
             raise statement.error("VP017", f"CYCL DEF {number}, and no machining cycle is defined before it")
         if q.get(365):

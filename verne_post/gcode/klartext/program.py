@@ -41,6 +41,7 @@ class Klartext(KlartextPatterns):
     def __init__(self, *arguments: object) -> None:
         super().__init__(*arguments)
         self.jump: Jump | None = None
+        self.failed = False
 
     def execute_statement(self, statement: Statement, shown_line: int, *, corner_next: Callable[[], bool]) -> None:
         """Execute one statement; ``corner_next`` tells whether RND or CHF follows.
@@ -59,6 +60,16 @@ class Klartext(KlartextPatterns):
             STATEMENTS[statement.keyword](self, statement)
         if self.ended:
             self.check_nothing_waits("the end of the program")
+
+    def recover(self, keyword: str) -> None:
+        """After an error: what the statement would have set is not missed by the next ones, which would be refused for it."""
+        self.failed = True
+        if keyword in _PATHS or keyword in ("RND", "CHF", "APPR", "DEP"):
+            self.pending = self.corner = self.approach = None
+        elif keyword == "CYCL DEF":
+            self.cycle_unread = True
+        elif keyword == "TOOL CALL":
+            self.state.length_given = True
 
     # --- path functions ----------------------------------------------------------------------------------------
 
@@ -81,7 +92,7 @@ class Klartext(KlartextPatterns):
         arc = self.build(statement, words, target)
         self._finish_path(statement, words, target, arc, corner_next)
         self.end_functions(words)
-        self._call_cycles(moved=bool(target.axes))
+        self.call_cycles(moved=bool(target.axes))
 
     def _finish_path(
         self, statement: Statement, words: Words, target: Target, arc: Arc | None, corner_next: Callable[[], bool]
@@ -159,7 +170,7 @@ class Klartext(KlartextPatterns):
             self._go_in_machine(statement, words, kind, number)
         self.last_rapid, self.direction = words.rapid, None
         self.end_functions(words)
-        self._call_cycles(moved=True)
+        self.call_cycles(moved=True)
 
     def _go_untilted(self, statement: Statement, words: Words, kind: MoveKind) -> None:
         kept, self.maps.tilt = self.maps.tilt, None
@@ -215,6 +226,8 @@ class Klartext(KlartextPatterns):
         if statement.keyword == "CHF":
             rest = "LEN" + rest.lstrip()
         words = read_words(replace(statement, rest=rest), self.q)
+        if self.failed and self.pending is None:
+            return
         self.set_corner(statement, words)
 
     def _approach(self, statement: Statement) -> None:
@@ -253,16 +266,6 @@ class Klartext(KlartextPatterns):
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
-    def _call_cycles(self, *, moved: bool) -> None:
-        if "cycle" in self.calls:
-            self.modal = False
-            self.call_cycle()
-        elif "modal" in self.calls:
-            self.modal = True
-            self.call_cycle()
-        elif self.modal and moved:
-            self.call_cycle()
-
     def _cycle_call(self, statement: Statement) -> None:
         """CYCL CALL, PAT, POS."""
         match = re.match(r"[ \t]*(PAT|POS)?(?![A-Z])", statement.rest)
@@ -289,7 +292,7 @@ class Klartext(KlartextPatterns):
         self.set_side(statement, words.compensation)
         words.check_used(statement, "side M")
         self.end_functions(words)
-        self._call_cycles(moved=False)
+        self.call_cycles(moved=False)
 
     # --- flow --------------------------------------------------------------------------------------------------------
 
@@ -366,7 +369,7 @@ class Klartext(KlartextPatterns):
         self.begin_functions(words)
         self._run(Block(statement.line, [("M", 0.0, 1)]))
         self.end_functions(words)
-        self._call_cycles(moved=False)
+        self.call_cycles(moved=False)
 
     def _pole(self, statement: Statement) -> None:
         words = read_words(statement, self.q)

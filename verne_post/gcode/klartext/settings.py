@@ -57,6 +57,7 @@ class KlartextSettings(KlartextOrientation):
         layer, at = self.maps.current, 0
         shift = list(layer.shift)
         text = text.rstrip()
+        outside = self.maps.tilt is not None and "shift" in self.maps.outer.order
         while at < len(text):
             match = _COORDINATE.match(text, at)
             if match is None:
@@ -74,15 +75,24 @@ class KlartextSettings(KlartextOrientation):
                     )
                 continue
             axis = "XYZ".index(letter)
+            if outside and not value and not step:  # takes back that of before the plane, as headers and footers do
+                self._end_outer_shift(axis)
+                continue
+            if outside:
+                raise statement.error(
+                    "VP017", "a datum shift in a tilted plane while one from before the plane holds: which of them it would change "
+                    "differs between controls; write PLANE RESET first",
+                )  # fmt: skip
             shift[axis] = self._length(value) + (shift[axis] if step else 0.0)
-        if self.maps.tilt is not None and "shift" in self.maps.outer.order:
-            raise statement.error(
-                "VP017", "a datum shift in a tilted plane while one from before the plane holds: which of them it would change differs "
-                "between controls; write PLANE RESET first",
-            )  # fmt: skip
         layer.shift = (shift[0], shift[1], shift[2])
         layer.set("shift", active=any(shift))
         self.refresh_frame()
+
+    def _end_outer_shift(self, axis: int) -> None:
+        outer = self.maps.outer
+        x, y, z = (0.0 if axis == place else value for place, value in enumerate(outer.shift))
+        outer.shift = (x, y, z)
+        outer.set("shift", active=any(outer.shift))
 
     def _shift(self, statement: Statement, head: Head) -> None:
         self.shift_datum(statement, head.rest)
@@ -193,6 +203,9 @@ class KlartextSettings(KlartextOrientation):
                 rf"[ \t]*(?:HSC-MODE[ \t]*:?[ \t]*[01])?[ \t]*(?:TA[ \t]*:?[ \t]*{VALUE})?[ \t]*", head.rest
             ):
                 raise statement.error("VP001", "expected HSC-MODE:0 TA0.5")
+            return
+        if not head.rest.strip():
+            self.state.control = PathControl()
             return
         match = re.fullmatch(rf"[ \t]*T[ \t]*({VALUE})[ \t]*", head.rest)
         if match is None:

@@ -20,7 +20,7 @@ KEYWORDS: Final = (
     "CALL SELECTED PGM", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "FN", "APPR", "DEP", "RND", "CHF",
     "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
 )  # fmt: skip
-_NUMBER: Final = re.compile(r"[ \t]*(\d+)?[ \t]*(/)?[ \t]*")
+_NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*")
 _KEYWORD: Final = re.compile(
     "|".join(
         re.escape(word).replace(r"\ ", r"[ \t]+") + (r"(?![A-Z0-9])" if len(word) > 1 or word == "C" else "")
@@ -32,10 +32,11 @@ _KEYWORD: Final = re.compile(
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORECASE)
 #: Statements that change the corner at the end of the move before them.
-_CORNER: Final = re.compile(rb"[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
+_CORNER: Final = re.compile(rb"[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*\d*[ \t]*(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
 _LABEL: Final = re.compile(
-    rb"^[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$", re.MULTILINE | re.IGNORECASE
+    rb"^[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
+    re.MULTILINE | re.IGNORECASE,
 )
 _KEPT_CHUNKS: Final = 8
 _G: Final = 10
@@ -57,8 +58,8 @@ class Statement:
 
     Attributes
     ----------
-    line, last : int
-        Its first and last line.
+    line : int
+        Its first line.
     keyword : str
         "" for a comment, a structure line or a blank line.
     rest : str
@@ -70,7 +71,6 @@ class Statement:
     """
 
     line: int
-    last: int
     keyword: str
     rest: str
     begin: int = 0
@@ -120,22 +120,21 @@ class KlartextText:
         chunk = self.chunk(line)
         return None if chunk is None else chunk.raw[line - chunk.first_line]
 
-    def statement(self, line: int) -> Statement | None:
-        """The statement that begins in a line; None after the end of the text.
+    def parts(self, line: int) -> list[str]:
+        """The lines of the statement that begins in a line, without comments.
 
         Raises
         ------
         BlockError
-            VP001, VP002: the line begins with no word of the language.
+            VP001: the statement goes on, and the text ends.
         """
         raw = self.raw(line)
-        if raw is None:
-            return None
+        assert raw is not None
         text, goes_on = _without_comment(decode_line(raw))
-        parts, last = [text], line
+        parts = [text]
         cycle = _CYCLE.match(text) is not None
         while goes_on or cycle:
-            following = self.raw(last + 1)
+            following = self.raw(line + len(parts))
             if following is None:
                 if goes_on:
                     raise BlockError("VP001", "the statement goes on (~), and the text ends", line=line)
@@ -145,8 +144,7 @@ class KlartextText:
                 break
             text, goes_on = _without_comment(more)
             parts.append(text)
-            last += 1
-        return _read(parts, line, last)
+        return parts
 
     def is_corner_next(self, line: int) -> bool:
         """True where the next statement from a line on is RND or CHF."""
@@ -211,16 +209,23 @@ def _upper(text: str) -> str:
     )
 
 
-def _read(parts: list[str], line: int, last: int) -> Statement:
+def read_statement(parts: list[str], line: int) -> Statement:
+    """The statement of some lines, of which ``line`` is the first.
+
+    Raises
+    ------
+    BlockError
+        VP002: they begin with no word of the language.
+    """
     text = _upper(parts[0])
     number = _NUMBER.match(text)
     assert number is not None
-    deleted = number.group(2) is not None
+    deleted = number.group(1) is not None or number.group(3) is not None
     begin = number.end()
     if begin == len(text) and len(parts) == 1:
-        return Statement(line, last, "", "", begin, deleted)
+        return Statement(line, "", "", begin, deleted)
     if text.startswith("*", begin):  # a structure line
-        return Statement(line, last, "", text[begin:], begin, deleted)
+        return Statement(line, "", text[begin:], begin, deleted)
     keyword = _KEYWORD.match(text, begin)
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
@@ -231,7 +236,7 @@ def _read(parts: list[str], line: int, last: int) -> Statement:
     name = " ".join(keyword.group().split())
     tail = " ".join(_upper(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
-    return Statement(line, last, name, text[at:] + (" " + tail if tail else ""), at, deleted)
+    return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, deleted)
 
 
 def _plain_words(text: bytes) -> bytes:
