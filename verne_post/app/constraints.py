@@ -23,7 +23,7 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
     bounds, found = check_constraints(guarded_joints(program), report)
-    return bounds, sort_findings([*program.findings, *found])
+    return bounds, sort_findings([*program.machine.warnings, *program.findings, *found])
 
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:

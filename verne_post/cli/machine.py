@@ -125,7 +125,8 @@ def _draw(
 @command.command("validate")
 @click.argument("name", metavar="NAME|FILE")
 def validate(name: str) -> int:
-    """Check a machine file: every key and bound, and that both home positions can be reached."""
+    """Check a machine file: every key and bound, and that both home positions can be reached; say what the machine can do."""
+    from verne_post.app.capability import describe_moves
     from verne_post.config import validate_machine
     from verne_post.model.findings import InputError
 
@@ -140,6 +141,10 @@ def validate(name: str) -> int:
     click.echo(f"{name}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         click.echo(f"  {group}: {source}")
+    for text in describe_moves(machine):
+        click.echo(f"  {text}")
+    for item in machine.warnings:
+        click.echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
     return 0
 
 

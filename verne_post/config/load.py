@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.as_built import build_as_built, read_as_built
 from verne_post.config.kinds import KINDS, Kind
+from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
     DriveFile,
@@ -140,6 +141,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         drives=_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
         rod_places=places,
+        warnings=tuple(find_implausible(data["limits"], kind.group, content.table.radius, accuracy.tip_mm)),
         tolerances=_tolerances(content.tolerances or TolerancesFile()),
     )
 

@@ -454,6 +454,14 @@ CODES: Final[dict[str, Code]] = _table(
         "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an impossible value.",
         "Correct the key or row that the message names (docs/setpoints.md).",
     ),
+    (
+        "VP505",
+        "implausible value of the machine file",
+        "warning",
+        "A speed, acceleration, jerk, travel or length of the machine file is legal, but no machine tool has it; most often it is "
+        "given in another unit.",
+        "Compare the value with its unit in docs/machine-file.md; `verne-post machine validate` prints how long moves take.",
+    ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (
         "VP901",

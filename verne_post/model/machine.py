@@ -7,6 +7,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Mask
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
+from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 
 
@@ -106,7 +107,8 @@ class Machine:
     The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
     does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
-    ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine.
+    ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine;
+    ``warnings`` are values that no machine tool has (VP505).
     """
 
     name: str
@@ -127,6 +129,7 @@ class Machine:
     bodies: Bodies | None = None
     rod_places: RodPlaces | None = None
     tolerances: Array = field(default_factory=lambda: np.empty(0))
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def margins(self) -> tuple[Margin, ...]:
