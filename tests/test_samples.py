@@ -47,7 +47,7 @@ def options(sample: Path) -> list[str]:
 
 
 #: Compared with twins in tests/gcode/test_dialects.py: this judge knows no tilted plane, nor lines that are executed several times.
-OTHER_DIALECTS = {"fanuc_tilted", "two_faces"}
+OTHER_DIALECTS = {"fanuc_tilted", "two_faces", "two_faces_fanuc"}
 SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_DIALECTS)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]
 GOOD = [sample for sample in SAMPLES if sample not in REFUSED]

@@ -64,6 +64,7 @@ def test_samples_are_recognised():
                 "posted.nc": "fanuc",
                 "wing.cls": "aptcl",
                 "two_faces.h": "heidenhain",
+                "two_faces_fanuc.nc": "fanuc",
                 "two_faces.mpf": "siemens",
             }.get(path.name, "rs274")
             assert choose_dialect("auto", path.read_bytes()) is DIALECTS[wanted], path.name

@@ -271,12 +271,30 @@ def test_what_would_be_a_guess_is_refused(findings, statements, words):
 
 
 def test_the_samples_have_the_same_setpoints(machine):
-    """two_faces in RS274, its planes computed in the program, and in Klartext."""
+    """two_faces in RS274, its planes computed in the program, in Klartext, and in words of Fanuc controls."""
     options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 40.0)})
-    results = [
-        verne_post.convert((SAMPLES / f"two_faces.{ending}").read_bytes(), machine, options) for ending in ("nc", "h")
-    ]
+    names = ("two_faces.nc", "two_faces.h", "two_faces_fanuc.nc")
+    results = [verne_post.convert((SAMPLES / name).read_bytes(), machine, options) for name in names]
     assert all(result.ok for result in results), [result.findings for result in results]
     values = [result.setpoints.values for result in results]
-    assert values[0].shape == values[1].shape
-    assert np.abs(values[0] - values[1]).max() < 1e-6
+    for other in values[1:]:
+        assert other.shape == values[0].shape
+        assert np.abs(other - values[0]).max() < 1e-6
+
+
+def test_headers_of_cam_systems(machine, options):
+    """Retracts to the limit before any position is named; footers that take a shift back before they end the plane."""
+
+    def path(*statements):
+        text = "\n".join(["BEGIN PGM P MM", *statements, "M30", "END PGM P MM"]).encode()
+        return read_draft(text, machine, options).path
+
+    first = path("TOOL CALL 1 Z S900", "L M140 MB MAX", "L X+5 Y+6 FMAX", "L Z+30 FMAX")
+    gauge = first.first_pose[2] + LENGTH
+    assert gauge == pytest.approx(machine.coordinates.machine_zero[2])
+    shift = ["CYCL DEF 7.0 SHIFT", "CYCL DEF 7.1 X{}", "CYCL DEF 7.2 Y{}", "CYCL DEF 7.3 Z{}"]
+    end = path(
+        *HEAD[1:], *(line.format(9) for line in shift), "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN MB MAX FMAX", "L X+1 Y+1 Z+50 FMAX",
+        *(line.format(0) for line in shift), "PLANE RESET STAY", "L A+0 C+0 FMAX", "L X+1 Y+2 Z+70 FMAX",
+    )  # fmt: skip
+    assert end.end[-1, :3] - ORIGIN == pytest.approx([1, 2, 70], abs=1e-8)

@@ -249,9 +249,9 @@ class KlartextPlanes(KlartextFunctions):
         if feed is not None:
             self.state.feed = self.feed_of_word(feed)
             self._check_feed(self.block, 10)
-        self._require_known(self.block, [0, 1, 2], f"PLANE ... {move}")
         if back or retract is not None:
             self.retract(None if back else self._length(retract or 0.0), kind)
+        self._require_known(self.block, [0, 1, 2], f"PLANE ... {move}")
         targets = {_A: angles[0], _C: angles[1]} if self.setup.machine else {}
         if move == "TURN":
             if targets:
