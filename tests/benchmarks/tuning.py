@@ -41,6 +41,7 @@ WIDE = (0.1, 10.0)
 #: Factors by which each constant is multiplied; whole numbers are rounded, and stay 1 or more.
 FACTORS: dict[str, tuple[float, ...]] = {
     "TIME_UNIT": HALF_TO_DOUBLE,
+    "SHORT_ROWS": (0.01, 10.0),
     "VIRTUAL_ACCELERATION": HALF_TO_DOUBLE,
     "VIRTUAL_JERK": HALF_TO_DOUBLE,
     "WINDOW_KNOTS": (0.1, 4.0),
@@ -110,7 +111,7 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
 #: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts;
 #: and those that are varied piece by piece.
 NOT_VARIED = {
-    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL",
+    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "OTHER",
 }  # fmt: skip
 #: Factors of the settings of a pass.
 PASS_FACTORS: dict[str, tuple[float, ...]] = {

@@ -1,5 +1,8 @@
 """Profiles of continuous sections, checked on the differences of their rows by independent code."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,7 +12,7 @@ from verne_post.trajectory.reachability import duration as profile_duration
 from verne_post.trajectory.reachability import solve as second_order
 from verne_post.trajectory.section_path import SectionTask, grid_along
 from verne_post.trajectory.stop_to_stop import duration
-from verne_post.trajectory.tuning import NORMAL, QUALITY
+from verne_post.trajectory.tuning import NORMAL, OTHER, QUALITY, Effort
 
 from .curves import Curve, assert_legal, cornered, limits, straight, wavy
 
@@ -52,15 +55,20 @@ def test_blends_are_within_two_percent_of_the_fine_solution() -> None:
 def test_a_section_that_cannot_be_repaired_is_planned_finely(monkeypatch: pytest.MonkeyPatch) -> None:
     section, top = cornered(1.0, 3, 0.25, 50.0), limits(3)
     fine = plan_continuous(section, top, 1e-3, QUALITY).s
-    tries = []
+    planned = continuous._plan_with_effort
 
-    def repaired(*arguments: object) -> object:
-        tries.append(None)
-        return None if len(tries) <= 1 + NORMAL.repeats else repair.repair_rows(*arguments)  # type: ignore[arg-type]
+    def without_repair(task: Any, profile: Any, bound: float, effort: Effort) -> Any:
+        found = planned(task, profile, bound, effort)
+        return found if effort is QUALITY else replace(found, rows=None)
 
-    monkeypatch.setattr(continuous, "repair_rows", repaired)
+    monkeypatch.setattr(continuous, "_plan_with_effort", without_repair)
     assert np.array_equal(plan_continuous(section, top, 1e-3).s, fine)
-    assert len(tries) == 2 + NORMAL.repeats
+
+
+def test_of_two_profiles_of_a_short_section_the_faster_is_kept() -> None:
+    section, top = cornered(0.3, 5, 0.4, 50.0), limits(3)
+    both = [len(plan_continuous(section, top, 0.01, replace(effort)).s) for effort in (NORMAL, OTHER)]
+    assert len(plan_continuous(section, top, 0.01).s) == min(both)
 
 
 def test_a_feed_that_changes_is_kept_on_both_sides() -> None:

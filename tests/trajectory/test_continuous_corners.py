@@ -23,3 +23,41 @@ def test_sharp_corners_at_a_feed_far_out_of_reach(corner_deg):
         seconds[smoothing] = result.summary.cycle_time
     # corners of 90 degrees gain a sixth, of 30 degrees a quarter
     assert seconds["spline"] < 0.9 * seconds["off"]
+
+
+def corner_times(lead: float, feed: int, angle_deg: float, machine: str, cycle: float) -> tuple[float, float]:
+    """Seconds of one corner between two lines, blended and with a stop."""
+    turn = np.radians(angle_deg)
+    end = f"X{20 * np.cos(turn):.5f} Y{20 * np.sin(turn):.5f}"
+    lines = [f"G21 G90 G94 G64 P0.01 F{feed}", f"G0 X{-lead} Y0 Z60 A0 C0", "G1 X0", f"G1 {end}", "M2\n"]
+    seconds = []
+    for smoothing in ("spline", "off"):
+        options = Options(tool_length=50.0, smoothing=smoothing, cycle=cycle)
+        result = verne_post.check("\n".join(lines).encode(), verne_post.load_machine(machine), options)
+        assert result.summary is not None, result.findings
+        seconds.append(result.summary.cycle_time)
+    return seconds[0], seconds[1]
+
+
+@pytest.mark.parametrize("feed", [3000, 6000])
+def test_a_corner_costs_the_same_wherever_it_is_and_less_than_a_stop(feed: int) -> None:
+    """Between lines of any length; a solution that has not settled depends on where its knots are."""
+    leads = [8, 12, 20, 22, 26, 30]
+    times = np.array([corner_times(lead, feed, 90.0, "serial", 1e-3) for lead in leads])
+    assert (times[:, 0] < times[:, 1]).all()
+    lost = times[:, 0] - (np.array(leads) + 20) / (feed / 60)
+    assert np.ptp(lost) <= 0.002 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("lead", "feed", "angle_deg", "machine", "cycle"),
+    [
+        (10.37, 6000, 84.1, "serial", 0.001), (26.0, 12000, 88.1, "serial", 0.004), (21.95, 1500, 83.1, "linear_delta", 0.0005),
+        (0.77, 3000, 71.9, "verne", 0.00025), (5.0, 3000, 150.0, "verne", 0.002),
+    ],
+)  # fmt: skip
+def test_corners_that_were_slower_than_a_stop(
+    lead: float, feed: int, angle_deg: float, machine: str, cycle: float
+) -> None:
+    blended, stopped = corner_times(lead, feed, angle_deg, machine, cycle)
+    assert blended <= stopped

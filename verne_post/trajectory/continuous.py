@@ -86,6 +86,10 @@ def plan_continuous(
     first, unit, bound = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver)
     task = SectionTask(section, limits, cycle, unit)
     planned = _plan_with_effort(task, first, bound, effort)
+    if effort is tuning.NORMAL and (planned.rows is None or len(planned.rows) <= tuning.SHORT_ROWS):
+        other = _plan_with_effort(task, first, bound, tuning.OTHER)
+        if other.rows is not None and (planned.rows is None or len(other.rows) < len(planned.rows)):
+            planned = other
     if planned.rows is None and effort is not tuning.QUALITY:
         # a better profile costs less than to repair this one, and is faster by far
         planned = _plan_with_effort(task, first, bound, tuning.QUALITY)
