@@ -110,6 +110,16 @@ def test_a_mistake_in_a_program_of_the_language_is_shown(view, program):
     assert item.code != "VP032"
 
 
+@pytest.mark.parametrize(("name", "codes"), [("PDF", ["VP032"]), ("DIN/ISO", ["VP032"])])
+def test_a_percent_does_not_hide_what_a_file_is(machine, name, codes):
+    assert [item.code for item in check(LANGUAGES[name].encode(), machine, Options()).findings] == codes
+
+
+def test_a_text_that_begins_as_its_dialect_is_of_no_other(view):
+    found = view("%\nO1\nG0 X5\nTRANS X10\nM30\n%")[1]
+    assert [item.code for item in found] == ["VP001"]
+
+
 def test_what_can_be_read_is_read_whatever_it_looks_like(view):
     assert view("(BEGIN PGM A MM)\n(0 BEGIN PGM A MM)\nG0 X1 ; PARTNO\nM2")[1] == ()
 

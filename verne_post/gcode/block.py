@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from verne_post.gcode.expressions import BlockError, Key, ValueReader, Values, shown_key
+from verne_post.gcode.templates import read_by_template
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,7 +101,8 @@ class Block:
     """The words of one block.
 
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
-    parameters that the block sets, with their columns. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
+    parameters that the block sets, with their columns. A column below 0 is minus the number of the word in its line: see
+    :func:`~verne_post.gcode.templates.word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
     their place.
     """
 
@@ -116,6 +118,21 @@ class Block:
     def error(self, code: str, message: str, letter: str) -> BlockError:
         """An error at the word of a letter; without a column where the block has no such word."""
         return BlockError(code, message, self.columns.get(letter))
+
+
+def block_of_words(letters: str, values: list[float], line: int) -> Block | None:
+    """The block of a line of plain words; None where only the exact reader can read it."""
+    block = Block(line)
+    codes, words, columns = block.codes, block.words, block.columns
+    numbered = letters.startswith("N") and values[0] >= 0
+    for at, (letter, value) in enumerate(zip(letters[numbered:], values[numbered:], strict=True), 1):
+        if letter in "GM":
+            codes.append((letter, value, -at))
+        elif letter in words or letter in "NO":
+            return None
+        else:
+            words[letter], columns[letter] = value, -at
+    return block
 
 
 def read_block(text: str, line: int, values: Values | None = None) -> Block:
@@ -135,6 +152,13 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
     BlockError
         With the column of the first character that does not fit.
     """
+    if values is not None and (fast := read_by_template(text, values)) is not None:
+        return Block(line, *fast)
+    return read_exactly(text, line, values)
+
+
+def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
+    """As :func:`read_block`, word by word: the only reader that reports errors."""
     block = Block(line)
     characters, places, block.comment = _strip_comments(text)
     reader = ValueReader(characters, places, values)

@@ -6,6 +6,7 @@ from typing import Any
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
+from verne_post.gcode.block import Block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import Flow
 from verne_post.gcode.interpret import Interpreter
@@ -13,6 +14,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.recovery import FATAL, Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
+from verne_post.gcode.templates import word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import AXES
@@ -127,7 +129,7 @@ def execute_blocks(
         errors: list[BlockError] = []
         try:
             if not _execute_stretch(flow, chunk, stop):
-                errors = _execute_line(flow, chunk.raw[line - chunk.first_line], recovery)
+                errors = _execute_line(flow, chunk, recovery)
                 last = line + 1
             else:
                 last = flow.line
@@ -176,28 +178,52 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     return done > row
 
 
-def _execute_line(flow: Flow, raw: bytes, recovery: Recovery | None) -> list[BlockError]:
+def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[BlockError]:
     """Execute a line; with recovery its errors are returned, without the first is raised."""
-    errors: list[BlockError] = []
-    text, line, moves = flow.text, flow.line, flow.interpreter.recorder.count
+    text, line, interpreter = flow.text, flow.line, flow.interpreter
+    moves, errors = interpreter.recorder.count, []
+    row = line - chunk.first_line
     flow.line += 1
-    deleted = flow.interpreter.setup.block_delete and raw.lstrip().startswith(b"/")
-    if line != text.opening and not deleted and raw.strip():
-        errors = _execute_block(flow, decode_line(raw), line, recovery)
-    flow.count(text, line, line, flow.interpreter.recorder.count - moves)
+    interpreter.parameters.line = line
+    block = chunk.block(row, line) if interpreter.reads_plain_words else None
+    try:
+        if block is not None:
+            errors = _execute_block(flow, block, line, recovery)
+        elif line != text.opening and _is_executed(chunk.raw[row], interpreter.setup):
+            errors = _read_and_execute(flow, decode_line(chunk.raw[row]), line, recovery)
+    except BlockError as error:
+        _find_column(error, chunk.raw[row])
+        raise
+    for found in errors:
+        _find_column(found, chunk.raw[row])
+    flow.count(text, line, line, interpreter.recorder.count - moves)
     return errors
 
 
-def _execute_block(flow: Flow, text: str, line: int, recovery: Recovery | None) -> list[BlockError]:
-    interpreter, errors = flow.interpreter, []
-    interpreter.parameters.line = line
+def _is_executed(raw: bytes, setup: Setup) -> bool:
+    """False for blank lines, and for those that block delete leaves out."""
+    return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
+
+
+def _find_column(error: BlockError, raw: bytes) -> None:
+    """Put the column of a word in place of its number in the line."""
+    if error.column is not None and error.column < 0:
+        error.column = word_columns(decode_line(raw))[-error.column - 1]
+
+
+def _read_and_execute(flow: Flow, text: str, line: int, recovery: Recovery | None) -> list[BlockError]:
     try:
-        block = interpreter.read(text, line)
+        block = flow.interpreter.read(text, line)
     except BlockError as error:
         if recovery is None:
             raise
         recovery.pass_unread(text, line)
         return [error]
+    return _execute_block(flow, block, line, recovery)
+
+
+def _execute_block(flow: Flow, block: Block, line: int, recovery: Recovery | None) -> list[BlockError]:
+    interpreter, errors = flow.interpreter, []
     if block.o is not None:
         flow.step(block)
         return []

@@ -19,8 +19,8 @@ MAX_NESTING: Final = 50
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _NAME: Final = re.compile(r"<([^<>]*)>")
 _LETTERS: Final = re.compile(r"[A-Z]+")
-_OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
-_PRECEDENCE: Final = {
+OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
+PRECEDENCE: Final = {
     "**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3,
     **dict.fromkeys(("EQ", "NE", "GT", "GE", "LT", "LE"), 2),
     **dict.fromkeys(("AND", "OR", "XOR"), 1),
@@ -115,7 +115,7 @@ class ValueReader:
             value = self.value(owner)
             return -value if first == "-" else value
         if first and (match := _LETTERS.match(characters, begin)) is not None:
-            name = next((name for name in _FUNCTIONS_LONGEST_FIRST if match.group().startswith(name)), None)
+            name = next((name for name in FUNCTIONS_LONGEST_FIRST if match.group().startswith(name)), None)
             if name is not None:
                 self.at += len(name)
                 return self._finite(self._function(name, begin), begin)
@@ -184,11 +184,11 @@ class ValueReader:
     def _binary(self, least: int) -> float:
         left = self.value("an expression")
         while True:
-            match = _OPERATOR.match(self.characters, self.at)
-            if match is None or _PRECEDENCE[match.group()] < least:
+            match = OPERATOR.match(self.characters, self.at)
+            if match is None or PRECEDENCE[match.group()] < least:
                 return left
             begin, self.at = self.at, match.end()
-            right = self._binary(_PRECEDENCE[match.group()] + 1)
+            right = self._binary(PRECEDENCE[match.group()] + 1)
             left = self._finite(self._apply(match.group(), left, right, begin), begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
@@ -201,7 +201,7 @@ class ValueReader:
         if operator == "**" and left == 0 and right < 0:
             raise self.error("VP007", f"0**{right:g}: zero to a negative power", begin)
         try:
-            return float(_OPERATORS[operator](left, right))
+            return float(OPERATORS[operator](left, right))
         except OverflowError:
             return math.inf
 
@@ -216,13 +216,13 @@ class ValueReader:
                 raise self.error("VP001", "ATAN has two arguments: ATAN[y]/[x]", self.at)
             self.at += 1
             return math.degrees(math.atan2(argument, self.read_bracket()))
-        allowed, what = _DOMAIN.get(name, (None, ""))
+        allowed, what = DOMAIN.get(name, (None, ""))
         if allowed is not None and not allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
         if name in ("FIX", "FUP") and argument < 0 and self.values is not None and self.values.custom_macro:
             name = "FUP" if name == "FIX" else "FIX"
         try:
-            return float(_FUNCTIONS[name](argument))
+            return float(FUNCTIONS[name](argument))
         except OverflowError:
             return math.inf
 
@@ -243,7 +243,7 @@ def _round(value: float) -> float:
     return math.copysign(math.floor(abs(value) + 0.5), value)
 
 
-_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
+OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
     "**": lambda a, b: a**b,
     "*": lambda a, b: a * b,
     "/": lambda a, b: a / b,
@@ -260,7 +260,7 @@ _OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
     "OR": lambda a, b: a != 0 or b != 0,
     "XOR": lambda a, b: (a != 0) != (b != 0),
 }
-_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
+FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "ABS": abs,
     "ACOS": lambda x: math.degrees(math.acos(x)),
     "ASIN": lambda x: math.degrees(math.asin(x)),
@@ -274,8 +274,8 @@ _FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),
 }
-_FUNCTIONS_LONGEST_FIRST: Final = sorted([*_FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
-_DOMAIN: Final[dict[str, tuple[Callable[[float], bool], str]]] = {
+FUNCTIONS_LONGEST_FIRST: Final = sorted([*FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
+DOMAIN: Final[dict[str, tuple[Callable[[float], bool], str]]] = {
     "ACOS": (lambda x: abs(x) <= 1, "the argument lies between -1 and 1"),
     "ASIN": (lambda x: abs(x) <= 1, "the argument lies between -1 and 1"),
     "LN": (lambda x: x > 0, "the argument is greater than zero"),

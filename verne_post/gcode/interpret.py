@@ -24,6 +24,8 @@ from verne_post.gcode.state import State
 from verne_post.model.moves import AXES
 
 _MAX_M_CODES: Final = 4
+#: Numbers of G words -> codes of motion that need nothing but their own words.
+_PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
 #: Words that may stand beside a user-defined code.
 _REMAPPED_WORDS: Final = "PQRLEDHK"
 
@@ -50,6 +52,9 @@ class Interpreter(ModalCodes):
     o_letters: ClassVar[bytes] = b"O"
     #: A ``%`` ends a program also where none begins it.
     end_alone: ClassVar[bool] = False
+    #: Lines of plain words mean what they mean in RS274/NGC, whatever :meth:`read` does with others; each class that reads
+    #: in its own way says so itself.
+    plain_words: ClassVar[bool] = True
     #: The end of the text ends a program.
     ends_with_text: ClassVar[bool] = False
     #: Expressions are read as Fanuc's custom macro has them.
@@ -58,6 +63,11 @@ class Interpreter(ModalCodes):
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
         self.parameters = Parameters(setup, state, custom_macro=self.custom_macro)
+        own = type(self)
+        self.reads_plain_words = own.read is Interpreter.read or own.__dict__.get("plain_words", False)
+        self._axes = frozenset(setup.axes)
+        straight, arcs = self._axes | {"F"}, self._axes | set("FIJKRP")
+        self._plain_words: dict[int | None, frozenset[str]] = {0: straight, 10: straight, 20: arcs, 30: arcs}
         self.ended = False
         self.call: Call | None = None
 
@@ -95,7 +105,7 @@ class Interpreter(ModalCodes):
             self._set_parameter(key, value, column)
         if block.comment is not None:
             self._show_comment(block)
-        if not (block.codes or block.words):
+        if not (block.codes or block.words) or self._execute_plain_motion(block):
             return
         g, m = self._group_codes(block)
         active = self.state.motion
@@ -117,6 +127,29 @@ class Interpreter(ModalCodes):
             self._move(block, motion, machine="machine coordinates" in g)
         self._execute_stops(block, m)
         self._execute_call(block, m)
+
+    def _execute_plain_motion(self, block: Block) -> bool:
+        """Execute a block that only moves, with G0 to G3 or as the block before; False for any other.
+
+        It is the short way through :meth:`execute`: one code or none, axis words, F, and the words of arcs.
+        """
+        state, words = self.state, block.words
+        if block.codes:
+            letter, number, _column = block.codes[0]
+            motion = _PLAIN_MOTIONS.get(number) if letter == "G" and len(block.codes) == 1 else None
+        else:
+            motion = state.motion if not self._axes.isdisjoint(words) else None
+        letters = self._plain_words.get(motion)
+        if letters is None or not letters.issuperset(words) or state.spline is not None or state.diameter_mode:
+            return False
+        if "F" in words:
+            if words["F"] < 0:
+                return False
+            self._set_feed(block, {})
+        assert motion is not None
+        state.motion, state.cycle = motion, None
+        self._move(block, motion, machine=False)
+        return True
 
     def _set_parameter(self, key: int | str, value: float, column: int) -> None:
         try:

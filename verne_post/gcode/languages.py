@@ -28,7 +28,7 @@ _LANGUAGES: Final = (
     _Language("Heidenhain Klartext", rb"^[ \t]*\d*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
               rb"|^[ \t]*\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
     _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*\*.*$"),
-    _Language("Siemens", rb"^[ \t]*;\$PATH=.*$|^%_N_.*$|^[ \t]*(?:N\d+[ \t]*)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?TRANS|A?ROT|ORI[A-Z]{2,}"
+    _Language("Siemens", rb"^[ \t]*;\$PATH=.*$|^%_N_.*$|^[ \t]*(?:N\d+[ \t]*)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI[A-Z]{2,}"
               rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
     _Language("APT", rb"^[ \t]*(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI)\b[^=\n]*$", "aptcl"),
     _Language("a custom macro of a Fanuc control", rb"^[ \t]*(?:N\d+[ \t]*)?(?:IF[ \t]*\[|WHILE[ \t]*\[|GOTO[ \t]*\d|G6[56]\b).*$", "fanuc"),
@@ -52,7 +52,7 @@ _LANGUAGES: Final = (
 
 
 def find_other_language(
-    source: Text, errors: Sequence[Finding], dialect: str, known: Collection[str]
+    source: Text, errors: Sequence[Finding], dialect: str, known: Collection[str], *, recognised: bool = False
 ) -> Finding | None:
     """The finding that says which language a text looks like that could not be read; None where nothing shows it.
 
@@ -65,13 +65,15 @@ def find_other_language(
         Name of that dialect.
     known : collection of str
         Names of all dialects.
+    recognised : bool
+        The text begins as one of that dialect; only its very beginning can say otherwise.
     """
     head = source[:_SEARCHED]
     own = next((language for language in _LANGUAGES if language.dialect == dialect), None)
     if own is not None and re.match(own.sign, head, re.MULTILINE | re.IGNORECASE):
         return None  # it begins as texts of its dialect do
     for language in _LANGUAGES:
-        if language.dialect == dialect:
+        if language.dialect == dialect or (recognised and not language.sign.startswith(rb"\A")):
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
             line = head.count(b"\n", 0, match.start()) + 1

@@ -100,10 +100,11 @@ class MotionCodes(MachineCodes):
             self._end_vector_for_machine(block, axes, "G53")
             self._move_to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
-        if motion in (20, 30):
-            self._require_known(block, self._arc_axes(axes), "an arc")
-        if not state.absolute:
-            self._require_known(block, axes, "an incremental move")
+        if False in state.known:
+            if motion in (20, 30):
+                self._require_known(block, self._arc_axes(axes), "an arc")
+            if not state.absolute:
+                self._require_known(block, axes, "an incremental move")
         start = self._motion_start(kind, absolute=state.absolute, machine=False)
         end = list(start)
         if _C in axes:
@@ -220,7 +221,12 @@ class MotionCodes(MachineCodes):
         if state.compensation is not None:
             self._check_compensated(state.position, end)
             target = state.compensation.offset_line(self.recorder, state.position, end, state.feed)
-        feed = math.nan if kind == MoveKind.RAPID else self._feed_of(line_lengths(np.array(target) - np.array(begin)))
+        if kind == MoveKind.RAPID:
+            feed = math.nan
+        elif state.feed_mode != FeedMode.INVERSE and state.feed == state.feed_angular:
+            feed = state.feed
+        else:
+            feed = self._feed_of(line_lengths(np.array(target) - np.array(begin)))
         self.recorder.add(state, line, kind, target, feed)
         if state.compensation is not None:
             state.compensation.settle(self.recorder.count - 1, line, end)
@@ -245,9 +251,10 @@ class MotionCodes(MachineCodes):
     def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
         offsets = {letter: self._length(block.words[letter]) for letter in "IJK" if letter in block.words}
-        for letter in "IJKR":
-            if self.setup.machine and abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
-                raise block.error("VP007", f"{letter}{block.words[letter]:g} is beyond any machine", letter)
+        if self.setup.machine:
+            for letter in "IJKR":
+                if abs(self._length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
+                    raise block.error("VP007", f"{letter}{block.words[letter]:g} is beyond any machine", letter)
         turns = whole(block, "P") if "P" in block.words else 1
         if not 1 <= turns <= MAX_TURNS:
             raise block.error("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", "P")
@@ -276,7 +283,7 @@ class MotionCodes(MachineCodes):
         if state.compensation is not None:
             self._check_compensated(start, end)
             target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
-        feed = self._feed_of((arc_length(arc, start, end), True))
+        feed = state.feed if state.feed_mode != FeedMode.INVERSE else arc_length(arc, start, end) * state.feed
         self.recorder.add(state, line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:
             state.compensation.settle(self.recorder.count - 1, line, end)

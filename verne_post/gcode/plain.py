@@ -4,6 +4,7 @@ A line is taken here when it has only N, G0 or G1, axis words and F, each at mos
 state is one in which such a line is nothing but a straight move in absolute coordinates.
 """
 
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -64,6 +65,17 @@ class PlainLines:
         self.row = np.where(present, np.arange(words.n_lines, dtype=np.int32)[:, None], np.int32(-1))
         np.maximum.accumulate(self.row, axis=0, out=self.row)
         self.filled = np.take_along_axis(values, np.maximum(self.row, 0), axis=0)
+        self.beyond = self.beyond_mm | self.beyond_inch
+        self._first_g = present[:, _G]
+
+    @cached_property
+    def alike(self) -> list[int]:
+        """For every line the first one after it that makes no move, has another G code, or goes beyond any machine."""
+        g = self.filled[:, _G]
+        other = ~self.moves | self.beyond
+        other[1:] |= self._first_g[1:] & ~(g[1:] == g[:-1])
+        stops = np.append(np.flatnonzero(other), len(other))
+        return stops[np.searchsorted(stops, np.arange(len(other)), side="right")].tolist()
 
     def ends(self) -> NDArray[np.intp]:
         """For every line the end (exclusive) of the stretch of plain lines that it stands in."""
@@ -92,6 +104,8 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
 
     ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file.
     """
+    if _execute_alike(lines, first, last, codes, shown_line):
+        return last
     setup, state, recorder = codes.setup, codes.state, codes.recorder
     if not all(state.known[AXES.index(letter)] for letter in setup.axes):
         last = _until_known(lines, first, last, setup, state)
@@ -151,6 +165,43 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
         state.placed = True
         state.known[axis] = state.named[axis] = True
     return last
+
+
+def _execute_alike(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None) -> bool:
+    """Execute lines with one G code, one feed rate, and no axis that the first of them does not name; False for any others.
+
+    Stretches between other lines are often so, and too short for what :func:`execute` looks at.
+    """
+    state, recorder = codes.state, codes.recorder
+    here, there = lines.row[first].tolist(), lines.row[last - 1].tolist()
+    given = [row >= first for row in there]
+    if (
+        lines.alike[first] < last or lines.beyond[first] or not lines.moves[first]
+        or [row == first for row in here[:_F]] != given[:_F] or (given[_F] and there[_F] != first) or (given[_G] and here[_G] != first)
+        or False in state.known or state.inch or state.feed_mode != FeedMode.PER_MINUTE
+        or (codes.setup.machine and not state.length_given)
+    ):  # fmt: skip
+        return False
+    motion = 10 * int(lines.filled[first, _G]) if given[_G] else state.motion or 0
+    feed = float(lines.filled[first, _F]) if given[_F] else state.feed
+    if (motion == 10 and feed == 0.0) or (not given[_F] and feed != state.feed_angular):
+        return False
+    end = lines.filled[first:last, :_F].copy()
+    for axis, named in enumerate(given[:_F]):
+        if named:
+            state.placed = state.named[axis] = True
+        else:
+            end[:, axis] = state.position[axis]
+    kind, shown = (MoveKind.RAPID, np.nan) if motion == 0 else (MoveKind.FEED, feed)
+    line = lines.first_line + first if shown_line is None else shown_line
+    recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
+    if given[_C]:
+        recorder.fix_c(line)
+    state.arc_may_follow = True
+    state.motion, state.cycle = motion, None
+    state.feed = state.feed_angular = feed
+    state.position = end[-1].tolist()
+    return True
 
 
 def _find_refused(

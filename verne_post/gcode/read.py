@@ -83,7 +83,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[F
 
 def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:
     name = next(name for name, other in DIALECTS.items() if other is dialect)
-    return find_other_language(source, errors, name, DIALECTS)
+    return find_other_language(source, errors, name, DIALECTS, recognised=dialect.recognise(source))
 
 
 def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:

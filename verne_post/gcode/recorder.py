@@ -17,6 +17,8 @@ from verne_post.model.splines import GrowingSplines, Splines
 
 #: In place of a tool axis where A and C words hold.
 _NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)
+#: Runs of so many moves are written one by one.
+_LONG_RUN: Final = 300
 #: Types of the columns after line, kind, end and feed, which a block of moves may share.
 _SHARED_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
@@ -55,11 +57,46 @@ class Row(NamedTuple):
     tool_axis: tuple[float, ...]
 
 
+class _Run(NamedTuple):
+    """Straight moves that share all but their ends (n, 9).
+
+    The place of the first, its line, whether the lines count up with the moves, and the values of all columns but line and end.
+    """
+
+    place: int
+    line: int
+    counted: bool
+    end: Array
+    shared: tuple[Any, ...]
+
+
+def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> None:
+    """Write runs into the columns of a table that begins with the move ``first``."""
+    others = [name for name in part if name not in ("line", "end")]
+    lengths = np.array([len(run.end) for run in runs])
+    if lengths.mean() > _LONG_RUN:
+        for run, n in zip(runs, lengths.tolist(), strict=True):
+            rows = slice(run.place - first, run.place - first + n)
+            part["line"][rows] = np.arange(run.line, run.line + n) if run.counted else run.line
+            part["end"][rows] = run.end
+            for name, value in zip(others, run.shared, strict=True):
+                part[name][rows] = value
+        return
+    within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    place, line, counted = (np.repeat(np.array(column), lengths) for column in list(zip(*runs, strict=True))[:3])
+    at = place - first + within
+    part["line"][at] = line + counted * within
+    part["end"][at] = np.concatenate([run.end for run in runs])
+    for name, values in zip(others, zip(*(run.shared for run in runs), strict=True), strict=True):
+        part[name][at] = np.repeat(np.array(values, part[name].dtype), lengths, axis=0)
+
+
 @dataclass
 class Recorder:
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
     blocks: list[_Block] = field(default_factory=list)
+    runs: list[_Run] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     #: Place of each of those rows in the table.
     places: list[int] = field(default_factory=list)
@@ -78,6 +115,8 @@ class Recorder:
     splines: GrowingSplines = field(default_factory=lambda: GrowingSplines(len(AXES)))
     settled: int = 0
     settled_arcs: int = 0
+    #: The frame and the path control that were recorded last, and their rows.
+    _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
 
     def frame_index(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
@@ -92,11 +131,16 @@ class Recorder:
         if arc is not None:
             arc_row = self.settled_arcs + len(self.arcs)
             self.arcs.append(arc)
-        spindle = modes.spindle_speed if modes.spindle_on else 0.0
-        control = self.controls.setdefault(modes.control, len(self.controls))
-        row = Row(line, kind, end, feed, modes.feed_mode, spindle, self.frame_index(modes.frame), control, arc_row,
-                  spline, modes.tool_axis or _NO_TOOL_AXIS)  # fmt: skip
-        self._keep(row)
+        self._keep(Row(line, kind, end, feed, *self._modes(modes), arc_row, spline, modes.tool_axis or _NO_TOOL_AXIS))
+
+    def _modes(self, modes: Modes) -> tuple[int, float, int, int]:
+        """Feed mode, spindle speed, frame and path control as they are recorded."""
+        frame, frame_at, control, control_at = self._last
+        if modes.frame is not frame or modes.control is not control:
+            frame_at = self.frame_index(modes.frame)
+            control_at = self.controls.setdefault(modes.control, len(self.controls))
+            self._last = modes.frame, frame_at, modes.control, control_at
+        return modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, frame_at, control_at
 
     def keep_pieces(self, pieces: Splines) -> int:
         """Keep pieces of B-splines, and return the number of the first; :meth:`add` records the motion along each."""
@@ -137,14 +181,21 @@ class Recorder:
             return
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (
-            modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, self.frame_index(modes.frame),
-            self.controls.setdefault(modes.control, len(self.controls)), -1, -1, modes.tool_axis or _NO_TOOL_AXIS,
-        )  # fmt: skip
+        shared = (*self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS)
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n
         if self.count - self.settled >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
+            self._settle()
+
+    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: Array, feed: float, *, counted: bool) -> None:
+        """Record straight moves that share all but their ends: of the lines from ``line`` on (``counted``), or all of that line."""
+        if len(self.rows) > _KEPT_ROWS:
+            self._flush(len(self.rows))
+        shared = (kind, feed, *self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS)
+        self.runs.append(_Run(self.count, line, counted, end, shared))
+        self.count += len(end)
+        if self.count - self.settled >= BLOCK_ROWS:
             self._settle()
 
     def fix_c(self, line: int) -> None:
@@ -202,6 +253,10 @@ class Recorder:
             at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
             for name, values in zip(part, (*columns, *shared), strict=True):
                 part[name][at] = values
+        settled = [run for run in self.runs if run.place < end]
+        if settled:
+            _fill_runs(part, settled, first)
+            del self.runs[: len(settled)]
         self.table.extend(**part)
         self.blocks, self.settled = later, end
         release_memory()  # the text so far

@@ -7,12 +7,14 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar, Final, Protocol
 
+import numpy as np
+
 from verne_post.base.long_text import Text
-from verne_post.gcode.block import Block, read_block
+from verne_post.gcode.block import Block, block_of_words, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import chunk_end, split_words, whole_lines
+from verne_post.gcode.words import WordTable, chunk_end, split_words, whole_lines
 
 #: So many chunks are kept: loops that stay within them are split into words once.
 _KEPT_CHUNKS: Final = 8
@@ -48,11 +50,26 @@ class Chunk:
     text: bytes
     lines: PlainLines
     ends: list[int]
+    words: WordTable | None = None
 
     @cached_property
     def raw(self) -> list[bytes]:
         """The lines themselves."""
         return self.text.split(b"\n")
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        assert self.words is not None
+        return np.searchsorted(self.words.row, np.arange(self.words.n_lines + 1)).tolist()
+
+    def block(self, row: int, line: int) -> Block | None:
+        """The block of a line of plain words, counted from 0; None for any other line."""
+        if self.words is None or not self.words.plain[row]:
+            return None
+        words = slice(self._starts[row], self._starts[row + 1])
+        return block_of_words(
+            self.words.letter[words].tobytes().decode("ascii"), self.words.value[words].tolist(), line
+        )
 
 
 @dataclass
@@ -123,7 +140,7 @@ class ProgramText:
         text = self.source[start : self._starts[at + 1][1]]
         words = split_words(first, text)
         lines = PlainLines(words, self.setup)
-        chunk = Chunk(first, text, lines, lines.ends().tolist())
+        chunk = Chunk(first, text, lines, lines.ends().tolist(), words)
         self._kept[first] = chunk
         if len(self._kept) > _KEPT_CHUNKS:
             self._kept.popitem(last=False)

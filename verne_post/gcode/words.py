@@ -102,9 +102,11 @@ def split_words(first_line: int, text: bytes) -> WordTable:
     read = text if text.endswith(b"\n") else text + b"\n"
     if _MARK in read:  # no program has it; if one does, it is no comment
         read = read.replace(_MARK, b"?")
-    if b"(" in read or b";" in read:
-        read = _SILENT.sub(_MARK, read)
     raw = np.frombuffer(read, dtype=np.uint8)
+    begins = np.flatnonzero((raw == ord("(")) | (raw == ord(";")))
+    if len(begins):
+        read = _mark_comments(read, begins.tolist())
+        raw = np.frombuffer(read, dtype=np.uint8)
     kinds = _CLASS[raw]
     solid = kinds != _BLANK
     characters, kinds = raw[solid], kinds[solid]
@@ -129,6 +131,17 @@ def split_words(first_line: int, text: bytes) -> WordTable:
     plain[row[~good]] = False
     keep = plain[row]
     return WordTable(first_line, text, n_lines, letter[keep], value[keep], row[keep], plain)
+
+
+def _mark_comments(text: bytes, begins: list[int]) -> bytes:
+    """Put a mark in place of each comment without a message; ``begins`` are all places of ``(`` and ``;``."""
+    kept, end = [], 0
+    for begin in begins:
+        if begin >= end and (match := _SILENT.match(text, begin)) is not None:
+            kept.append(text[end:begin])
+            end = match.end()
+    kept.append(text[end:])
+    return _MARK.join(kept)
 
 
 def _read_numbers(

@@ -126,6 +126,7 @@ class FanucInterpreter(NurbsCodes):
     keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
     custom_macro: ClassVar[bool] = True
+    plain_words: ClassVar[bool] = True
 
     def _show_comment(self, block: Block) -> None:
         """These controls have no messages in comments."""
@@ -174,6 +175,9 @@ class FanucInterpreter(NurbsCodes):
 
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
+        self.call = None
+        if block.comment is None and not block.settings and self._execute_plain_motion(block):
+            return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
         self._convert_times(block, codes)
         self._convert_repeats(block, codes)
