@@ -15,7 +15,7 @@ from verne_post.calibration.as_built.data import (
 )
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit, fit_robustly, hold_out
-from verne_post.calibration.as_built.stations import align_frames
+from verne_post.calibration.as_built.stations import align_stations
 
 from .independent import PLATFORM, RODS, SIGMA, tools
 
@@ -77,6 +77,32 @@ def test_several_bad_readings_are_found_even_where_one_hides_another(model, draw
     tip[[5, 20, 41]] += [[1.0, 0.0, 0.0], [0.0, 0.03, -0.02], [0.0, -0.4, 0.0]]
     kept = fit_robustly(Measurement(model, readings.with_tips(tip)), PRIOR)[1]
     assert np.flatnonzero(~kept).tolist() == [5, 20, 41]
+
+
+@pytest.mark.parametrize("station", ["table", "sphere", "frame"])
+def test_a_typing_error_of_metres_is_found_before_it_misleads(model, draw_poses, read_tools, true_machine, station):
+    """In the table frame, and beside a place that it would pull along."""
+    readings = read_tools(draw_poses(40, 6), true_machine(6), 6)
+    tip, joints = np.array(readings.tip), np.array(readings.joints)
+    tip[17, 2] *= 1000.0
+    joints[23, 3] += 1.5
+    readings = replace(readings, tip=tip, joints=joints)
+    if station != "table":
+        turned = np.full(40, station == "frame")
+        readings = replace(readings, station=np.zeros(40, dtype=int), turned=turned)
+        readings = align_stations(model, np.zeros(58), readings)
+    found, kept, bad = fit_robustly(Measurement(model, readings), PRIOR)
+    assert found.converged
+    assert np.flatnonzero(~kept).tolist() == [17, 23]
+    assert {one.block for one in bad} == {17, 23}
+    assert found.probability > 1e-3
+
+
+def test_readings_that_are_all_in_other_units_are_told(model, draw_poses, read_tools, true_machine):
+    readings = read_tools(draw_poses(40, 6), true_machine(6), 6)
+    inches = Measurement(model, readings.with_tips(readings.tip / 25.4))
+    with pytest.raises(ArithmeticError, match="40 of 40 readings are farther off than any machine"):
+        fit_robustly(inches, PRIOR)
 
 
 # --- statistics: what it says of itself is true ------------------------------------------------------------
@@ -161,13 +187,16 @@ def test_centres_of_spheres_are_found_with_the_machine(model, draw_poses, read_t
     readings = read_tools(poses, true, 6)
     centres = np.array([[123.0, -45.0, 67.0], [-80.0, 10.0, 31.0]])
     sphere = np.arange(80) % 2
-    measurement = Measurement(model, replace(readings, tip=readings.tip - centres[sphere], station=sphere))
+    read = replace(readings, tip=readings.tip - centres[sphere], station=sphere)
+    near = align_stations(model, np.zeros(58), read)
+    shift = (near.tip - read.tip)[:2]
+    measurement = Measurement(model, near)
     found, kept, _bad = fit_robustly(measurement, PRIOR)
     assert kept.all()
     assert found.freedom == 240 - 6
     assert found.probability > 1e-3
     spread, stations = np.sqrt(np.diag(found.factor @ found.factor.T))[58:], found.unknowns[58:].reshape(2, 6)
-    assert np.abs(stations[:, :3] - centres).max() < 4 * spread.max() < 0.2
+    assert np.abs(stations[:, :3] + shift - centres).max() < 4 * spread.max() < 0.2
     assert (stations[:, 3:] == 0.0).all()  # their axes are those of the table
     # nothing says any more where the table frame is, so tips are known up to a shift
     moved = (
@@ -186,7 +215,7 @@ def test_a_tracker_may_stand_anywhere_and_any_way(model, draw_poses, read_tools,
         readings, tip=turn.inv().apply(readings.tip - place), axis=turn.inv().apply(readings.axis),
         station=np.zeros(80, dtype=int), turned=np.ones(80, dtype=bool),
     )  # fmt: skip
-    measurement = Measurement(model, align_frames(model, np.zeros(58), moved))
+    measurement = Measurement(model, align_stations(model, np.zeros(58), moved))
     found, kept, _bad = fit_robustly(measurement, PRIOR)
     assert found.converged
     assert kept.all()
@@ -208,10 +237,10 @@ def test_a_frame_needs_tips_that_tell_its_directions(model, draw_poses, read_too
         read_tools(draw_poses(6, 6), np.zeros(58), 6), station=np.zeros(6, dtype=int), turned=np.ones(6, dtype=bool)
     )
     with pytest.raises(ValueError, match="2 whole tips"):
-        align_frames(model, np.zeros(58), readings.take(np.arange(2)))
+        align_stations(model, np.zeros(58), readings.take(np.arange(2)))
     same = readings.take(np.zeros(6, dtype=int))
     with pytest.raises(ValueError, match="on one line"):
-        align_frames(model, np.zeros(58), same)
+        align_stations(model, np.zeros(58), same)
 
 
 def test_a_measured_rod_and_a_distance_of_ends_are_readings_too(model, draw_poses, read_tools, true_machine):

@@ -10,6 +10,7 @@ from verne_post.calibration.as_built.calibrate import calibrate
 from verne_post.calibration.as_built.data import prior_of_manufacture, tolerance_vector
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.prediction import errors_before, quantiles, tool_errors
+from verne_post.calibration.as_built.stations import align_stations
 from verne_post.model.deviations import Deviations
 
 from .independent import tools
@@ -80,7 +81,7 @@ def test_a_shift_and_turn_of_the_part_is_taken_off(calibrated, machine, model, d
     """Readings from an unknown ball: the part's place is known to hundredths, its shape to micrometres."""
     true, with_place = calibrated
     readings = read_tools(draw_poses(40, 2), true, 2)
-    readings = replace(readings, station=np.zeros(40, dtype=int))
+    readings = align_stations(model, np.zeros(58), replace(readings, station=np.zeros(40, dtype=int)))
     prior = prior_of_manufacture(tolerance_vector())
     result = calibrate(Measurement(model, readings), prior, machine.five_axis, model.machine, draw_poses(400, 9))
     whole, shape = quantiles(result.after.errors.tip), quantiles(result.after.shape)

@@ -155,6 +155,22 @@ def test_readings_that_contradict_their_uncertainties_write_nothing(inside: Path
     assert not Path("wrong.covariance.csv").exists()
 
 
+def test_readings_that_are_no_place_of_the_machine(inside: Path, run: Callable[..., Any]) -> None:
+    lines = Path("plan.csv").read_text().splitlines()
+    Path("far.csv").write_text("\n".join([*lines[:4], re.sub(r"^[^,]*", "5000", lines[4]), *lines[5:]]) + "\n")
+    answer = run("machine", "calibrate", "far.csv", "-o", "wrong.toml")
+    assert answer.code == 2
+    assert "far.csv:5: VP502 error: the rods do not close at these joints" in answer.err
+    rows = [line.split(",") for line in lines[1:]]
+    Path("inch.csv").write_text(
+        "\n".join([lines[0], *(",".join([*r[:6], *(str(float(x) / 25.4) for x in r[6:9]), r[9]]) for r in rows)]) + "\n"
+    )
+    answer = run("machine", "calibrate", "inch.csv", "-o", "wrong.toml")
+    assert answer.code == 3
+    assert "30 of 30 readings are farther off than any machine" in answer.err
+    assert not Path("wrong.toml").exists()
+
+
 def test_a_machine_far_beyond_its_tolerances_is_told(inside: Path, run: Callable[..., Any]) -> None:
     answer = run(
         "machine", "calibrate", "plan.csv", "--tolerance-mm", "0.004", "--tolerance-mrad", "0.01", "-o", "wrong.toml"

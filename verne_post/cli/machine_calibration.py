@@ -23,7 +23,7 @@ from verne_post.calibration.as_built.program import program_lines
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
 from verne_post.calibration.as_built.report_json import calibration_json
 from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
-from verne_post.calibration.as_built.stations import align_frames
+from verne_post.calibration.as_built.stations import align_stations
 from verne_post.cli.common import print_findings, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.opened_machine import OpenedMachine
@@ -45,8 +45,15 @@ def _measurement(
     lengths = read_length_readings(files.read(given["length_file"], "--lengths")) if given["length_file"] else ()
     joint_sigma = JointUncertainty(given["sigma_rho"], MILLI * given["sigma_angle_mrad"])
     model = AsBuiltModel(opened.as_built)
+    closed = model.predict(opened.as_built.deviations.to_vector(), tools.joints, tools.length).ok
+    open_ = [
+        finding("VP502", "the rods do not close at these joints; they are no place of this machine", line=int(line))
+        for line in tools.line[~closed]
+    ]
+    if open_:
+        raise InputError(*open_)
     try:
-        tools = align_frames(model, opened.as_built.deviations.to_vector(), tools)
+        tools = align_stations(model, opened.as_built.deviations.to_vector(), tools)
     except ValueError as error:
         raise InputError(finding("VP502", str(error))) from None
     return Measurement(model, tools, lengths, joint_sigma), blank

@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.calibration.as_built.data import Prior
 from verne_post.calibration.as_built.equations import ROWS, Blocks, Measurement
-from verne_post.calibration.as_built.stations import ANY_TURN, ANYWHERE_MM, SIZE
+from verne_post.calibration.as_built.stations import NEAR_MM, NEAR_TURN, SIZE
 from verne_post.kinematics.as_built.parameter_rates import COUNT
 
 #: Steps of Gauss and Newton; four where the readings are sound.
@@ -18,6 +18,8 @@ STEPS: Final = 30
 SETTLED: Final = 1e-9
 #: A reading is left out when chance would put one of all readings so far off with this probability.
 BAD_READING: Final = 1e-3
+#: A reading is left out before any fit when machines within their tolerances give one so far off with this probability.
+IMPOSSIBLE: Final = 1e-12
 #: At most this share of the readings is left out; where more contradict, no choice among them is safe.
 MOST_LEFT_OUT: Final = 0.1
 #: A reading that nothing else checks: the rest of its variance is below this share.
@@ -77,18 +79,30 @@ class BadReading:
     probability: float
 
 
-def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
-    """The most probable deviations, from the readings that are kept (n,)."""
+def _known_before(measurement: Measurement, prior: Prior) -> tuple[Array, Array]:
+    """Mean (p,) and factor of the covariance (p, p) of all unknowns before the readings."""
     size = measurement.size
     factor = np.zeros((size, size))
     factor[:COUNT, :COUNT] = prior.factor
-    turned = {int(station) for station in measurement.tools.station[measurement.tools.turned]}
+    turned = _turned_stations(measurement)
     for station in range(measurement.stations):
         first = COUNT + SIZE * station
-        spread = [ANYWHERE_MM] * 3 + [ANY_TURN if station in turned else 0.0] * 3
+        spread = [NEAR_MM] * 3 + [NEAR_TURN if station in turned else 0.0] * 3
         factor[range(first, first + SIZE), range(first, first + SIZE)] = spread
     mean = np.zeros(size)
     mean[:COUNT] = prior.mean
+    return mean, factor
+
+
+def _turned_stations(measurement: Measurement) -> set[int]:
+    """Stations whose directions are unknown too."""
+    return {int(station) for station in measurement.tools.station[measurement.tools.turned]}
+
+
+def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
+    """The most probable deviations, from the readings that are kept (n,)."""
+    mean, factor = _known_before(measurement, prior)
+    size = len(mean)
     at = np.zeros(size)
     for _ in range(STEPS):
         blocks = measurement.blocks(mean + factor @ at)
@@ -102,6 +116,7 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     blocks = measurement.blocks(mean + factor @ at)
     upper = np.linalg.qr(_stack(blocks, kept, factor), mode="r")
     chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
+    turned = _turned_stations(measurement)
     seen = {int(station) for station in measurement.tools.station[kept[: len(measurement.tools)]]} - {-1}
     freedom = int(blocks.used[kept].sum()) - sum(SIZE if station in turned else 3 for station in seen)
     return Fit(mean + factor @ at, factor @ np.linalg.inv(upper), blocks, chi_square, freedom, converged)
@@ -126,8 +141,20 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
     n = len(measurement)
     kept = np.ones(n, dtype=bool)
     allowed = max(1, int(MOST_LEFT_OUT * n))
-    out: list[int] = []
-    found = fit(measurement, prior, kept)
+    out = _impossible(measurement, prior)
+    if len(out) > allowed:  # not single readings: the fit tells, if it can
+        impossible, out = len(out), []
+    else:
+        impossible, kept[out] = 0, False
+    try:
+        found = fit(measurement, prior, kept)
+    except ArithmeticError:
+        if not impossible:
+            raise
+        raise ArithmeticError(
+            f"{impossible} of {n} readings are farther off than any machine within its tolerances would be; "
+            "check units, senses, tool lengths and the frame of the readings"
+        ) from None
     while len(out) < allowed:
         chance, distance = _judge_from_others(found, kept)
         worst = int(np.argmax(np.where(kept, distance, -1.0)))  # chances as small as 1e-400 are all zero
@@ -145,6 +172,14 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
         chance, _distance = _judge_from_others(found, kept)
     bad = tuple(BadReading(block, found.blocks.off[block], float(chance[block])) for block in out if block not in again)
     return found, kept, bad
+
+
+def _impossible(measurement: Measurement, prior: Prior) -> list[int]:
+    """Blocks that no machine within its tolerances would give; a fit to them would run away."""
+    mean, factor = _known_before(measurement, prior)
+    before = Fit(mean, factor, measurement.blocks(mean), 0.0, 0, converged=False)
+    chance, _distance = _judge_from_others(before, np.zeros(len(measurement), dtype=bool))
+    return np.flatnonzero(chance < IMPOSSIBLE).tolist()
 
 
 def _judge_from_others(found: Fit, kept: Mask) -> tuple[Array, Array]:

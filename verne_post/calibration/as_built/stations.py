@@ -15,12 +15,15 @@ from verne_post.calibration.as_built.model import AsBuiltModel
 
 #: Unknowns of a station: c (mm), w (rad).
 SIZE: Final = 6
-#: Places are known before to this, mm: nothing, but the equations stay regular ...
-ANYWHERE_MM: Final = 1e4
-#: ... and directions to this, rad, once they have been brought near by :func:`align_frames`.
-ANY_TURN: Final = 1.0
+#: Places and directions are known before to this, once :func:`align_stations` has brought them near: mm and rad. Far more
+#: than machines within their tolerances move the tips, so it decides nothing.
+NEAR_MM: Final = 10.0
+NEAR_TURN: Final = 0.02
 #: Tips that a turned frame needs, not on one line.
 LEAST_TIPS: Final = 3
+#: Tips so many times as far off as the median do not count for the first place of a frame, found in so many rounds.
+FAR: Final = 5.0
+TRIMS: Final = 5
 #: The smaller extent of the tips of a frame, mm: below it they count as lying on one line.
 LEAST_EXTENT_MM: Final = 1.0
 
@@ -73,8 +76,8 @@ def _rotations(turn: Array) -> Array:
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * (k @ k))
 
 
-def align_frames(model: AsBuiltModel, deviations: Array, tools: ToolReadings) -> ToolReadings:
-    """The readings of turned frames brought near the table frame, by the closest rotation to the predicted tips.
+def align_stations(model: AsBuiltModel, deviations: Array, tools: ToolReadings) -> ToolReadings:
+    """The readings of stations brought near the table frame: by the median shift, or the closest rotation of a turned one.
 
     Raises
     ------
@@ -83,19 +86,29 @@ def align_frames(model: AsBuiltModel, deviations: Array, tools: ToolReadings) ->
     """
     predicted = model.predict(deviations, tools.joints, tools.length).tip
     tip, axis = np.array(tools.tip), np.array(tools.axis)
-    for station in np.unique(tools.station[tools.turned]):
+    for station in np.unique(tools.station[tools.station >= 0]):
         rows = np.flatnonzero(tools.station == station)
+        if not tools.turned[rows[0]]:
+            for k in range(3):
+                measured = rows[np.isfinite(tip[rows, k])]
+                if len(measured):
+                    tip[rows, k] += np.median(predicted[measured, k] - tip[measured, k])
+            continue
         whole = rows[np.isfinite(tip[rows]).all(axis=1)]
         line = int(tools.line[rows[0]])
         if len(whole) < LEAST_TIPS:
             raise ValueError(
                 f"the frame of line {line} has {len(whole)} whole tips; {LEAST_TIPS} are needed, not on one line"
             )
-        centre, goal = tip[whole].mean(axis=0), predicted[whole].mean(axis=0)
-        u, size, vt = np.linalg.svd((predicted[whole] - goal).T @ (tip[whole] - centre))
-        if np.sqrt(size[1] / len(whole)) < LEAST_EXTENT_MM:
-            raise ValueError(f"all tips of the frame of line {line} lie on one line; add one beside it")
-        rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+        near = whole
+        for _ in range(TRIMS):  # without readings that are far off, such as typing errors
+            centre, goal = tip[near].mean(axis=0), predicted[near].mean(axis=0)
+            u, size, vt = np.linalg.svd((predicted[near] - goal).T @ (tip[near] - centre))
+            if np.sqrt(size[1] / len(near)) < LEAST_EXTENT_MM:
+                raise ValueError(f"all tips of the frame of line {line} lie on one line; add one beside it")
+            rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+            off = np.linalg.norm((tip[whole] - centre) @ rotation.T + goal - predicted[whole], axis=1)
+            near = whole[off <= max(FAR * float(np.median(off)), LEAST_EXTENT_MM)]
         tip[rows] = (tip[rows] - centre) @ rotation.T + goal
         axis[rows] = axis[rows] @ rotation.T
         if not np.isfinite(tip[rows]).all():
