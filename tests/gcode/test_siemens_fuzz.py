@@ -1,6 +1,6 @@
 """Mutated Siemens programs: findings or moves, never another exception; a changed word is executed, told or refused.
 
-``python tests/gcode/test_siemens_fuzz.py N`` runs N mutated programs.
+``python tests/gcode/test_siemens_fuzz.py N FIRST`` runs N mutated programs from number FIRST on.
 """
 
 import random
@@ -136,10 +136,17 @@ def mutated(text: str, pick: random.Random) -> str:
     return text
 
 
+def stretch(pick: random.Random) -> str:
+    """The head of the second program, some of its lines, and its subprograms."""
+    lines = OTHERS.split("\n")
+    begin = pick.randrange(6, len(lines) - 22)
+    return "\n".join([*lines[:6], *lines[begin : begin + 12], *lines[-12:]])
+
+
 def run_one(seed: int) -> bool:
     """Interpret one mutated program; True where it has no error."""
     pick = random.Random(seed)
-    text = mutated(pick.choice([SAMPLE, OTHERS, OTHERS]), pick)
+    text = mutated(pick.choice([SAMPLE, OTHERS, *(stretch(pick) for _ in range(18))]), pick)
     try:
         moves, findings = interpreter_view(text.encode(), OPTIONS[seed % len(OPTIONS)])
     except Exception as error:
@@ -208,5 +215,6 @@ def test_a_changed_number_changes_the_motion_or_is_refused():
 
 
 if __name__ == "__main__":
-    good = sum(run_one(seed) for seed in range(1000, 1000 + int(sys.argv[1])))
-    print(f"{sys.argv[1]} mutated programs, {good} without an error")  # noqa: T201
+    count, first = (int(argument) for argument in sys.argv[1:3])
+    good = sum(run_one(seed) for seed in range(first, first + count))
+    print(f"{count} mutated programs from {first} on, {good} without an error")  # noqa: T201

@@ -32,10 +32,10 @@ class PlainLines:
 
     The columns are the nine axes, F, G and N. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
-    True for lines that make a move, ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
+    True for lines that make a move (G0 or G1 alone: where ``bare_codes`` do), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
     """
 
-    def __init__(self, words: WordTable, setup: Setup) -> None:
+    def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True) -> None:
         column = np.full(256, -1, dtype=np.int8)
         for place, letter in enumerate(AXES):
             if letter in setup.axes:
@@ -61,7 +61,7 @@ class PlainLines:
         first_word = np.searchsorted(words.row, has_n)
         plain[has_n[words.letter[first_word] != ord("N")]] = False
         self.plain, self.first_line = plain, words.first_line
-        self.moves = present[:, :9].any(axis=1) | present[:, _G]
+        self.moves = present[:, :9].any(axis=1) | (present[:, _G] & bare_codes)
         self.row = np.where(present, np.arange(words.n_lines, dtype=np.int32)[:, None], np.int32(-1))
         np.maximum.accumulate(self.row, axis=0, out=self.row)
         self.filled = np.take_along_axis(values, np.maximum(self.row, 0), axis=0)

@@ -111,6 +111,9 @@ class ProgramText:
         1-based; the lines before are not the program's.
     """
 
+    #: G0 and G1 alone are moves of no length.
+    bare_codes: ClassVar[bool] = True
+
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         self.source, self.setup, self.name, self.language = source, setup, name, language
         start = language.find_start(source)
@@ -138,13 +141,17 @@ class ProgramText:
             return None
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
-        words = split_words(first, text)
-        lines = PlainLines(words, self.setup)
+        words = self.read_words(first, text)
+        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes)
         chunk = Chunk(first, text, lines, lines.ends().tolist(), words)
         self._kept[first] = chunk
         if len(self._kept) > _KEPT_CHUNKS:
             self._kept.popitem(last=False)
         return chunk
+
+    def read_words(self, first_line: int, text: bytes) -> WordTable:
+        """Words of the plain lines of a chunk."""
+        return split_words(first_line, text)
 
     def line(self, line: int) -> bytes:
         """One line."""

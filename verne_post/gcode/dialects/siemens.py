@@ -17,6 +17,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.program import SiemensText
+from verne_post.gcode.siemens.stretch import execute_stretch
 from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
@@ -68,9 +69,11 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             if in_main and line == stop.before_line:
                 break
             restart = may_restart(state) and executor.modal is None
-            flow.step(chunk.raw[line - chunk.first_line])
+            last = execute_stretch(flow, chunk, _last_line(stop, line) if in_main else None)
+            if last is None:
+                flow.step(chunk.raw[line - chunk.first_line])
             if in_main and stop.trace is not None:
-                stop.trace.add(line, line + 1, may_restart=restart)
+                stop.trace.add(line, last or line + 1, may_restart=restart)
         except BlockError as error:
             if not execution.report(error, line, shown_line=flow.shown_line, file=text.name) or stop.first_error:
                 break
@@ -79,6 +82,16 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
         if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
             break
     return execution
+
+
+def _last_line(stop: StopConditions, line: int) -> int | None:
+    """The line before which a stretch that begins at a line must end; None for any."""
+    ends = []
+    if stop.after_line is not None and line <= stop.after_line:
+        ends.append(stop.after_line + 1)
+    if stop.before_line is not None and line < stop.before_line:
+        ends.append(stop.before_line)
+    return min(ends, default=None)
 
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:

@@ -49,14 +49,20 @@ def _if(flow: Running, cursor: Cursor, line: int) -> None:
             _jump(flow, cursor, line, word)
         return
     refuse_leftover(cursor)
-    branch = flow.text.structure.branch[line]
+    structure = flow.text.structure
+    branch = structure.branch[line]
+    if not holds and branch in structure.end:  # ELSE
+        item = split_line(flow.text.line(branch))
+        other = Cursor(item.text, item.begin)
+        other.name()
+        refuse_leftover(other)
     if not holds:
-        flow.line = branch + 1
+        flow.line = branch + (branch in structure.end)
 
 
 def _else(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
-    flow.line = flow.text.structure.branch[line] + 1
+    flow.line = flow.text.structure.branch[line]
 
 
 def _endif(flow: Running, cursor: Cursor, line: int) -> None:

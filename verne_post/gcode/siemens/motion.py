@@ -77,6 +77,11 @@ class SiemensMotion(Interpreter):
         """True where places are those of the part, however the table stands: with TRAORI, or on a plane of CYCLE800."""
         return self.modes.tcp or not self.modes.frames.swivel.is_identity
 
+    @property
+    def has_no_scale(self) -> bool:
+        """True where programmed lengths are those of the part."""
+        return self._split.scale == (1.0, 1.0, 1.0)
+
     def scale(self, axis: int) -> float:
         """What a programmed value of an axis is multiplied with."""
         return self._split.scale[axis] if axis < 3 else 1.0

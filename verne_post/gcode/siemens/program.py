@@ -3,15 +3,18 @@
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final
+from typing import ClassVar, Final
 
+import numpy as np
+
+from verne_post.base.arrays import Mask
 from verne_post.base.long_text import Text
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import code_part
 from verne_post.gcode.text import ProgramText, decode_line
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import WordTable, split_words, whole_lines
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -34,6 +37,46 @@ _LABEL: Final = re.compile(
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 _JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
+
+#: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0.
+_NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
+_BLANKS: Final = b" \t\r"
+_DIGITS: Final = b"0123456789."
+
+
+def _make_table(characters: bytes) -> Mask:
+    table = np.zeros(256, dtype=bool)
+    table[list(characters)] = True
+    return table
+
+
+_IS_BLANK: Final = _make_table(_BLANKS)
+_IS_DIGIT: Final = _make_table(_DIGITS)
+_POINT, _ZERO, _STRANGE = b".0?"
+#: A capital letter differs from its small one by this bit.
+_CASE: Final = 0x20
+
+
+def _mark_strange(text: bytes) -> bytes:
+    """A chunk in which what is not plain here, but is in other dialects, has a character that no plain word has."""
+    raw = np.frombuffer(text + b"\n\n\n", dtype=np.uint8)
+    g = np.flatnonzero(raw[:-3] | _CASE == ord("g"))
+    point = (raw[g + 2] == _POINT) | ((raw[g + 1] == _ZERO) & (raw[g + 3] == _POINT))
+    if b"(" in text or point.any():
+        text = _NOT_PLAIN.sub(b"?", text)
+        raw = np.frombuffer(text, dtype=np.uint8)
+    blank = np.flatnonzero(_IS_BLANK[raw[1:-1]]) + 1
+    after = blank[_IS_DIGIT[raw[blank - 1]]]  # blanks right after a digit
+    inside = after[_IS_DIGIT[raw[after + 1]]]
+    if _IS_BLANK[raw[after + 1]].any():  # several: what comes after them counts
+        solid = np.flatnonzero(~_IS_BLANK[raw])
+        at = np.searchsorted(solid, after)
+        inside = after[_IS_DIGIT[raw[solid[np.minimum(at, len(solid) - 1)]]]]
+    if not len(inside):
+        return text
+    marked = raw[: len(text)].copy()
+    marked[inside] = _STRANGE  # blanks inside of numbers
+    return marked.tobytes()
 
 
 class Language(Interpreter):
@@ -86,8 +129,14 @@ class Structure:
 class SiemensText(ProgramText):
     """One file: its lines in chunks, and the programs in it."""
 
+    bare_codes: ClassVar[bool] = False
+
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         super().__init__(source, setup, Language, name)
+
+    def read_words(self, first_line: int, text: bytes) -> WordTable:
+        """Words of the plain lines of a chunk."""
+        return split_words(first_line, _mark_strange(text))
 
     @cached_property
     def sections(self) -> list[Section]:

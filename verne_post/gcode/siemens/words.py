@@ -18,6 +18,8 @@ MODAL_ADDRESSES: Final = ("X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J",
 _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])")
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
+#: Names of subprograms that may stand alone: a letter and a number are a word.
+_SUBPROGRAM: Final = re.compile(r"(?![A-Z][0-9]+$)[A-Z_][A-Z0-9_]+$")
 _TEXTS: Final = ("T", "T1")
 
 
@@ -242,7 +244,7 @@ class WordReader:
             words.no_effect.append((name, at + 1))
         elif name in GROUP_OF:
             self._add_function(words, name, cursor, at)
-        elif self.is_subprogram(name) and name not in ADDRESSES:
+        elif _SUBPROGRAM.match(name) and self.is_subprogram(name):
             words.calls.append(Call(name, None, at + 1))
         elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
             cursor.at = at
