@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verne_post.model.moves import PathMode
+from verne_post.model.moves import MoveKind, PathMode
 
 HEAD = "G0 X0 Y0 Z5 F100\n"
 
@@ -73,7 +73,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
 
 
 @pytest.mark.parametrize(("line", "code", "part"), [
-    ("X1 X2", "VP004", "twice"), ("G0 G1 X1", "VP003", "group"), ("G64 G60", "VP003", "group"), ("G5 X1", "VP002", "G5"), ("BSPLINE X1", "VP002", "B-splines"), ("CSPLINE X1", "VP002", "splines"),
+    ("X1 X2", "VP004", "twice"), ("G0 G1 X1", "VP003", "group"), ("G64 G60", "VP003", "group"), ("G5 X1", "VP002", "G5"), ("BSPLINE X1", "VP031", "needs"), ("BSPLINE X1 SD=5", "VP031", "SD"), ("BSPLINE G91 X1", "VP017", "G90"), ("BSPLINE X1 Y2 PL=2\nX3\nX5\nX7\nG1", "VP031", "PL="), ("BSPLINE X1 PW=0", "VP031", "PW"), ("BSPLINE PW=2", "VP005", "PW"), ("CSPLINE X1", "VP002", "splines"),
     ("POLY PO[X]=(1,2)", "VP002", "polynomials"), ("DIAMON", "VP002", "lathe"), ("G96 S100", "VP002", "lathe"), ("POCKET3(1,2)", "VP002", "milling"), ("CYCLE72(1)", "VP002", "cycle"),
     ("CYCLE84(1,2)", "VP002", "CYCLE840"), ("RND=2", "VP002", "chamfers"), ("G33 Z1", "VP002", "synchronised"), ("A4=1", "VP002", "surface"), ("WHEN TRUE DO X=1", "VP002", "synchronised"), ("TRACYL(40)", "VP002", "other machines"),
     ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"), ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
@@ -94,6 +94,51 @@ def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
     assert [item.code for item in found] == [code], found
     assert part in found[0].message
     assert found[0].line in range(2, 3 + line.count("\n"))
+
+
+@pytest.mark.parametrize(("siemens", "points", "weights", "knots", "degree"), [
+    ("BSPLINE X10 Y10\nX20 Y-10\nX30 Y0 Z3", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 3)], [1, 1, 1, 1], [0, 0, 0, 0, 1, 1, 1, 1], 3),
+    ("BSPLINE X10 Y10 SD=2 PW=3\nX20 Y-10\nX30 Y0", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 3, 1, 1], [0, 0, 0, 1, 2, 2, 2], 2),
+    ("BSPLINE X10 Y10 SD=2 PL=0\nX20 Y-10 PL=0.5\nX30 Y0 PL=2", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 1, 1, 1], [0, 0, 0, 0.5, 2.5, 2.5, 2.5], 2),
+    ("BSPLINE X10 Y10 PL=1\nX20 Y-10 PL=3\nX30 Y0 PL=0\nX40 PL=0", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5), (40, 0, 5)], [1] * 5, [0, 0, 0, 0, 1, 4, 4, 4, 4], 3),
+    ("ROT Z90\nG0 X0 Y0\nBSPLINE X10 Y10\nX20 Y-10\nX30 Y0\nROT", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 1, 1, 1], [0, 0, 0, 0, 1, 1, 1, 1], 3),
+])  # fmt: skip
+def test_splines(view, siemens, points, weights, knots, degree):
+    """The curve of the recorded pieces goes through the points that de Boor's recursion gives."""
+    moves, errors = view(f"{HEAD}{siemens}\nG1 X40", dialect="siemens")
+    assert errors == ()
+    rows = np.flatnonzero(moves.kind == MoveKind.SPLINE)
+    assert len(rows) == len(set(knots)) - 1
+
+    def curve(t):
+        """Point at a parameter, by the definition of the basis functions."""
+
+        def basis(i, p):
+            if p == 0:
+                return float(knots[i] <= t < knots[i + 1] or (t == knots[-1] and knots[i] < knots[i + 1] == knots[-1]))
+            left = 0.0 if knots[i + p] == knots[i] else (t - knots[i]) / (knots[i + p] - knots[i]) * basis(i, p - 1)
+            right = (
+                0.0
+                if knots[i + p + 1] == knots[i + 1]
+                else (knots[i + p + 1] - t) / (knots[i + p + 1] - knots[i + 1]) * basis(i + 1, p - 1)
+            )
+            return left + right
+
+        share = np.array([basis(i, degree) * weights[i] for i in range(len(points))])
+        return share @ np.array(points, dtype=float) / share.sum()
+
+    inner = sorted({knot for knot in knots if knot > 0})
+    for row, knot in zip(rows, inner, strict=True):
+        assert moves.end[row, :3] == pytest.approx(curve(knot), abs=1e-9)
+
+
+def test_compensation_begins_beside_the_contour(view):
+    """NORM: however short the first move is, it ends a radius to the left of the contour's start."""
+    moves, errors = view(
+        "T2 M6\nG0 X-1 Y-1 Z0 F100\nG41 G1 X0 Y0\nY20\nG3 X-10 Y30 CR=10\nG40 G1 X-20", dialect="siemens"
+    )
+    assert errors == ()
+    assert np.allclose(moves.end[1:4, :2], [(-3, 0), (-3, 20), (-10, 27)], atol=1e-9)  # a tool of 6 mm
 
 
 def modes(moves):

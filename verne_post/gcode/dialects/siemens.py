@@ -63,12 +63,13 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             if chunk is None:
                 if flow.end_section():
                     continue
+                executor.finish()
                 execution.recorder.event(max(line - 1, 1), "end", code="end of file")
                 break
             in_main = text is main and not flow.in_call
             if in_main and line == stop.before_line:
                 break
-            restart = may_restart(state) and executor.modal is None
+            restart = may_restart(state) and executor.modal is None and executor.interpreter.draft is None
             last = execute_stretch(flow, chunk, _last_line(stop, line) if in_main else None)
             if last is None:
                 flow.step(chunk.raw[line - chunk.first_line])

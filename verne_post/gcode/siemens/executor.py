@@ -79,6 +79,10 @@ class Executor:
         self.drilling.run(self.modal, words.line)
         return False
 
+    def finish(self) -> None:
+        """At the end of the program: what waits for its end."""
+        self.interpreter.end_spline()
+
     def restore(self, modes: Modes) -> None:
         """Bring back what SAVE has kept."""
         self.interpreter._refuse_compensation("the end of a subprogram with SAVE")

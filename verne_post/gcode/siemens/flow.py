@@ -139,6 +139,7 @@ class Flow:
         return True
 
     def _end_program(self, line: int) -> None:
+        self.executor.finish()
         self.ended = True
         if not self.executor.ended:
             self.executor.event(self.shown_line or line, "end", code="M17")

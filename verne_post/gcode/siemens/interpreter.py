@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
-from verne_post.gcode.siemens.frame_words import SiemensFrameWords
+from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
 
@@ -19,7 +19,7 @@ _FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
 _FIRST_NAMED_TOOL: Final = 100_001
 
 
-class SiemensInterpreter(SiemensFrameWords):
+class SiemensInterpreter(SiemensSplines):
     """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
 
     def run(self, words: Words) -> bool:
@@ -33,6 +33,7 @@ class SiemensInterpreter(SiemensFrameWords):
         block = Block(words.line, columns={name: word.column for name, word in words.words.items()})
         for name, _column in words.no_effect:
             self.recorder.event(words.line, "without effect", word=name)
+        self.end_spline(words)
         self._set_modes_of(words)
         self._run_auxiliary(words, block)
         if words.code("frame") is not None:
@@ -261,6 +262,9 @@ class SiemensInterpreter(SiemensFrameWords):
         if suppressed is not None:
             self._run_in_machine(words, block, suppressed)
             return False
+        if modes.motion == "BSPLINE":
+            self.add_spline_point(words, block)
+            return False
         places, vector = self.read_places(words, block), self.read_vector(words)
         if (
             not places
@@ -350,6 +354,8 @@ class SiemensInterpreter(SiemensFrameWords):
             number = 830 - number
         if number == 400 or self.state.compensation is None or self.state.compensation.code != number:
             self._compensate(Block(words.line, columns=block.columns), number)
+            if self.state.compensation is not None:  # NORM: beside the start of the contour
+                self.state.compensation.perpendicular = True
 
     def _run_stops(self, words: Words) -> None:
         for number, _column in words.m:

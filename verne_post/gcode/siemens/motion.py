@@ -1,6 +1,7 @@
 """Motion of Siemens programs: places in the frame chain, with and without TRAORI, lines, arcs, tool axes."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar, Final
 
@@ -118,9 +119,13 @@ class SiemensMotion(Interpreter):
         if _C in places:
             self.recorder.fix_c(block.line)
         self._record(block.line, kind, end, axes, absolute=True)
-        delta = np.array(state.position[:3]) - np.array(begin[:3])
-        if np.any(delta):
-            self.heading = delta / np.linalg.norm(delta)
+        self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
+
+    def set_heading(self, way: Sequence[float]) -> None:
+        """Keep the direction (3,) of a move for CT, unless it has no length."""
+        length = math.hypot(*way)
+        if length > 0.0:
+            self.heading = np.array(way) / length
 
     def _check_places(self, block: Block, places: dict[int, float]) -> None:
         for axis, value in places.items():

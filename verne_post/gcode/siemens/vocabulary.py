@@ -9,7 +9,7 @@ from typing import Final
 
 #: G functions that are executed, by group: one of each group may stand in a block.
 GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
-    "motion": ("G0", "G1", "G2", "G3", "CIP", "CT"),
+    "motion": ("G0", "G1", "G2", "G3", "CIP", "CT", "BSPLINE"),
     "dwell": ("G4",),
     "fixed point": ("G75",),
     "plane": ("G17", "G18", "G19"),
@@ -55,7 +55,6 @@ NO_EFFECT: Final[Mapping[str, str]] = {
 #: Words that are known and not executed.
 REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("ASPLINE", "CSPLINE", "BAUTO", "BNAT", "BTAN", "EAUTO", "ENAT", "ETAN"), "splines through points, which each control lays out in its own way"),
-    **dict.fromkeys(("BSPLINE", "PL", "PW", "SD"), "B-splines"),
     **dict.fromkeys(("POLY", "PO", "POLYPATH", "INVCW", "INVCCW"), "polynomials and involutes"),
     **dict.fromkeys(("DIAMON", "DIAM90", "DIAMOF", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
     **dict.fromkeys(("G33", "G34", "G35", "G331", "G332", "G63", "G335", "G336"), "spindle-synchronised motion: setpoints cannot wait for the spindle"),
@@ -102,7 +101,7 @@ STATEMENTS: Final = (
 )  # fmt: skip
 #: Words with a value that are executed.
 ADDRESSES: Final = (
-    "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "A3", "B3", "C3", "F", "S", "T", "D",
+    "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "PL", "PW", "SD", "A3", "B3", "C3", "F", "S", "T", "D",
     "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
 )  # fmt: skip
 #: Names that stand for numbers of CYCLE832.

@@ -1,0 +1,132 @@
+"""BSPLINE of Siemens programs: control points block by block, with weights and parameter intervals, until another word comes."""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.siemens.frame_words import SiemensFrameWords
+from verne_post.gcode.siemens.words import Word, Words
+from verne_post.gcode.splines import BSpline, uniform_knots
+from verne_post.model.moves import FeedMode
+
+#: Words of a block that gives a control point.
+_POINT_WORDS: Final = {"X", "Y", "Z", "A", "C", "PW", "PL", "SD", "F"}
+_DEGREES: Final = (2, 3)
+_ROTARY: Final = (3, 5)
+
+
+@dataclass
+class _Draft:
+    """Control points so far (core numbers, nine axes), the first is where the tool is; ``intervals`` are those of PL."""
+
+    block: Block
+    degree: int
+    points: list[list[float]]
+    weights: list[float] = field(default_factory=lambda: [1.0])
+    lines: list[int] = field(default_factory=list)
+    intervals: list[float | None] = field(default_factory=list)
+
+
+class SiemensSplines(SiemensFrameWords):
+    """Frame words, and splines."""
+
+    #: The spline whose control points are being read.
+    draft: _Draft | None = None
+
+    def end_spline(self, words: Words | None = None) -> None:
+        """Follow the spline that has been read, unless a block only gives it another point."""
+        draft = self.draft
+        if draft is None or (words is not None and _is_point(words)):
+            return
+        self.draft = None
+        count, degree = len(draft.points), draft.degree
+        if count <= degree:
+            raise BlockError(
+                "VP031",
+                f"BSPLINE of degree {degree} needs {degree} points after its start; there are {count - 1}",
+                None,
+                draft.block.line,
+            )
+        spline = BSpline(degree, draft.points, draft.weights, _make_knots(draft), draft.lines)
+        self._follow_spline(draft.block, spline, "BSPLINE")
+        first, last = draft.points[-2][:3], draft.points[-1][:3]
+        self.set_heading([b - a for a, b in zip(first, last, strict=True)])
+
+    def add_spline_point(self, words: Words, block: Block) -> None:
+        """Read a block under BSPLINE."""
+        if not self.modes.absolute:
+            raise BlockError("VP017", "BSPLINE in G91: control points are absolute; write G90")
+        degree = _read_degree(words.take("SD"))
+        draft = self.draft
+        if draft is None:
+            self._check_spline_modes("BSPLINE")
+            if self.state.feed_mode == FeedMode.INVERSE:
+                raise BlockError("VP017", "BSPLINE with inverse-time feed (G93): its blocks are one motion; use G94")
+            self._require_known(block, [0, 1, 2], "BSPLINE")
+            draft = self.draft = _Draft(block, degree or _DEGREES[-1], [list(self.state.position)], lines=[block.line])
+        elif degree is not None and degree != draft.degree:
+            raise BlockError("VP031", f"SD={degree} in a spline of degree {draft.degree}; write SD in its first block")
+        weight, interval = words.take("PW"), words.take("PL")
+        if weight is not None and weight.value <= 0:
+            raise weight.error("VP031", f"PW={weight.value:g}: the weight of a control point is positive")
+        if interval is not None and interval.value < 0:
+            raise interval.error("VP031", f"PL={interval.value:g}: a parameter interval is not negative")
+        places = self.read_places(words, block)
+        if not places:
+            for word in (weight, interval):
+                if word is not None:
+                    raise word.error("VP005", f"{word.name}= needs the axes of its control point")
+            return
+        self._check_feed(block, 10)
+        self._check_places(block, places)
+        if not self.modes.tcp and set(_ROTARY) & set(places):
+            raise BlockError("VP017", "A and C in BSPLINE without TRAORI: the tip would follow another curve")
+        point = list(draft.points[-1])
+        for axis, value in places.items():
+            point[axis] = self.to_core(axis, value)
+        draft.points.append(point)
+        draft.weights.append(1.0 if weight is None else weight.value)
+        draft.lines.append(block.line)
+        draft.intervals.append(None if interval is None else interval.value)
+
+
+def _is_point(words: Words) -> bool:
+    return (
+        set(words.words) <= _POINT_WORDS
+        and words.groups.keys() <= {"motion"}
+        and words.code("motion") in (None, "BSPLINE")
+        and not (words.m or words.calls or words.modal_call)
+    )
+
+
+def _read_degree(word: Word | None) -> int | None:
+    if word is None:
+        return None
+    degree = round(word.value)
+    if abs(word.value - degree) > WHOLE_NUMBER or degree not in _DEGREES:
+        raise word.error("VP031", f"SD={word.value:g}: the degree of a spline is 2 or 3")
+    return degree
+
+
+def _make_knots(draft: _Draft) -> list[float]:
+    """Knots of a curve that begins and ends in its first and last control point.
+
+    Without PL, or with equal ones, they are even. Else the intervals between them are those of PL, of which as many as
+    the degree less one are 0, all at the beginning or all at the end.
+    """
+    count, degree = len(draft.points), draft.degree
+    given = [1.0 if value is None else value for value in draft.intervals]
+    if max(given) - min(given) <= ZERO_LENGTH_MM and min(given) > 0:
+        return uniform_knots(count, degree)
+    still = degree - 1
+    inner = given[still:] if not any(given[:still]) else given[: len(given) - still]
+    if sum(value == 0 for value in given) != still or 0 in inner:
+        raise BlockError(
+            "VP031", f"PL= of BSPLINE: {count - 1} blocks of degree {degree} have {count - degree} intervals greater than 0, and {still} of 0 at the "
+            "beginning or at the end", None, draft.block.line,
+        )  # fmt: skip
+    knots = [0.0] * (degree + 1)
+    for value in inner:
+        knots.append(knots[-1] + value)
+    return [*knots, *[knots[-1]] * degree]
