@@ -120,6 +120,8 @@ class Swivel:
         before = np.array([given.number(name) * unit for name in ("_X0", "_Y0", "_Z0")])
         after = np.array([given.number(name) * unit for name in ("_X1", "_Y1", "_Z1")])
         state = given.whole("_ST")
+        if state // 100_000 in (0, 1, 2):  # to which axis the sign of _DIR refers where both sides are possible
+            state %= 100_000
         if state // 10 % 10 and not modes.tcp:
             raise given.error(
                 "VP017",
