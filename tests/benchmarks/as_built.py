@@ -5,6 +5,7 @@
 
 import re
 import shlex
+import subprocess
 import sys
 import tempfile
 import time
@@ -14,7 +15,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import verne_post as vp
-from verne_post.cli.main import main as command
 from verne_post.config import machine_files
 from verne_post.config.load import machine_from_toml
 
@@ -134,10 +134,7 @@ def samples():
 
 def run(words):
     """Exit status of one command."""
-    try:
-        return command(words, standalone_mode=False) or 0
-    except SystemExit as end:
-        return end.code
+    return subprocess.run([sys.executable, "-m", "verne_post", *words], check=False, capture_output=True).returncode
 
 
 def speed():
