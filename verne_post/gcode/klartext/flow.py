@@ -186,14 +186,14 @@ def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> 
         last = min(last, stop.after_line + 1 - chunk.first_line)
     if stop.before_line is not None and in_main and flow.line < stop.before_line:
         last = min(last, stop.before_line - chunk.first_line)
-    if last < chunk.ends[row] or last == len(chunk.ends) or flow.text.is_corner_next(chunk.first_line + last):
-        last -= 1  # RND or CHF may begin at its end
     if (
         last - row < plain.MIN_LINES
         or not _is_ready(interpreter)
         or not plain.is_ready(interpreter.state, chunk.lines, row)
     ):
         return False
+    if last < chunk.ends[row] or last == len(chunk.ends) or flow.text.is_corner_next(chunk.first_line + last):
+        last -= 1  # RND or CHF may begin at its end
     if not interpreter.tcp or interpreter.along_vectors or any(interpreter.wraps.values()) or interpreter.shortest:
         turns = (chunk.lines.row[row:last, [_A, _C]] >= row).any(axis=1)
         if turns.any():

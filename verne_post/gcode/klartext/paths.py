@@ -242,6 +242,8 @@ class KlartextPaths(KlartextFrames):
             raise statement.error("VP005", "CR needs R, the radius")
         self._require_known(self.block, [0, 1, 2], "CR")
         clockwise = self._sense(statement, words, 0, 1) < 0
+        if math.dist(target.start[:2], target.end[:2]) < ARC_CHORD_MM:
+            raise statement.error("VP008", "CR to the place where the tool is; write a full circle with CC and C")
         return radius_arc(target.start, target.end, 0, clockwise, radius * self.unit, 0)
 
     def _tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:

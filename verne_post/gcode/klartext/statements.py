@@ -202,6 +202,8 @@ def _without_comment(text: str) -> tuple[str, bool]:
 
 def _upper(text: str) -> str:
     """Upper case, but for what stands in quotes; other alphabets stay, so that columns do."""
+    if text.isascii() and '"' not in text:
+        return text.upper()
     parts = text.split('"')
     return '"'.join(
         part if index % 2 else "".join(c.upper() if c.isascii() else c for c in part)

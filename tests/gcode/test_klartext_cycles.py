@@ -1,0 +1,161 @@
+"""Cycles of Klartext: heights, feeds and places of every move, worked out by hand from what the parameters mean."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.gcode.conftest import make_tool
+from verne_post.model.moves import MoveKind, PathMode
+
+HEAD = ["BEGIN PGM C MM", "TOOL CALL 1 Z S1000 F300", "L X+4 Y+5 Z+40 R0 F100 M3"]
+
+
+@pytest.fixture(scope="module")
+def run(view):
+    def interpret(*statements):
+        text = "\n".join([*HEAD, *statements, "END PGM C"])
+        moves, findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+        assert findings == ()
+        return moves
+
+    return interpret
+
+
+def heights(moves):
+    """Z and feed (0 for rapid traverse, None for a dwell) of every move after the head that moves Z."""
+    shown, z = [], 40.0
+    for kind, end, feed in zip(moves.kind[1:], moves.end[1:, 2], moves.feed[1:], strict=True):
+        if kind == MoveKind.DWELL:
+            shown.append(("dwell", feed))
+        elif abs(end - z) > 1e-9:
+            shown.append((round(float(end), 6), 0.0 if kind == MoveKind.RAPID else feed))
+            z = end
+    return shown
+
+
+@pytest.mark.parametrize(
+    ("cycle", "wanted"),
+    [
+        (
+            "200 DRILL Q200=2 Q201=-10 Q206=150 Q202=4 Q210=0.5 Q203=1 Q204=20 Q211=0.25",
+            [(3, 0), (-3, 150), (3, 0), ("dwell", 0.5), (-1, 0), (-7, 150), (3, 0), ("dwell", 0.5), (-5, 0), (-9, 150), ("dwell", 0.25), (3, 0), (21, 0)],
+        ),
+        ("200 DRILL Q200=2 Q201=-10 Q206=150 Q202=10 Q210=0 Q203=0 Q204=2 Q211=0", [(2, 0), (-10, 150), (2, 0)]),
+        ("201 REAM Q200=2 Q201=-10 Q206=150 Q211=0.5 Q208=0 Q203=0 Q204=5", [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
+        ("201 REAM Q200=2 Q201=-10 Q206=150 Q211=0 Q208=80 Q203=0 Q204=2", [(2, 0), (-10, 150), (2, 80)]),
+        (
+            "203 UNIV Q200=2 Q201=-9 Q206=150 Q202=3 Q210=0 Q203=0 Q204=2 Q212=1 Q213=1 Q205=1.5 Q211=0 Q208=MAX Q256=0.2",
+            [(2, 0), (-3, 150), (-2.8, 0), (-5, 150), (2, 0), (-3, 0), (-6.5, 150), (-6.3, 0), (-8, 150), (2, 0), (-6, 0), (-9, 150), (2, 0)],
+        ),
+        (
+            "205 PECK Q200=2 Q201=-10 Q206=150 Q202=4 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=1.5 Q257=0 Q256=0 Q211=0 Q208=MAX",
+            [(2, 0), (-4, 150), (2, 0), (-3.5, 0), (-8, 150), (2, 0), (-7, 0), (-10, 150), (2, 0)],
+        ),
+        (
+            "205 PECK Q200=2 Q201=-10 Q206=150 Q202=4 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=4 Q256=0.3 Q211=0 Q379=-3 Q253=700",
+            [(2, 0), (-1, 700), (-7, 150), (-6.7, 0), (-10, 150), (2, 0)],
+        ),
+        ("206 TAP Q200=2 Q201=-10 Q206=150 Q211=0.5 Q203=0 Q204=5", [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
+        ("240 CENTRE Q200=2 Q343=0 Q201=-2 Q344=0 Q206=150 Q211=0.5 Q203=0 Q204=5", [(2, 0), (-2, 150), ("dwell", 0.5), (2, 0), (5, 0)]),
+        ("202 BORE Q200=2 Q201=-10 Q206=150 Q211=0 Q208=90 Q203=0 Q204=5 Q214=3", [(2, 0), (-10, 150), (2, 90), (5, 0)]),
+    ],
+)  # fmt: skip
+def test_heights(run, cycle, wanted):
+    moves = run(f"CYCL DEF {cycle}", "CYCL CALL")
+    assert heights(moves) == [(z, feed) for z, feed in wanted]
+    assert all(moves.controls[row].mode == PathMode.EXACT_PATH for row in moves.control[1:])
+
+
+def spindle(moves):
+    return [event.data["direction"] for event in moves.events if event.kind == "spindle"]
+
+
+def test_tapping_turns_the_spindle_back(run):
+    moves = run("CYCL DEF 206 TAP Q200=2 Q201=-10 Q206=150 Q211=0 Q203=0 Q204=5", "CYCL CALL")
+    assert spindle(moves) == ["clockwise", "counterclockwise", "clockwise"]
+
+
+def test_boring_leaves_the_wall(run):
+    """Q214=3: towards +X, by Q357."""
+    moves = run(
+        "CYCL DEF 202 BORE Q200=2 Q201=-10 Q206=150 Q211=0 Q208=90 Q203=0 Q204=5 Q214=3 Q336=45 Q357=0.4", "CYCL CALL"
+    )
+    assert moves.end[:, 0] == pytest.approx([4, 4, 4, 4.4, 4.4, 4.4, 4.0])
+    assert [event.data for event in moves.events if event.kind == "orient"] == [{"angle": 45.0}]
+    assert spindle(moves) == ["clockwise", "stop", "clockwise"]
+
+
+def test_back_boring_comes_from_below(run):
+    """The part is 20 thick, the edge stands 1 above the tip, the counterbore goes 5 up; beside the hole by 3 towards -Y."""
+    moves = run(
+        "CYCL DEF 204 BACK Q200=2 Q249=5 Q250=20 Q251=3 Q252=1 Q253=750 Q254=200 Q255=0.5 Q203=0 Q204=9 Q214=2 Q336=0", "CYCL CALL",
+    )  # fmt: skip
+    assert heights(moves) == [(2, 0), (-23, 750), (-16, 200), ("dwell", 0.5), (-23, 750), (2, 750), (9, 0)]
+    places = [(round(float(y), 6), round(float(z), 6)) for y, z in moves.end[1:, 1:3]]
+    assert places[1:4] == [(2, 2), (2, -23), (5, -23)]
+    assert places[-1] == (5, 9)
+
+
+def test_bore_milling(run):
+    """A hole of 20 with a tool of 6: helices of radius 7 about (4, 5) from 2 over the surface to -4 in four turns of 1.5."""
+    moves = run("CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20", "CYCL CALL")
+    helices = moves.arcs.sweep[1:-2]
+    assert helices == pytest.approx([360.0] * 4)
+    assert moves.arcs.center[1:-1, :2] == pytest.approx(np.array([[4.0, 5.0]] * 5))
+    arcs = moves.end[moves.kind == MoveKind.ARC]
+    assert arcs[:-1, :2] == pytest.approx(np.array([[11.0, 5.0]] * 6))
+    assert arcs[:, 2] == pytest.approx([2, 0.5, -1, -2.5, -4, -4, -4])
+    assert arcs[-1, :2] == pytest.approx([4.0, 5.0])
+    other = run("CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20 Q351=-1", "CYCL CALL")
+    assert other.arcs.sweep == pytest.approx(-moves.arcs.sweep)
+
+
+# --- where they run ---------------------------------------------------------------------------------------
+
+CENTRE = "CYCL DEF 240 CENTRE Q200=2 Q343=0 Q201=-2 Q344=0 Q206=150 Q211=0 Q203=0 Q204=5"
+
+
+def holes(moves):
+    """Places at the bottom of the holes."""
+    return np.round(moves.end[np.isclose(moves.end[:, 2], -2.0)][:, :2], 6)
+
+
+def test_calls(run):
+    moves = run(
+        CENTRE, "CYCL CALL", "L X+10 FMAX M99", "L X+20 FMAX M89", "L X+30 FMAX", "L X+40 FMAX M99", "L X+50 FMAX"
+    )
+    assert holes(moves)[:, 0].tolist() == [4, 10, 20, 30, 40]
+
+
+def test_calls_at_places(run):
+    moves = run(CENTRE, "CYCL CALL POS X+10 Y+20 Z+3 FMAX", "CYCL CALL POS IX+5 F200")
+    low = moves.end[np.isclose(moves.feed, 150.0)]
+    assert low[:, :3] == pytest.approx(np.array([[10, 20, 1], [15, 20, -2]]))
+    assert moves.feed[~np.isnan(moves.feed)].tolist().count(200.0) == 1
+
+
+def test_patterns_of_places(run):
+    pattern = "POS1 (X+1 Y+2 Z+0) ROW1 (X+0 Y+0 D+10 NUM3 ROT+90) PAT1 (X+0 Y+0 DX+4 DY+6 NUMX2 NUMY2) CIRC1 (X+0 Y+0 D20 START+90 NUM2)"
+    moves = run(CENTRE, f"PATTERN DEF {pattern} PITCHCIRC1 (X+0 Y+0 D20 START+0 STEP+90 NUM2)", "CYCL CALL PAT FMAX")
+    wanted = [(1, 2), (0, 0), (0, 10), (0, 20), (0, 0), (4, 0), (4, 6), (0, 6), (0, 10), (0, -10), (10, 0), (0, 10)]
+    assert holes(moves) == pytest.approx(np.array(wanted, dtype=float))
+
+
+def test_a_circle_of_holes(run):
+    moves = run(
+        CENTRE, "CYCL DEF 220 C Q216=1 Q217=2 Q244=20 Q245=0 Q246=360 Q247=0 Q241=4 Q200=2 Q203=0 Q204=20 Q301=1"
+    )
+    assert holes(moves) == pytest.approx(np.array([[11, 2], [1, 12], [-9, 2], [1, -8]], dtype=float))
+    assert moves.end[-1, 2] == 20.0
+    part = run(CENTRE, "CYCL DEF 220 C Q216=0 Q217=0 Q244=20 Q245=0 Q246=90 Q247=0 Q241=3 Q200=2 Q203=0 Q204=20 Q301=0")
+    c = 10 * math.cos(math.radians(45))
+    assert holes(part) == pytest.approx(np.array([[10, 0], [c, c], [0, 10]]))
+    between = part.end[1:-1][np.diff(part.end[1:, 0]) != 0]
+    assert (between[1:, 2] == 2.0).all()  # at the set-up clearance from hole to hole
+
+
+def test_a_grid_of_holes(run):
+    """Rows to and fro, turned by 90 degrees about the first place."""
+    moves = run(CENTRE, "CYCL DEF 221 G Q225=1 Q226=1 Q237=3 Q238=5 Q242=2 Q243=2 Q224=90 Q200=2 Q203=0 Q204=20 Q301=1")
+    assert holes(moves) == pytest.approx(np.array([[1, 1], [1, 4], [-4, 4], [-4, 1]], dtype=float))
