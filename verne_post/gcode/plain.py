@@ -22,6 +22,8 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: Shorter stretches are cheaper in the general interpreter.
 MIN_LINES: Final = 8
+#: Stretches of so many lines gain nothing from the short way of those that are alike.
+_LONG_STRETCH: Final = 1_000
 _C, _F, _G, _N = 5, 9, 10, 11
 _ROTARY: Final = [3, 4, 5]
 _LINEAR: Final = [0, 1, 2, 6, 7, 8]
@@ -104,7 +106,7 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
 
     ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file.
     """
-    if _execute_alike(lines, first, last, codes, shown_line):
+    if last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
         return last
     setup, state, recorder = codes.setup, codes.state, codes.recorder
     if not all(state.known[AXES.index(letter)] for letter in setup.axes):

@@ -103,8 +103,8 @@ def split_words(first_line: int, text: bytes) -> WordTable:
     if _MARK in read:  # no program has it; if one does, it is no comment
         read = read.replace(_MARK, b"?")
     raw = np.frombuffer(read, dtype=np.uint8)
-    begins = np.flatnonzero((raw == ord("(")) | (raw == ord(";")))
-    if len(begins):
+    if b"(" in read or b";" in read:
+        begins = np.flatnonzero((raw == ord("(")) | (raw == ord(";")))
         read = _mark_comments(read, begins.tolist())
         raw = np.frombuffer(read, dtype=np.uint8)
     kinds = _CLASS[raw]
