@@ -17,7 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "gcode_samples"
 #: Those that convert; their headers say with which options.
 LEGAL_SAMPLES = [
-    "blade_5axis.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc", "slider_bound.nc", "wing.cls",
+    "blade_5axis.nc", "fanuc_nurbs.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc",
+    "slider_bound.nc", "splines.nc", "wing.cls",
 ]  # fmt: skip
 #: Header of the CSV of the default machine.
 HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"

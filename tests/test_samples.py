@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
 
 from .builders import HEADER
 
@@ -183,6 +184,34 @@ def on_arc(
     return off, wanted
 
 
+def on_spline(
+    tip: np.ndarray, angles: np.ndarray, start: np.ndarray, end: np.ndarray, piece: dict[str, Any]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same for a piece of a rational B-spline, by scipy; its outermost knots have no influence on it."""
+    degree, knots = piece["degree"], np.array(piece["knots"])
+    points, weights = np.array(piece["points"])[:, [0, 1, 2, 3, 5]], np.array(piece["weights"])[:, None]
+    plane = BSpline(np.concatenate([[knots[0]], knots, [knots[-1]]]), np.hstack([points * weights, weights]), degree)
+    low, high = knots[degree - 1], knots[degree]
+
+    def pose(t: np.ndarray) -> np.ndarray:
+        values = plane(np.clip(t, low, high))
+        return np.asarray(values[:, :5] / values[:, 5:])
+
+    assert np.abs(pose(np.array([low]))[0] - start).max() < 1e-9
+    assert np.abs(pose(np.array([high]))[0] - end).max() < 1e-9
+    here, scale = np.hstack([tip, angles]), np.array([1.0, 1.0, 1.0, MM_PER_DEG, MM_PER_DEG])
+    grid = np.linspace(low, high, 1001)
+    away = np.linalg.norm((here[:, None] - pose(grid)) * scale, axis=2)
+    best = grid[np.argmin(away, axis=1)]
+    step = np.full(len(here), grid[1] - grid[0])
+    for _ in range(60):  # the nearer of two neighbours, ever closer
+        tried = [best, best - step, best + step]
+        nearest = np.argmin([np.linalg.norm((here - pose(t)) * scale, axis=1) for t in tried], axis=0)
+        best = np.clip(np.choose(nearest, tried), low, high)
+        step = np.where(nearest == 0, 0.5 * step, step)
+    return np.linalg.norm(tip - pose(best)[:, :3], axis=1), pose(best)[:, 3:]
+
+
 @dataclass
 class Judgement:
     """Worst value over limit of each column, and worst distances from the program."""
@@ -230,19 +259,19 @@ def judged(rows: Rows, file: dict[str, Any], moves: list[dict[str, Any]]) -> Jud
         begun = begun or bool(len(mine))
         if not begun:
             continue
-        arc = move["kind"] == "arc"
-        if not (arc or np.abs(end - here).max() > NO_LENGTH):
+        curve = {"arc": on_arc, "spline": on_spline}.get(move["kind"])
+        if not (curve or np.abs(end - here).max() > NO_LENGTH):
             continue
         lines.append(move["line"])
         tip, angles = rows.tip[mine], rows.angles[mine]
-        off, wanted = on_arc(tip, angles, here, end, move) if arc else on_line(tip, angles, here, end)
+        off, wanted = curve(tip, angles, here, end, move) if curve else on_line(tip, angles, here, end)
         tip_off = max(tip_off, off.max())
         # the sine of the angle between two unit vectors, which is exact for small ones
         sine = np.linalg.norm(np.cross(rows.axis[mine], programmed_axis(wanted)), axis=1)
         axis_off = max(axis_off, np.degrees(np.arcsin(sine)).max())
         rotary_off = max(rotary_off, np.abs(angles[:, 1] - wanted[:, 1]).max())
         if move["feed"] is not None and len(mine) > 1:
-            turning = not arc and np.linalg.norm((end - here)[:3]) <= NO_LENGTH
+            turning = not curve and np.linalg.norm((end - here)[:3]) <= NO_LENGTH
             moved = np.linalg.norm(np.diff(angles if turning else tip, axis=0), axis=1)
             # 7 decimals of the sliders and 8 of the table move the tip by less than 1e-6 mm from row to row
             feed = max(feed, float(((moved - 1e-6) / cycle).max()) / (move["feed"] / 60))

@@ -19,8 +19,8 @@ from verne_post.toolpath.contour_pose import contour_pose
 
 from ..builders import LEGAL_SAMPLES, SAMPLES
 
-#: Samples with fewer than ten lines of motion outside cycles and subprograms.
-FEWER = {"fanuc_tilted.nc": 5, "slider_bound.nc": 9}
+#: Samples with fewer than ten lines of motion outside cycles, subprograms and splines that go over several lines.
+FEWER = {"fanuc_nurbs.nc": 4, "fanuc_tilted.nc": 5, "slider_bound.nc": 9, "splines.nc": 6}
 
 
 @pytest.mark.parametrize("name", LEGAL_SAMPLES)

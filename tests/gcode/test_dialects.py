@@ -60,6 +60,7 @@ def test_samples_are_recognised():
     for path in SAMPLES.glob("*.*"):
         if path.suffix in (".nc", ".cls", ".h", ".mpf"):
             wanted = {
+                "fanuc_nurbs.nc": "fanuc",
                 "fanuc_tilted.nc": "fanuc",
                 "posted.nc": "fanuc",
                 "wing.cls": "aptcl",

@@ -93,11 +93,9 @@ def test_shares_of_length_and_back():
     piece = np.zeros(len(u), int)
     at = splines.parameters_at(measured, piece, np.clip(u, 0, 1), RADIAN_MM)
     point, slope = splines.spline_slopes(measured.pieces, piece, at)
-    point += (
-        (u - np.clip(u, 0, 1))[:, None]
-        * measured.total(piece)[:, None]
-        * (slope / np.linalg.norm(slope[:, :3], axis=1, keepdims=True))
-    )
+    weighted = np.linalg.norm(slope * [1, 1, 1, RADIAN_MM, RADIAN_MM], axis=1)
+    beyond = (u - np.clip(u, 0, 1)) * measured.total_metric(piece) / weighted  # straight on, by metric length
+    point += beyond[:, None] * slope
     fresh = np.zeros(len(u), bool)
     fresh[0] = True
     np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM), u, atol=1e-9)
@@ -206,3 +204,55 @@ def test_random_splines_under_random_limits(seed, order, power, name, mode):
     ))  # fmt: skip
     result = convert(program(nurbs(points, order, knots, weights), mode), machine, options())
     assert result.ok or {item.code for item in result.findings} <= {"VP101", "VP102", "VP210"}, result.findings
+
+
+#: Curves of order 3 of a tenth of a millimetre beside which the table turns by degrees: control points, weights, knots.
+TINY = {
+    "a corner that is nearly a reversal": (
+        "0 0 40 0 0; "
+        "-0.050282 0.549007 40.0705 -1.63524 -2.31417; "
+        "-0.320808 0.354226 39.9685 -4.88031 -4.32097; "
+        "-0.098175 0.42947 40.039 -4.75634 -1.84605; "
+        "-0.323153 0.045182 39.8067 -4.06491 -3.36619; "
+        "-0.150699 0.283105 40.7569 -1.64457 -4.59363; "
+        "-0.010359 0.60195 40.525 -2.0672 3.22881; "
+        "0.117988 0.183714 40.695 -0.720534 9.47559; "
+        "0.790074 0.339563 39.7496 -0.525645 7.11166",
+        "0.295361 3.29684 0.033942 2.61 0.114478 0.3771 1.11555 0.329651 0.585557",
+        "0 0 0 1.1781 1.1781 3.01173 3.91506 5.17035 6.75566 6.92442 6.92442 6.92442",
+    ),
+    "angles that change their sense": (
+        "0 0 40 0 0; "
+        "0.004819 0.022104 39.9925 -1.83264 2.40479; "
+        "-0.00995 0.001258 39.9966 -1.71898 3.81776; "
+        "0.008744 -0.008276 40.0074 -2.11185 -1.81456; "
+        "-0.001985 0.0046 40.0134 -4.05353 1.01957; "
+        "0.010107 0.01093 39.9833 -1.95693 0.388376; "
+        "-0.009917 0.016963 39.9843 -1.22302 -4.15788; "
+        "-0.006007 -0.001579 40.0041 -0.709637 1.15539; "
+        "0.00613 0.020879 39.9994 -0.091505 10.7051",
+        "0.068009 14.2317 2.22207 0.121886 0.360096 0.143628 0.448947 0.551559 0.388855",
+        "0 0 0 0.654882 1.4388 1.86843 3.15648 3.57649 4.89266 5.87798 5.87798 5.87798",
+    ),
+    "angles far larger than the tip's way": (
+        "0 0 40 0 0; "
+        "0.012432 -0.025679 39.9899 -0.235367 -0.812021; "
+        "0.037339 -0.033742 40.032 -0.174967 -2.51026; "
+        "0.069466 -0.080174 39.9697 -0.223046 -7.17186; "
+        "0.081625 -0.07373 40.0405 -0.87495 -7.43581; "
+        "0.098163 -0.012556 39.9415 -1.03974 -6.83644; "
+        "0.134998 -0.003662 40.0131 -0.803883 -8.34562; "
+        "0.161013 0.002773 39.992 -1.07323 -7.67512; "
+        "0.161686 -0.025707 39.9879 -0.700795 -8.50935",
+        "1.15138 1.05297 0.858209 1.17991 1.25678 0.856884 0.98337 0.649719 0.919679",
+        "0 0 0 1.37175 1.37175 4.63821 5.48076 6.93624 8.11878 9.47814 9.47814 9.47814",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", TINY)
+@pytest.mark.parametrize("cycle", [0.002, 0.05])
+def test_tiny_curves_beside_large_turns(what, cycle):
+    points, weights, knots = (np.array([row.split() for row in text.split(";")], dtype=float) for text in TINY[what])
+    body = nurbs(points, 3, knots[0], weights[0]) + f"G1 X{points[-1, 0] + 5:.3f} Y1\n"
+    made(program(body, "G64", 10_000), replace(MACHINES["verne"], cycle=cycle))

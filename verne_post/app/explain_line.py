@@ -20,7 +20,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, Frame, Moves, PathMode
+from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind, Moves, PathMode
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
@@ -158,6 +158,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
         else [f" of G{number:g}" for letter, number, _column in block.codes if letter == "G" and number in (28, 30, 53)]
     )
     end = line.moves.end[line.move]
+    word = "control point" if line.moves.kind[line.move] == MoveKind.SPLINE else "word"
     by_vector = bool(np.isfinite(line.moves.tool_axis[line.move]).all())
     parts = []
     for letter in machine.coordinates.axes:
@@ -166,7 +167,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
             how = "of the tool axis I J K"
         elif letter in named:
             scale = " in" if line.state.inch and letter not in "ABC" else ""
-            how = f"word {letter}{short_text(named[letter])}{scale}{''.join(machine_words)}"
+            how = f"{word} {letter}{short_text(named[letter])}{scale}{''.join(machine_words)}"
         else:
             how = "kept" if block is not None else "as the line says"
         parts.append(f"{letter} {short_text(end[AXES.index(letter)])} {unit} ({how})")

@@ -88,7 +88,7 @@ class SplineSegments:
     turn : ndarray, shape (m,)
         Rotation over the piece: of the direction of the tip, and of both table angles, rad.
     bend : ndarray, shape (m,)
-        Largest curvature of the tip path, rad/mm.
+        Largest curvature of tip and angles together, by metric length, in rad per mm of the tip path.
     controls : ndarray, shape (p, 6)
         Bezier control points of each piece, seen from its first control point: coordinates times weights, and weights.
     first_part : ndarray of int64, shape (m,)

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corners import USED_SHARE
@@ -23,6 +23,10 @@ APEX: Final = (1.0 + 14.0 / 3.0 + 7.0) / 128.0
 STRETCH: Final = 7.0 / 3.0
 #: A curve is measured at so many points of each half, and shortened by a factor so often until it fits.
 CHECKS: Final = 9
+#: Beside splines, which may turn the table many times as far as the tip goes, in so many.
+SPLINE_CHECKS: Final = 33
+#: A spline turns by less than this (cosine of 60 degrees) in the part of it that a curve replaces.
+MOST_BEND: Final = 0.5
 SHORTENING: Final = 0.7
 SHORTENINGS: Final = 24
 #: Gauss-Newton steps to the nearest point of a segment.
@@ -63,7 +67,11 @@ def find_curves(
         if not len(doubtful):
             break
         controls[doubtful] = find_controls(path, corner[doubtful], d[doubtful])
-        tip_off, axis_off = _measure_deviation(path, corner[doubtful], d[doubtful], controls[doubtful])
+        tip_off, axis_off = np.empty(len(doubtful)), np.empty(len(doubtful))
+        splined = (path.spline[corner[doubtful]] >= 0) | (path.spline[corner[doubtful] + 1] >= 0)
+        for some, measure in ((~splined, _measure_deviation), (splined, _measure_beside_splines)):
+            these = doubtful[some]
+            tip_off[some], axis_off[some] = measure(path, corner[these], d[these], controls[these])
         bad = (tip_off > USED_SHARE * tip_tolerance[doubtful]) | (axis_off > USED_SHARE * axis_tolerance[doubtful])
         doubtful = doubtful[bad]
         d[doubtful] *= SHORTENING
@@ -76,6 +84,34 @@ def find_tangents(path: ToolPath, segment: Ints, u: float) -> Array:
     slope = pose_derivatives(path, segment, np.full(len(segment), u))[0] / path.length[segment, None]
     slope[:, 3:] *= ROTARY_METRIC_MM
     return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+
+
+def _measure_beside_splines(path: ToolPath, corner: Ints, d: Array, controls: Array) -> tuple[Array, Array]:
+    """As :func:`_measure_deviation`; the corner itself must be near too, and no bend of a spline may be left out.
+
+    A spline may turn the table far over little of its length: poses of a curve may then be near its sides and far from
+    where they meet.
+    """
+    tip_off, angle_off = _measure_deviation(path, corner, d, controls, SPLINE_CHECKS)
+    away = bernstein(controls, np.full(len(corner), 0.5)) - path.start[corner + 1]
+    tip_off = np.maximum(tip_off, np.linalg.norm(away[:, :3], axis=1))
+    angle_off = np.maximum(angle_off, np.linalg.norm(away[:, 3:], axis=1))
+    tip_off[_bends_within(path, corner, d)] = np.inf
+    return tip_off, angle_off
+
+
+def _bends_within(path: ToolPath, corner: Ints, d: Array) -> Mask:
+    """Corners (m,) whose curves would cut off a bend of a spline: each of its poses may be near, and the bend left out."""
+    bends = np.zeros(len(corner), dtype=bool)
+    for segment, at_corner, sign in ((corner, 1.0, -1.0), (corner + 1, 0.0, 1.0)):
+        wanted = find_tangents(path, segment, at_corner)
+        for share in np.linspace(0.0, 1.0, SPLINE_CHECKS)[1:]:
+            u = np.clip(at_corner + sign * share * d / path.length[segment], 0.0, 1.0)
+            slope = pose_derivatives(path, segment, u)[0] / path.length[segment, None]
+            slope[:, 3:] *= ROTARY_METRIC_MM
+            along = np.sum(slope * wanted, axis=1)
+            bends |= (path.spline[segment] >= 0) & (along < MOST_BEND * np.linalg.norm(slope, axis=1))
+    return bends
 
 
 def find_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
@@ -99,10 +135,12 @@ def find_controls(path: ToolPath, corner: Ints, d: Array) -> Array:
     return controls
 
 
-def _measure_deviation(path: ToolPath, corner: Ints, d: Array, controls: Array) -> tuple[Array, Array]:
+def _measure_deviation(
+    path: ToolPath, corner: Ints, d: Array, controls: Array, checks: int = CHECKS
+) -> tuple[Array, Array]:
     """Largest distance of each curve from its two segments, tip (mm) and angles (rad)."""
     tip_off, angle_off = np.zeros(len(corner)), np.zeros(len(corner))
-    for segment, half in ((corner, np.linspace(0.0, 0.5, CHECKS)), (corner + 1, np.linspace(0.5, 1.0, CHECKS))):
+    for segment, half in ((corner, np.linspace(0.0, 0.5, checks)), (corner + 1, np.linspace(0.5, 1.0, checks))):
         for v in half:
             point = bernstein(controls, np.full(len(corner), v))
             u = (1.0 - d / path.length[segment]) if segment is corner else np.zeros(len(corner))

@@ -26,6 +26,7 @@ from verne_post.base.columns import GrowingTable
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.tolerances import POSE_DECIMALS_MM, POSE_DECIMALS_RAD, ZERO_ANGLE
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Moves
 from verne_post.model.protocols import TableCoordinates
@@ -164,7 +165,7 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
 
 
 def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
-    """Rotation (n,) over curves, of the tip's direction and of both angles, and their largest curvature (n,)."""
+    """Rotation (n,) over curves, of the tip's direction and of both angles, and their largest curvature (n,), by metric."""
     n = len(controls)
     curve = np.repeat(np.arange(n), np.diff(parts.first, append=len(parts.low)))
     x = (np.arange(_PLACES) + 0.5) / _PLACES
@@ -174,8 +175,12 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
     low = parts.low[part]
     at = curve_parameter(low, parts.high[part], parts.polynomial[part], low + np.tile(x, len(curve)) * width)
     first, second, _third = derive_by_length(bezier_derivatives(controls[curve[part]], at, 3), 3)
-    curvature = row_norm(second[:, :3])
-    rate = curvature + row_sum(np.abs(first[:, 3:]))
+    rate = row_norm(second[:, :3]) + row_sum(np.abs(first[:, 3:]))
+    first[:, 3:] *= ROTARY_METRIC_MM
+    second[:, 3:] *= ROTARY_METRIC_MM
+    square = row_sum(first * first)
+    across = second - (row_sum(first * second) / square)[:, None] * first
+    curvature = row_norm(across) / np.sqrt(square)
     step = width * parts.length[curve[part]] / _PLACES
     bend = np.zeros(n)
     np.maximum.at(bend, curve[part], curvature)

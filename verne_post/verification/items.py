@@ -11,7 +11,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
-from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces
+from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces, progress_lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,8 @@ class SegmentMeasures:
     metric_length : ndarray
         See :func:`~verne_post.verification.projection.metric_lengths`, mm.
     motion_length : ndarray
-        Length of the motion that rows show, mm: the metric length, that of the path where it is 0; never below ZERO_LENGTH_MM.
+        Length that progress along the segment is a share of, mm: the metric length, that of the tip on splines, that of the
+        path where it is 0; never below ZERO_LENGTH_MM.
     blend_u : ndarray
         What a corner within its tolerance may add to a projection, as a share of the segment.
     tip_pace, rotary_pace, axis_pace : ndarray
@@ -49,12 +50,13 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
         path = contour.path.part(begin, end)
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]
         length = metric_lengths(path)
+        progress = progress_lengths(path, length)
         tip_pace, rotary_pace, axis_pace = paces(path)
         table.extend(
             has_tolerance=(tip > 0) | (axis > 0),
             metric_length=length,
-            motion_length=np.maximum(np.where(length > 0, length, path.length), ZERO_LENGTH_MM),
-            blend_u=(tip + RADIAN_MM * axis) / np.maximum(length, ZERO_LENGTH_MM),
+            motion_length=np.maximum(np.where(progress > 0, progress, path.length), ZERO_LENGTH_MM),
+            blend_u=(tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM),
             tip_pace=tip_pace,
             rotary_pace=rotary_pace,
             axis_pace=axis_pace,

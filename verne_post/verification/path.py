@@ -42,7 +42,8 @@ class PathCheck:
         if len(doubtful):
             tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
                 path, segment[doubtful], rows.u[doubtful], pose.select(doubtful), tip_bound[doubtful],
-                angle_bound[doubtful], reference.measures.metric_length[segment[doubtful]],
+                angle_bound[doubtful],
+                np.where(path.spline[segment] >= 0, reference.measures.motion_length[segment], reference.measures.metric_length[segment])[doubtful],
             )  # fmt: skip
         self.tip_deviation = max(self.tip_deviation, float(tip_off.max()))
         self.axis_deviation = max(self.axis_deviation, float(axis_off.max()))

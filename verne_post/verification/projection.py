@@ -168,6 +168,16 @@ def metric_lengths(path: ToolPath) -> Array:
     return length
 
 
+def progress_lengths(path: ToolPath, metric_length: Array) -> Array:
+    """Length (n,) that u is a share of: of the tip alone on splines, else the metric length (n,), mm."""
+    length = metric_length.copy()
+    spline = np.flatnonzero(path.spline >= 0)
+    if len(spline):
+        splines, piece = _measure(path, spline)
+        length[spline] = splines.total(piece)
+    return length
+
+
 def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) -> Array:
     """Metric length (n,) from the start of segments to their u (n,), mm; ``metric_length`` of all segments."""
     length = u * metric_length[segment]
@@ -178,7 +188,7 @@ def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) ->
         splines, piece = _measure(path, segment[spline])
         inside = np.clip(u[spline], 0.0, 1.0)
         at = parameters_at(splines, piece, inside, RADIAN_MM)
-        beyond = (u[spline] - inside) * splines.total(piece)
+        beyond = (u[spline] - inside) * splines.total_metric(piece)
         length[spline] = lengths_at(splines, piece, at, RADIAN_MM)[1] + beyond
     return np.asarray(length)
 

@@ -27,6 +27,8 @@ _ROWS: Final = 1024
 #: Nearest places of one row that are refined, steps of each at most, and the step (a share of the piece) after which the
 #: next would be nothing: they square the error.
 _CANDIDATES, _REFINEMENTS, _REFINED = 3, 12, 1e-7
+#: So many places of a piece are looked at where no candidate has come near.
+_CLOSER: Final = 257
 #: Places of one curve that are this near to being equally far from a row (mm) are told apart by the row before.
 _EQUALLY_FAR_MM: Final = 2e-3
 
@@ -73,8 +75,8 @@ def measure_splines(pieces: Splines, radian_mm: float) -> MeasuredSplines:
     while len(left):
         count *= 2
         fine = _measure_panels(pieces, left, count, radian_mm)
-        total = fine[0].sum(axis=1)
-        settled = (np.abs(coarse[0].sum(axis=1) - total) <= _SETTLED * total) | (count >= _MOST_PANELS)
+        total = fine.sum(axis=2)
+        settled = (np.abs(coarse.sum(axis=2) - total) <= _SETTLED * total).all(axis=0) | (count >= _MOST_PANELS)
         lengths.append((left[settled], fine[:, settled]))
         panels[left[settled]] = count
         left, coarse = left[~settled], fine[:, ~settled]
@@ -196,17 +198,21 @@ def project(
 ) -> Array:
     """Share u (n,) of the length of the tip at the places of pieces (n,) that are nearest to poses (n, 5).
 
-    Beyond both ends the curve goes on straight. Where a curve comes near itself, the place counts that goes on from the row
+    Beyond both ends the curve goes on straight, there by shares of the metric length. Where a curve comes near itself, the place counts that goes on from the row
     before; ``fresh`` (n,) marks first rows of a segment, and ``u_before`` is that of the row before the first.
     """
     weight = np.array([1.0, 1.0, 1.0, radian_mm, radian_mm])
-    u, away = np.zeros((len(piece), _CANDIDATES)), np.full((len(piece), _CANDIDATES), np.inf)
-    for begin in range(0, len(piece), _ROWS):
-        some = slice(begin, begin + _ROWS)
-        at, local = _find_candidates(splines, piece[some], pose[some], weight)
-        rows, place = np.nonzero(local)
-        found = _refine(splines, piece[some][rows], pose[some][rows], at[rows, place], weight, radian_mm)
-        u[begin + rows, place], away[begin + rows, place] = found
+    u, away = _search(splines, splines.first, splines.at, splines.pose, piece, pose, weight, radian_mm)
+    far = np.flatnonzero(away.min(axis=1) > _EQUALLY_FAR_MM)
+    if len(far):  # the few places of the panels may have missed a bend: look closer
+        pieces, mine = np.unique(piece[far], return_inverse=True)
+        low, high = _ends(splines.pieces, pieces)
+        at = low[:, None] + np.linspace(0.0, 1.0, _CLOSER) * (high - low)[:, None]
+        there = spline_points(splines.pieces, np.repeat(pieces, _CLOSER), at.ravel())
+        first = _CLOSER * np.arange(len(pieces) + 1)
+        closer = _search(splines, first, at.ravel(), there, mine, pose[far], weight, radian_mm, pieces)
+        nearer = closer[1].min(axis=1) < away[far].min(axis=1)
+        u[far[nearer]], away[far[nearer]] = closer[0][nearer], closer[1][nearer]
     best = np.argmin(away, axis=1)
     result = u[np.arange(len(u)), best]
     several = (away <= away.min(axis=1, keepdims=True) + _EQUALLY_FAR_MM) & (np.abs(u - result[:, None]) > _SETTLED)
@@ -217,26 +223,49 @@ def project(
     return result
 
 
-def _find_candidates(splines: MeasuredSplines, piece: Ints, pose: Array, weight: Array) -> tuple[Array, Mask]:
-    """Parameters (n, candidates) near the places of pieces (n,) that are locally nearest to poses (n, 5), and which are."""
-    count = splines.first[piece + 1] - splines.first[piece]
+def _search(
+    splines: MeasuredSplines, first: Ints, at: Array, there: Array, piece: Ints, pose: Array, weight: Array,
+    radian_mm: float, number: Ints | None = None,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Shares u and distances (n, candidates) of places locally nearest to poses (n, 5).
+
+    They are sought from the nearest of some poses ``there`` of each piece, at parameters ``at``, whose rows begin at
+    ``first``; ``number`` are the numbers of those pieces, where they are not all.
+    """
+    u, away = np.zeros((len(piece), _CANDIDATES)), np.full((len(piece), _CANDIDATES), np.inf)
+    for begin in range(0, len(piece), _ROWS):
+        mine, poses = piece[begin : begin + _ROWS], pose[begin : begin + _ROWS]
+        row, local = _find_candidates(first, there, mine, poses, weight)
+        rows, place = np.nonzero(local)
+        row, owner = row[rows, place], mine[rows]
+        low, high = at[np.maximum(row - 1, first[owner])], at[np.minimum(row + 1, first[owner + 1] - 1)]
+        whole = owner if number is None else number[owner]
+        found = _refine(splines, whole, poses[rows], (low, at[row], high), weight, radian_mm)
+        u[begin + rows, place], away[begin + rows, place] = found
+    return u, away
+
+
+def _find_candidates(first: Ints, there: Array, piece: Ints, pose: Array, weight: Array) -> tuple[Ints, Mask]:
+    """Rows (n, candidates) of the poses of pieces (n,) that are locally nearest to poses (n, 5), and which are."""
+    count = first[piece + 1] - first[piece]
     owner, place = ragged(count)
-    row = splines.first[piece][owner] + place
-    away = row_norm((splines.pose[row] - pose[owner]) * weight)
+    row = first[piece][owner] + place
+    away = row_norm((there[row] - pose[owner]) * weight)
     before, after = np.append(np.inf, away[:-1]), np.append(away[1:], np.inf)
     local = ((place == 0) | (away <= before)) & ((place == count[owner] - 1) | (away < after))
     # the nearest local minima of every row; each has one at least
     order = np.lexsort((np.where(local, away, np.inf), owner))
     begin = np.cumsum(count) - count
     chosen = order[begin[:, None] + np.minimum(np.arange(_CANDIDATES), count[:, None] - 1)]
-    return splines.at[row[chosen]], local[chosen]
+    return row[chosen], local[chosen]
 
 
 def _refine(
-    splines: MeasuredSplines, piece: Ints, pose: Array, at: Array, weight: Array, radian_mm: float
-) -> tuple[Array, Array]:
-    """Shares u and distances (n,) of the nearest places of pieces (n,) near parameters (n,)."""
-    low, high = _ends(splines.pieces, piece)
+    splines: MeasuredSplines, piece: Ints, pose: Array, within: tuple[Array, Array, Array], weight: Array,
+    radian_mm: float,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Shares u and distances (n,) of the nearest places of pieces (n,), ``within`` a parameter, from another, to a third."""
+    low, at, high = within
     for _ in range(_REFINEMENTS):  # Gauss-Newton
         point, slope = spline_slopes(splines.pieces, piece, at)
         off, slope = (pose - point) * weight, slope * weight
@@ -247,9 +276,10 @@ def _refine(
     point, slope = spline_slopes(splines.pieces, piece, at)
     total = splines.total(piece)
     u = lengths_at(splines, piece, at, radian_mm)[0] / total
+    low, high = _ends(splines.pieces, piece)
     # beyond an end along the direction that the curve has there
     off, slope = (pose - point) * weight, slope * weight
     along = np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1)
     ahead = np.where(at >= high, np.maximum(along, 0.0), np.where(at <= low, np.minimum(along, 0.0), 0.0))
-    u += ahead * row_norm(slope[:, :3]) / np.maximum(total, ZERO_LENGTH_MM)
+    u += ahead * row_norm(slope) / np.maximum(splines.total_metric(piece), ZERO_LENGTH_MM)
     return u, row_norm(off - ahead[:, None] * slope)
