@@ -137,16 +137,18 @@ def mutated(text: str, pick: random.Random) -> str:
 
 
 def stretch(pick: random.Random) -> str:
-    """The head of the second program, some of its lines, and its subprograms."""
+    """The head of the second program, a few or some of its lines, and its subprograms where they are called."""
     lines = OTHERS.split("\n")
-    begin = pick.randrange(6, len(lines) - 22)
-    return "\n".join([*lines[:6], *lines[begin : begin + 12], *lines[-12:]])
+    begin = pick.randrange(6, len(lines) - 14)
+    part = lines[begin : begin + pick.choice([3, 3, 12])]
+    end = lines[-12:] if any(line.startswith(("PART", "L10")) for line in part) else ["M30"]
+    return "\n".join([*lines[:2], *lines[4:6], *part, *end])
 
 
 def run_one(seed: int) -> bool:
     """Interpret one mutated program; True where it has no error."""
     pick = random.Random(seed)
-    text = mutated(pick.choice([SAMPLE, OTHERS, *(stretch(pick) for _ in range(18))]), pick)
+    text = mutated(pick.choice([SAMPLE, OTHERS, *[""] * 38]) or stretch(pick), pick)
     try:
         moves, findings = interpreter_view(text.encode(), OPTIONS[seed % len(OPTIONS)])
     except Exception as error:
