@@ -62,7 +62,8 @@ def same_moves(view, siemens, rs274):
     ("SUB1\nX9\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1\nX9"), ("L10 P2\nM30\n%_N_L10_SPF\nX=IC(1)\nRET", "G0 X1\nX2"),
     ("SUB1(2,,4)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL A1, INT B1=7, REAL C1)\nX=A1 Y=B1 Z=C1\nM17", "G0 X2 Y7 Z4"),
     ("DEF REAL Q\nSUB1(Q)\nX=Q\nM30\n%_N_SUB1_SPF\nPROC SUB1(VAR REAL A1)\nA1=5\nM17", "G0 X5"),
-    ("SUB1\nX1\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 X1\nRET", "G91 G0 X1\nG90 X1"), ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
+    ("SUB1\nX1\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 X1\nRET", "G91 G0 X1\nG90 X1"),
+    ("SUB1\nG2 X10 Y0 I5 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG18 G93 TRANS X5\nRET", "G2 X10 Y0 I5"), ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
     ("MCALL SUB1(3)\nX1\nX2\nMCALL\nX5\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q)\nZ=Q\nZ9\nM17", "G0 X1\nZ3\nZ9\nX2\nZ3\nZ9\nX5"),
     ("X3 Z9\nG75 Z0\nG75 X0 Y0 FP=1\nX5", "G0 X3 Z9\nG53 Z0\nG53 X0 Y0\nX5"),
     # words without effect beside motion

@@ -87,6 +87,10 @@ class Executor:
         """Bring back what SAVE has kept."""
         self.interpreter._refuse_compensation("the end of a subprogram with SAVE")
         self.interpreter.modes = modes
+        state = self.interpreter.state
+        state.plane = modes.plane
+        if state.feed_mode != modes.feed_mode:  # as after G93, G94 and G95: F is to be given again
+            state.feed_mode, state.feed, state.feed_angular = modes.feed_mode, 0.0, 0.0
         self.interpreter.set_chain()
         self.interpreter.set_path_control()
 

@@ -70,7 +70,7 @@ class SiemensInterpreter(SiemensSplines):
             number = int(plane[1:]) - 17
             if number != state.plane:
                 self._refuse_compensation("a change of plane")
-            state.plane = number
+            state.plane = modes.plane = number
         if (units := words.code("units")) is not None:
             modes.units = units
         if (distance := words.code("distance")) is not None:
@@ -143,6 +143,7 @@ class SiemensInterpreter(SiemensSplines):
             words.take("F")
             made.words["F"] = block.words["F"] = feed.value
         self._set_feed(made, groups)
+        self.modes.feed_mode = self.state.feed_mode
         if "F" in made.words and self.modes.feed != 1.0 and self.state.feed_mode.name != "INVERSE":
             self.state.feed *= self.modes.feed
 

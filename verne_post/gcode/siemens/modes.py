@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.siemens.frames import Frames
+from verne_post.model.moves import FeedMode
 
 
 @dataclass
@@ -34,6 +35,10 @@ class Modes:
         Number of the work offset; 0: G500.
     edge : bool
         D1: the tool length counts in places of the machine.
+    plane : int
+        0 XY, 1 ZX, 2 YZ, as the interpreter of all dialects has it too.
+    feed_mode : FeedMode
+        Likewise.
     """
 
     motion: str = "G1"
@@ -52,6 +57,8 @@ class Modes:
     frames: Frames = field(default_factory=Frames)
     system: int = 1
     edge: bool = True
+    plane: int = 0
+    feed_mode: FeedMode = FeedMode.PER_MINUTE
 
     @property
     def length(self) -> float:
