@@ -8,6 +8,7 @@ import pytest
 
 from verne_post import convert, gcode
 from verne_post.app.assemble import machine_setup
+from verne_post.gcode.read import state_after
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
@@ -307,3 +308,12 @@ def test_two_faces_have_the_setpoints_of_the_rs274_program(machine):
     values = [result.setpoints.values for result in results]
     assert values[0].shape == values[1].shape
     assert np.abs(values[0] - values[1]).max() < 1e-6
+
+
+def test_the_state_after_a_line_is_that_of_the_interpreter_of_all_dialects(machine):
+    text = b"G0 X0 Y0 Z60 A0 C0\nG18 G1 X5 F500\nG3 X8 Z60 CR=9\nG91 X1"
+    setup = machine_setup(machine, Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens"))
+    moves = gcode.interpret_program(text, setup)
+    states = [state_after(text, setup, moves, line) for line in (1, 2, 3)]
+    assert [(state.motion, state.plane) for state in states] == [(0, 0), (10, 1), (30, 1)]
+    assert [round(state.position[0], 9) for state in states] == [0.0, 5.0, 8.0]

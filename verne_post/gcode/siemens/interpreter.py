@@ -15,6 +15,8 @@ from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
 #: A quarter of the distance from the corner at which blending may begin (ADIS): about how far a right-angled blend of that
 #: length leaves the corner.
 _SHARE_OF_ADIS: Final = 0.25
+#: Motion of the interpreter of all dialects, for those who look at its state.
+_MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 _FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
 _FIRST_NAMED_TOOL: Final = 100_001
 
@@ -80,6 +82,7 @@ class SiemensInterpreter(SiemensSplines):
                 setattr(modes, name, word)
         if (motion := words.code("motion")) is not None:
             modes.motion = motion
+            state.motion = _MOTIONS.get(motion)
         for name in ("ADIS", "CTOL", "OTOL"):
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._tolerance(tolerance))
