@@ -174,7 +174,7 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line)
     if done > row:
         first, flow.line = flow.line, flow.line + done - row
-        flow.count(flow.text, first, flow.line - 1, 0)
+        flow.repeats.count(flow.text, first, flow.line - 1, 0)
     return done > row
 
 
@@ -196,7 +196,7 @@ def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[B
         raise
     for found in errors:
         _find_column(found, chunk.raw[row])
-    flow.count(text, line, line, interpreter.recorder.count - moves)
+    flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
     return errors
 
 

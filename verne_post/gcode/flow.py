@@ -10,13 +10,12 @@ from typing import Final
 from verne_post.gcode.block import Block, BlockError, OWord
 from verne_post.gcode.interpret import Call, Interpreter
 from verne_post.gcode.parameters import LOCAL_INDICES
+from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.text import ProgramText, decode_line
 
 #: Calls inside each other; LinuxCNC allows nine.
 MAX_DEPTH: Final = 50
 MAX_ARGUMENTS: Final = 30
-#: A block with more moves than this (holes of a cycle) counts them as repeats.
-MOVES_OF_BLOCK: Final = 1_000
 
 
 @dataclass
@@ -64,29 +63,7 @@ class Flow:
         self._frames = [_Frame(text, 0)]
         self._called: set[str] = set()
         self._files: dict[str, ProgramText] = {}
-        self._reached: dict[ProgramText, int] = {}
-        self.repeated = 0
-
-    def count(self, text: ProgramText, first: int, last: int, moves: int) -> None:
-        """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time.
-
-        Raises
-        ------
-        BlockError
-            VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
-        """
-        seen = self._reached.get(text, 0)
-        if moves > MOVES_OF_BLOCK:
-            self.repeated += moves - MOVES_OF_BLOCK
-        if last > seen:
-            self._reached[text] = last
-        if first <= seen:
-            self.repeated += max(min(last, seen) - first + 1, moves)
-        if self.repeated > self.interpreter.setup.max_repeats:
-            raise BlockError(
-                "VP024", f"loops and calls have repeated {self.interpreter.setup.max_repeats} blocks and moves; if the program is meant to, "
-                "raise --max-repeats",
-            )  # fmt: skip
+        self.repeats = Repeats(interpreter.setup.max_repeats)
 
     @property
     def in_call(self) -> bool:

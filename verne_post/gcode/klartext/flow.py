@@ -7,10 +7,11 @@ from verne_post.base.long_text import Text
 from verne_post.gcode import plain
 from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
 from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.flow import MAX_DEPTH, MOVES_OF_BLOCK
+from verne_post.gcode.flow import MAX_DEPTH
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.gcode.text import Chunk
@@ -41,34 +42,12 @@ class KlartextFlow:
         self.ended = False
         self._calls = [_Call(main, _NO_LINE)]
         self._files: dict[str, KlartextText] = {}
-        self._reached: dict[KlartextText, int] = {}
-        self.repeated = 0
+        self.repeats = Repeats(interpreter.setup.max_repeats)
 
     @property
     def in_call(self) -> bool:
         """True inside a subprogram."""
         return len(self._calls) > 1
-
-    def count(self, text: KlartextText, first: int, last: int, moves: int) -> None:
-        """Count lines that have just been executed, if that was not for the first time.
-
-        Raises
-        ------
-        BlockError
-            VP024: more is repeated than is permitted.
-        """
-        seen = self._reached.get(text, 0)
-        if moves > MOVES_OF_BLOCK:
-            self.repeated += moves - MOVES_OF_BLOCK
-        if last > seen:
-            self._reached[text] = last
-        if first <= seen:
-            self.repeated += max(min(last, seen) - first + 1, moves)
-        if self.repeated > self.interpreter.setup.max_repeats:
-            raise BlockError(
-                "VP024", f"loops and calls have repeated {self.interpreter.setup.max_repeats} blocks and moves; if the program is meant to, "
-                "raise --max-repeats",
-            )  # fmt: skip
 
     def follow(self, jump: Jump, line: int) -> None:
         """Go where a statement of a line leads; ``self.line`` is already the next one.
@@ -205,7 +184,7 @@ def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> 
     if done > row:
         first, flow.line = flow.line, flow.line + done - row
         interpreter.last_rapid, interpreter.direction = bool(interpreter.state.motion == 0), None
-        flow.count(flow.text, first, flow.line - 1, 0)
+        flow.repeats.count(flow.text, first, flow.line - 1, 0)
     return done > row
 
 
@@ -246,4 +225,4 @@ def _execute_statement(flow: KlartextFlow) -> None:
                 if not flow.in_call:
                     interpreter.recorder.event(shown, "end", code="END PGM")
             flow.follow(interpreter.jump, line)
-    flow.count(text, line, line, interpreter.recorder.count - moves)
+    flow.repeats.count(text, line, line, interpreter.recorder.count - moves)

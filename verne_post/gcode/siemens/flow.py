@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import Final
 
 from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.flow import MAX_DEPTH, MOVES_OF_BLOCK
+from verne_post.gcode.flow import MAX_DEPTH
+from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, freeze, read_procedure
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
@@ -13,7 +14,6 @@ from verne_post.gcode.siemens.program import SiemensText, split_line
 from verne_post.gcode.siemens.values import read_indices, read_value, shown
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_arguments
-from verne_post.gcode.text import ProgramText
 
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
@@ -42,8 +42,7 @@ class Flow:
         self.line = main.main.first
         self.shown_line: int | None = None
         self.ended = False
-        self.repeated = 0
-        self._reached: dict[ProgramText, int] = {}
+        self.repeats = Repeats(executor.setup.max_repeats)
 
     @property
     def frame(self) -> Frame:
@@ -81,7 +80,7 @@ class Flow:
             self._execute(Cursor(item.text, item.begin), line)
         if not self.ended and self.text is text:
             end_stretch(self, line)
-        self.count(text, line, line, self.executor.move_count - moves)
+        self.repeats.count(text, line, line, self.executor.move_count - moves)
 
     def _execute(self, cursor: Cursor, line: int) -> None:
         symbol = cursor.skip()
@@ -112,22 +111,6 @@ class Flow:
             modal, self.executor.modal = self.executor.modal, None  # its own moves do not call it
             self.enter(modal, line)
             self.frame.modal = modal
-
-    def count(self, text: ProgramText, first: int, last: int, moves: int) -> None:
-        """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time."""
-        seen = self._reached.get(text, 0)
-        if moves > MOVES_OF_BLOCK:
-            self.repeated += moves - MOVES_OF_BLOCK
-        if last > seen:
-            self._reached[text] = last
-        if first <= seen:
-            self.repeated += max(min(last, seen) - first + 1, moves)
-        most = self.executor.setup.max_repeats
-        if self.repeated > most:
-            raise BlockError(
-                "VP024",
-                f"loops, jumps and calls have repeated {most} blocks and moves; if the program is meant to, raise --max-repeats",
-            )
 
     # --- ends -----------------------------------------------------------------------------------------------
 

@@ -56,7 +56,7 @@ def execute_stretch(flow: Flow, chunk: Chunk, before: int | None) -> int | None:
     heading = _find_heading(chunk.lines, row, done, start)
     to.heading = to.heading if heading is None else heading
     flow.line = line + done - row
-    flow.count(flow.text, line, flow.line - 1, 0)
+    flow.repeats.count(flow.text, line, flow.line - 1, 0)
     return flow.line
 
 

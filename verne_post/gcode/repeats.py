@@ -1,0 +1,48 @@
+"""How often loops and calls have repeated blocks, in any language: programs without an end are refused."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Final
+
+from verne_post.gcode.expressions import BlockError
+
+#: Moves of one block beyond this count as repeated blocks: a cycle with that many holes is a loop of its own.
+MOVES_OF_BLOCK: Final = 1_000
+
+
+@dataclass
+class Repeats:
+    """Counts blocks that are executed again.
+
+    Attributes
+    ----------
+    most : int
+        So many may be repeated.
+    repeated : int
+        So far.
+    """
+
+    most: int
+    repeated: int = 0
+    _reached: dict[Hashable, int] = field(default_factory=dict)
+
+    def count(self, text: Hashable, first: int, last: int, moves: int) -> None:
+        """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time.
+
+        Raises
+        ------
+        BlockError
+            VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
+        """
+        seen = self._reached.get(text, 0)
+        if moves > MOVES_OF_BLOCK:
+            self.repeated += moves - MOVES_OF_BLOCK
+        if last > seen:
+            self._reached[text] = last
+        if first <= seen:
+            self.repeated += max(min(last, seen) - first + 1, moves)
+        if self.repeated > self.most:
+            raise BlockError(
+                "VP024",
+                f"loops and calls have repeated {self.most} blocks and moves; if the program is meant to, raise --max-repeats",
+            )
