@@ -311,7 +311,7 @@ def test_two_faces_have_the_setpoints_of_the_rs274_program(machine):
 
 
 def test_the_state_after_a_line_is_that_of_the_interpreter_of_all_dialects(machine):
-    text = b"G0 X0 Y0 Z60 A0 C0\nG18 G1 X5 F500\nG3 X8 Z60 CR=9\nG91 X1"
+    text = b"G0 X0 Y0 Z60 A0 C0\nG18 G1 X5 F500\nG3 X8 Z60 CR=9\nG1 X1"
     setup = machine_setup(machine, Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens"))
     moves = gcode.interpret_program(text, setup)
     states = [state_after(text, setup, moves, line) for line in (1, 2, 3)]
