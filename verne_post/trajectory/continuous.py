@@ -14,6 +14,7 @@ from verne_post.base.columns import Growing, release_memory
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
+from verne_post.trajectory.cruise import Piece, split_into_pieces
 from verne_post.trajectory.initial_profile import Solver, initial_profile
 from verne_post.trajectory.interior_point import solve
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
@@ -83,16 +84,16 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    first, unit, bound = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver)
-    task = SectionTask(section, limits, cycle, unit)
-    planned = _plan_with_effort(task, first, bound, effort)
+    first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver)
+    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise)
+    planned = _plan_with_effort(task, first.profile, bound, effort)
     if effort is tuning.NORMAL and (planned.rows is None or len(planned.rows) <= tuning.SHORT_ROWS):
-        other = _plan_with_effort(task, first, bound, tuning.OTHER)
+        other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)
         if other.rows is not None and (planned.rows is None or len(other.rows) < len(planned.rows)):
             planned = other
     if planned.rows is None and effort is not tuning.QUALITY:
         # a better profile costs less than to repair this one, and is faster by far
-        planned = _plan_with_effort(task, first, bound, tuning.QUALITY)
+        planned = _plan_with_effort(task, first.profile, bound, tuning.QUALITY)
     if planned.rows is not None and playback == AS_PLANNED:
         return ContinuousProfile(planned.rows, bound)
 
@@ -134,23 +135,32 @@ def rebuild_profile(profile: Profile, times: Times, unit: float) -> Profile:
 
 
 def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
-    """Make one pass of the interior point method over the whole section, window by window."""
+    """Make one pass of the interior point method over the whole section: over the pieces between its ranges of cruise."""
     knot = settings.knot_units * task.unit
-    n = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
+    knots = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
     settled = Growing(float)
-    recent = np.empty(0)  # coefficients after those: of the window before, and of this one
-    begin, careful = 0, -1
+    for piece in split_into_pieces(task, profile, knots, settings):
+        settled.extend(piece.cruise[3:-3])
+        _retime_piece(task, profile, settings, piece, settled)
+    return Times.of_coefficients(settled.column(), knot)
+
+
+def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, piece: Piece, settled: Growing) -> None:
+    """Solve a piece window by window, and add its coefficients to the settled ones, which are those of all knots before."""
+    recent = piece.cruise[-3:]  # coefficients of the window before, and of this one
+    held = recent[-1] if len(recent) else 1.0
+    begin, careful = piece.begin, -1
     look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
-    while begin < n:
+    while begin < piece.end:
         release_memory()
-        end = min(begin + tuning.WINDOW_KNOTS + look_ahead, n)
-        if n - end < look_ahead:
-            end = n
-        recent = np.append(recent, np.ones(max(end + 3 - settled.count - len(recent), 0)))
+        end = min(begin + tuning.WINDOW_KNOTS + look_ahead, piece.end)
+        if piece.end - end < look_ahead:
+            end = piece.end
+        recent = np.append(recent, np.full(max(end + 3 - settled.count - len(recent), 0), held))
         coefficients = recent[begin - settled.count : end + 3 - settled.count]
         fixed = coefficients[:3].copy() if begin else np.empty(0)
-        end_x = None if end == n else tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
-        window = Window(begin, end, fixed, end_x)
+        crawl = tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
+        window = Window(begin, end, fixed, piece.after if end == piece.end else np.full(3, crawl))
         found = solve(
             window_problem(task, profile, settings, window),
             _start(coefficients, settings.knot_units, window),
@@ -158,7 +168,7 @@ def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times
             final_gap=settings.final_gap,
             iterations=settings.iterations,
         )
-        if begin > careful and begin and not found.legal:
+        if begin > careful and begin > piece.begin and not found.legal:
             # the window before may have been too fast at its end: again, this time down to a crawl
             careful = begin
             begin -= tuning.WINDOW_KNOTS
@@ -167,19 +177,19 @@ def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times
         done = begin - settled.count
         settled.extend(recent[:done].copy())
         recent = recent[done:]
-        begin = end if end == n else begin + tuning.WINDOW_KNOTS
+        begin = end if end == piece.end else begin + tuning.WINDOW_KNOTS
     settled.extend(recent)
-    return Times.of_coefficients(settled.column(), knot)
 
 
 def _start(known: Array, knot_units: int, window: Window) -> Array:
-    """Coefficients that a window starts from; after the first window, ``known`` begins with those of the window before."""
+    """Coefficients that a window starts from; where it goes on, ``known`` begins with those of the window before."""
     start = np.full(len(known), tuning.START_X)
     ramp, seen = tuning.START_RAMP // knot_units, (tuning.LOOK_AHEAD_UNITS - tuning.START_RAMP) // knot_units
+    ramp, seen = min(ramp, len(known)), min(seen, len(known))
     if window.begin:  # less and less of them: the window before slows down
         start[:seen] += (known[:seen] - tuning.START_X) * _falling(seen)
-    if window.end_x is not None:  # as the solution will, slow down over the end of the window
-        start[-ramp:] *= window.end_x ** (1.0 - _falling(ramp))
+    if window.end_x is not None:  # as the solution will, change over the end of the window
+        start[-ramp:] *= window.end_x[0] ** (1.0 - _falling(ramp))
     return start
 
 

@@ -4,6 +4,7 @@ A section of any length is taken part by part.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from verne_post.base.columns import Growing, release_memory
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
+from verne_post.trajectory.cruise import find_cruise
 from verne_post.trajectory.section_path import Grid, Section, grid_along
 from verne_post.trajectory.spline_profile import Profile
 
@@ -31,8 +33,18 @@ def second_order_bound(section: Section, limits: Limits, solver: Solver) -> floa
     return bound
 
 
-def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver) -> tuple[Profile, float, float]:
-    """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly; time scale and bound (s).
+@dataclass(frozen=True, eq=False)
+class InitialProfile:
+    """A profile, its time scale (s), the time of the second-order optimum (s), and its ranges of :mod:`cruise` (k, 2)."""
+
+    profile: Profile
+    unit: float
+    bound: float
+    cruise: Array
+
+
+def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver) -> InitialProfile:
+    """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly.
 
     The section is taken part by part, each with a look-ahead that ends at rest. Where even motion would take far more
     than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes.
@@ -40,9 +52,11 @@ def initial_profile(section: Section, limits: Limits, unit: float, solver: Solve
     smooth = _Smooth(tuning.START_SMOOTH)
     smooth.add(np.zeros(tuning.START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
+    cruise = []
     for first, last, seen in _sections(section):
         grid = grid_along(section, first, seen)
         x = solver(grid, limits, start=x_end)
+        cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
         s, fastest = _kept(section, grid, x, last)
         bound, x_end = bound + reachability.duration(s, fastest), float(fastest[-1])
         s, x = _kept(
@@ -61,7 +75,8 @@ def initial_profile(section: Section, limits: Limits, unit: float, solver: Solve
         smooth.add(part)
     smooth.add(np.full(tuning.START_SMOOTH, section.length))
     smooth.averages.extend(np.array([max(smooth.largest, section.length)]))
-    return Profile.of_samples(smooth.averages.column(), tuning.START_STEP * unit), unit, bound
+    profile = Profile.of_samples(smooth.averages.column(), tuning.START_STEP * unit)
+    return InitialProfile(profile, unit, bound, np.concatenate(cruise))
 
 
 class _Smooth:

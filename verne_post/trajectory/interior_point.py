@@ -48,8 +48,8 @@ class Problem:
         Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
     fixed : ndarray, shape (0,) or (3,)
         The first coefficients, where the window before gives them.
-    end : float or None
-        The profile slows down to this X at the end of the window, so that a next window exists; None for the last window.
+    end : float, ndarray of shape (3,), or None
+        The last coefficients: slow, so that a next window exists, or those of the cruise that follows. None for the last window.
     """
 
     knot: float
@@ -58,7 +58,7 @@ class Problem:
     acceleration: tuple[Array, ...]
     jerk: tuple[Array, ...]
     fixed: Array
-    end: float | None
+    end: float | Array | None
 
 
 def basis(knot: float, fraction: Array) -> Array:

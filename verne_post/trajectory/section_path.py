@@ -1,6 +1,6 @@
 """A section between two standstills as a function of its path parameter s, and a grid with derivatives along it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
@@ -50,12 +50,15 @@ class SectionTask:
     limits : Limits
     cycle, unit : float
         Control cycle, and the time scale of the profile, s.
+    cruise : ndarray, shape (k, 2)
+        Ranges of s in which the profile is known to be even, at the feed rate; see :mod:`cruise`.
     """
 
     section: Section
     limits: Limits
     cycle: float
     unit: float
+    cruise: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -181,6 +181,15 @@ START_JERK_EXCESS: Final = 4.0
 #: It is slowed down by this factor: knots are even in its time, and the slow spots of the profile need many.
 START_SLOWER: Final = 1.5
 
+# --- cruise: where there is nothing to plan ----------------------------------------------------------
+
+#: In a cruise no joint takes more than this share of a limit. More leaves less to solve, and more to repair.
+CRUISE_SHARE: Final = 0.7
+#: Where the feed rate along the path changes by more than this a cruise ends. Up to there the speed follows the lowest of the
+#: feed rates around, evened out over so many units: more costs time, less takes jerk.
+CRUISE_STEP: Final = 0.02
+CRUISE_EVEN: Final = 16
+
 # --- grid and reachability passes ------------------------------------------------------------------
 
 #: A span of the grid is at most this much path. Longer ones are halved where a joint needs it.

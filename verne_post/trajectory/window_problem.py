@@ -1,6 +1,7 @@
 """The constraints of one window of a pass: limits at the points, from differences of rows a cycle apart."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,10 @@ from verne_post.trajectory.tuning import PassSettings
 Array = NDArray[np.float64]
 
 
+#: From the planned share of the feed up to what rows may reach, squared.
+_HELD_EXCESS: Final = (tuning.ACCEPTED_RATIOS[0] / tuning.PLANNED_SHARES[0]) ** 2
+
+
 @dataclass(frozen=True, eq=False)
 class Window:
     """Part of a profile that one solution re-times.
@@ -24,14 +29,14 @@ class Window:
         Knots, ``end`` excluded.
     fixed : ndarray, shape (0,) or (3,)
         The first coefficients, where the window before gives them.
-    end_x : float or None
-        X at the end; None where the section ends there.
+    end_x : ndarray, shape (3,), or None
+        The last coefficients; None where the section ends there.
     """
 
     begin: int
     end: int
     fixed: Array
-    end_x: float | None
+    end_x: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,10 @@ def window_problem(task: SectionTask, profile: Profile, settings: PassSettings, 
         by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
     cap = np.minimum(np.where(np.isnan(at_points.feed_x), np.inf, at_points.feed_x), by_speed)
     cap = np.clip(cap, 2 * tuning.SMALLEST_X, settings.largest_x)
+    # coefficients that are held may stand at the cap itself, which leaves no room inside
+    near_held = cap.reshape(k, n)
+    near_held[:, : len(window.fixed)] *= _HELD_EXCESS
+    near_held[:, n - 3 * (window.end_x is not None) :] *= _HELD_EXCESS
     acceleration, jerk = shares[1] * limits.acceleration[:, None], shares[2] * limits.jerk[:, None]
     virtual = np.zeros((1, n * k))
     q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / tuning.VIRTUAL_ACCELERATION])

@@ -1,0 +1,67 @@
+"""Where nothing is solved: ranges at the feed rate. The rows there are checked like all others, and cost no time."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from verne_post.base.arrays import Array
+from verne_post.trajectory import continuous
+from verne_post.trajectory.continuous import plan_continuous
+from verne_post.trajectory.cruise import find_cruise
+from verne_post.trajectory.reachability import solve as second_order
+from verne_post.trajectory.section_path import grid_along
+
+from .curves import Curve, assert_legal, cornered, limits, straight
+
+
+def stepped(s: Array) -> Array:
+    """A feed that changes by 1 % every millimetre, and by a half at 60 mm."""
+    return np.where(s < 60.0, 20.0, 10.0) * np.where(np.floor(s) % 2 == 0, 1.0, 0.99)
+
+
+def test_a_range_begins_after_the_way_to_brake() -> None:
+    section, top = straight(100.0, 50.0), limits(3)
+    grid = grid_along(section)
+    [(first, last)] = find_cruise(grid, second_order(grid, top), top, 1e-3)
+    # v = 50, J = 1e5: 2 sqrt(v / J) = 45 ms, in which braking takes 1.1 mm
+    assert 1.1 < first < 6.0
+    assert 94.0 < last < 98.9
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.5, True), (0.9, False)])
+def test_joints_near_a_limit_are_no_cruise(share: float, found: bool) -> None:
+    """Even motion on a circle of 10 mm: v^2 / r of the acceleration, here as a share of it."""
+    top = limits(3)
+    feed = np.sqrt(share * top.acceleration[0] * 10.0)
+    section = Curve(2000.0, lambda s: [10 * np.sin(s / 10), 10 * np.cos(s / 10), 0 * s], feed, 400)
+    wide = limits(3, 833.0, 5000.0, 1e9)
+    grid = grid_along(section)
+    assert bool(len(find_cruise(grid, second_order(grid, wide), wide, 1e-3))) is found
+
+
+@pytest.mark.parametrize("section", [straight(100.0, 30.0), straight(100.0, stepped)])  # type: ignore[arg-type]
+@pytest.mark.parametrize("cycle", [2.5e-4, 1e-3, 4e-3])
+def test_rows_are_legal_and_no_slower_than_solved_ones(
+    section: Curve, cycle: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    top = limits(3)
+    s = plan_continuous(section, top, cycle).s
+    assert_legal(section, s, top, cycle)
+    solved = continuous.initial_profile
+
+    def without(*arguments: Any) -> Any:
+        found = solved(*arguments)
+        assert len(found.cruise)
+        return replace(found, cruise=np.empty((0, 2)))
+
+    monkeypatch.setattr(continuous, "initial_profile", without)
+    assert len(s) <= 1.005 * len(plan_continuous(section, top, cycle).s) + 1
+
+
+def test_a_corner_between_long_lines_is_solved() -> None:
+    section, top = cornered(40.0, 2, 0.2, 50.0), limits(3)
+    s = plan_continuous(section, top, 1e-3).s
+    assert_legal(section, s, top, 1e-3)
+    assert np.diff(s)[len(s) // 4 : -len(s) // 4].min() < 0.045
