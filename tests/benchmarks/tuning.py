@@ -94,6 +94,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "SLOWDOWN_MARGIN": (0.8, 2.0),
     "JUMP_SHARE": (0.5, 1.1),
     "MOST_TURN": (0.5, 1.1),
+    "SPLINE_TURN": (0.5, 1.1),
     "BULGE": (0.5, 1.1),
     "SURELY": (0.01, 1.4),
     "PLACES_BETWEEN": HALF_TO_DOUBLE,

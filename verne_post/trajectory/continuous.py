@@ -148,7 +148,7 @@ def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times
 def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, piece: Piece, settled: Growing) -> None:
     """Solve a piece window by window, and add its coefficients to the settled ones, which are those of all knots before."""
     recent = piece.cruise[-3:]  # coefficients of the window before, and of this one
-    held = recent[-1] if len(recent) else 1.0
+    held = float(recent[-1]) if len(recent) else 1.0 if piece.after is None else float(piece.after[0])
     begin, careful = piece.begin, -1
     look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
     while begin < piece.end:
@@ -163,7 +163,7 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
         window = Window(begin, end, fixed, piece.after if end == piece.end else np.full(3, crawl))
         found = solve(
             window_problem(task, profile, settings, window),
-            _start(coefficients, settings.knot_units, window),
+            _start(coefficients, held, settings.knot_units, window),
             start_gap=settings.start_gap,
             final_gap=settings.final_gap,
             iterations=settings.iterations,
@@ -181,15 +181,18 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
     settled.extend(recent)
 
 
-def _start(known: Array, knot_units: int, window: Window) -> Array:
-    """Coefficients that a window starts from; where it goes on, ``known`` begins with those of the window before."""
-    start = np.full(len(known), tuning.START_X)
+def _start(known: Array, held: float, knot_units: int, window: Window) -> Array:
+    """Coefficients that a window starts from, near the X ``held`` in cruises.
+
+    Where it goes on, ``known`` begins with those of the window before.
+    """
+    start = np.full(len(known), tuning.START_X * held)
     ramp, seen = tuning.START_RAMP // knot_units, (tuning.LOOK_AHEAD_UNITS - tuning.START_RAMP) // knot_units
     ramp, seen = min(ramp, len(known)), min(seen, len(known))
     if window.begin:  # less and less of them: the window before slows down
-        start[:seen] += (known[:seen] - tuning.START_X) * _falling(seen)
+        start[:seen] += (known[:seen] - start[:seen]) * _falling(seen)
     if window.end_x is not None:  # as the solution will, change over the end of the window
-        start[-ramp:] *= window.end_x[0] ** (1.0 - _falling(ramp))
+        start[-ramp:] *= (window.end_x[0] / held) ** (1.0 - _falling(ramp))
     return start
 
 
