@@ -83,7 +83,8 @@ def check(
     Examples
     --------
     >>> import verne_post as vp
-    >>> result = vp.check("G21 G90\\nG0 X0 Y0 Z20 A0 C0\\nZ700\\nM2\\n", "verne", vp.Options(tool_length=80))
+    >>> options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})
+    >>> result = vp.check("G21 G90\\nG0 X0 Y0 Z20 A0 C0\\nZ700\\nM2\\n", "verne", options)
     >>> result.ok, result.findings[0].code
     (False, 'VP101')
     """

@@ -132,7 +132,8 @@ def test_missing_file_is_2(command: str, run: Callable[..., Any], tmp_path: Path
 def test_check_reads_the_others_beside_a_missing_file(run: Callable[..., Any], tmp_path: Path) -> None:
     good = tmp_path / "good.nc"
     good.write_text("G49 G0 X0 Y0 Z100 A0 C0\nX10\nM2\n", encoding="utf-8")
-    answer = run("check", good, tmp_path / "none.nc", "--output-format", "json")
+    options = ("--wcs", "G54=0,0,0", "--output-format", "json")
+    answer = run("check", good, tmp_path / "none.nc", *options)
     assert answer.code == 2
     judged, missing = json.loads(answer.out)["programs"]
     assert (judged["summary"]["errors"], judged["findings"]) == (0, [])

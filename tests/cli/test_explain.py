@@ -336,7 +336,7 @@ def test_a_warning_is_removed_by_the_move_proposed(explain: Callable[..., str], 
     program = lines("G0 X0 Y0 Z50 A0 C0", "G1 Y572 F1000", "M2")
     options = ("--tool-length", "50")
     assert codes(program, *options) == set()
-    assert codes(program, *options, warnings=True) == {"VP202"}
+    assert codes(program, *options, "--wcs", "G54=0,0,0", warnings=True) == {"VP202"}
     text = explain(program, 2, *options)
     assert "what would remove the warnings" in text
     proposed = re.search(r'--wcs "(G54=.*)"', text)
@@ -366,6 +366,7 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "rods": schema.RodsFile.model_fields,
         "clearance": schema.ClearanceFile.model_fields,
         "control": schema.ControlFile.model_fields,
+        "accuracy": schema.AccuracyFile.model_fields,
     }
     options = run("convert", "--help").out
     for code, text in PARAMETERS.items():

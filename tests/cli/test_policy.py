@@ -31,7 +31,7 @@ def warned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, ...]:
     )
     Path("m.toml").write_text(text)
     Path("w.nc").write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X20 F3000\nM2\n")
-    return ("check", "w.nc", "--tool-length", 60, "--machine", "m.toml")
+    return ("check", "w.nc", "--tool-length", 60, "--wcs", "G54=0,0,0", "--machine", "m.toml")
 
 
 def test_ignored_codes_do_not_count_and_are_counted(job: tuple[Any, ...], run: Callable[..., Any]) -> None:

@@ -126,11 +126,11 @@ def restarted(machine: verne_post.Machine, line: int, **more: Any) -> Program:
 @pytest.mark.parametrize(
     ("line", "why", "near"),
     [
-        (7, "cutter compensation or a canned cycle", 6),
-        (9, "cutter compensation or a canned cycle", 10),
-        (13, "cutter compensation or a canned cycle", 12),
-        (14, "cutter compensation or a canned cycle", 12),
-        (15, "cutter compensation or a canned cycle", 16),
+        (7, "cutter compensation, a canned cycle or a spline", 6),
+        (9, "cutter compensation, a canned cycle or a spline", 10),
+        (13, "cutter compensation, a canned cycle or a spline", 12),
+        (14, "cutter compensation, a canned cycle or a spline", 12),
+        (15, "cutter compensation, a canned cycle or a spline", 16),
         (17, "executed 2 times", 16),
         (21, "does not execute it, or only in a subprogram", 20),
         (99, "does not execute it", 26),

@@ -117,7 +117,8 @@ def test_a_line_that_comes_again_is_one_warning(view):
 
 def test_check_shows_the_warning_also_beside_an_error(machine):
     program = "G49 F600 G0 X0 Y0 Z60 A0 C0\nG81 X5 Y5 Z50 R55\nG91\nX-5 {}\nG80\nM2"
-    result = check(program.format("Z-3").encode(), machine, Options(dialect="rs274", tool_length=100))
+    options = Options(dialect="rs274", tool_length=100, wcs={"G54": (0, 0, 0)})
+    result = check(program.format("Z-3").encode(), machine, options)
     assert [(item.code, item.line) for item in result.findings if item.severity == "warning"] == [("VP030", 4)]
     # the number of R alone now lies 60 mm higher, that of Z below it
     refused = check(program.format("").encode(), machine, Options(dialect="rs274"))

@@ -212,7 +212,7 @@ PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
 
 
 def check(source: str, **options: Any) -> list[Finding]:
-    given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, **options}
+    given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "wcs": {"G54": (0.0, 0.0, 0.0)}, **options}
     program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
     return check_program(program)[1]
 
@@ -352,7 +352,7 @@ def test_each_tool_has_its_own_shape() -> None:
     beside = Box("rail", (-50.0, 10.0, 0.0), (50.0, 20.0, 40.0))
 
     def found(**options: Any) -> list[tuple[str, int | None]]:
-        given = Options(tools=tools, split_at_stops=True, keep_out=(beside,), **options)
+        given = Options(tools=tools, wcs={"G54": (0.0, 0.0, 0.0)}, split_at_stops=True, keep_out=(beside,), **options)
         program = assemble(source.encode(), MACHINE, given)
         return [(item.code, item.line) for item in check_program(program)[1]]
 

@@ -385,7 +385,7 @@ def test_long_stretches_are_one_finding_too(machine_with):
     text = f"G21 G90 G94 G61.1 F1000\nG0 X-100 Y100 Z20 A0 C0\n{body}M2\n"
     machine = machine_with(travel_limit("rho1", 1, 700.0))
     told = []
-    program = assemble(text.encode(), machine, Options(tool_length=TOOL))
+    program = assemble(text.encode(), machine, Options(tool_length=TOOL, wcs={"G54": (0.0, 0.0, 0.0)}))
     _bounds, findings = check_program(program, lambda stage, done, total: told.append((done, total)))
     assert [(item.line, item.last_line, item.worst_line, item.count) for item in findings] == [(3, n + 2, n + 2, n)]
     assert told[-1] == (n, n)

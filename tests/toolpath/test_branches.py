@@ -20,12 +20,16 @@ from verne_post.toolpath.evaluate import pose
 
 from ..builders import MACHINE, axis_of, axis_words, with_ranges
 
+#: The part stands there on purpose: no warning.
+AT_THE_CENTRE = {"G54": (0.0, 0.0, 0.0)}
 HEAD = "G21 G90 G94 G17 F3000\n"
 SERIAL = verne_post.load_machine("serial")
 
 
 def program(body, machine=SERIAL, **options):
-    return assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0, **options))
+    return assemble(
+        f"{HEAD}{body}\nM2\n".encode(), machine, Options(**{"tool_length": 50.0, "wcs": AT_THE_CENTRE, **options})
+    )
 
 
 def degrees(path):
@@ -41,7 +45,9 @@ def found(prog):
 
 
 def provisional(body):
-    moves = interpret_program(f"{HEAD}{body}\nM2\n".encode(), machine_setup(SERIAL, Options(tool_length=50.0)))
+    moves = interpret_program(
+        f"{HEAD}{body}\nM2\n".encode(), machine_setup(SERIAL, Options(tool_length=50.0, wcs=AT_THE_CENTRE))
+    )
     return build_path(moves, SERIAL.coordinates)
 
 
@@ -257,7 +263,9 @@ def test_two_turns_go_from_end_to_end_of_the_range(machine):
     assert c[-1, 1] - c[0, 0] == pytest.approx(690.0)
     assert np.abs(c).max() <= 360.0 or machine is SERIAL
     assert check(
-        f"{HEAD}G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 {turns}\nM2\n".encode(), machine, Options(tool_length=50.0)
+        f"{HEAD}G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 {turns}\nM2\n".encode(),
+        machine,
+        Options(tool_length=50.0, wcs=AT_THE_CENTRE),
     ).ok
 
 
@@ -283,7 +291,9 @@ def test_three_turns_need_a_rewind():
     before, after = np.radians(numbers).reshape(2, 2)
     assert axis_of(*before) == pytest.approx(axis_of(*after), abs=1e-4)
     source = f"{HEAD}{lifted}\nM2\n".encode()
-    result = convert(source, replace(limited, cycle=0.004), Options(tool_length=50.0, allow_rewind=True))
+    result = convert(
+        source, replace(limited, cycle=0.004), Options(tool_length=50.0, wcs=AT_THE_CENTRE, allow_rewind=True)
+    )
     assert result.ok
     assert [(item.code, item.severity) for item in result.findings] == [("VP301", "warning")]
 
@@ -293,7 +303,9 @@ def test_findings_of_branches_reach_the_result():
     limited = with_ranges(MACHINE, c=(-200, 200))
     turns = "\n".join(f"X{10 * k} {axis_words(30, 90 * k)}" for k in range(1, 6))
     result = convert(
-        f"{HEAD}G43.5 G0 X0 Y0 Z110 {axis_words(30, 0)}\nG1 {turns}\nM2\n".encode(), limited, Options(tool_length=80.0)
+        f"{HEAD}G43.5 G0 X0 Y0 Z110 {axis_words(30, 0)}\nG1 {turns}\nM2\n".encode(),
+        limited,
+        Options(tool_length=80.0, wcs=AT_THE_CENTRE),
     )
     assert not result.ok
     assert result.exit_code == 1
@@ -314,9 +326,11 @@ def test_words_beyond_a_limit_are_an_error_that_allow_rewind_resolves():
     limited = with_ranges(SERIAL, c=(-360, 360))
     body = "G0 X0 Y0 Z60 A20 C300\nG1 X10 C350\nG0 Z90\nC400\nG1 X30 C500"
     source = f"{HEAD}{body}\nM2\n".encode()
-    refused = check(source, limited, Options(tool_length=50.0))
+    refused = check(source, limited, Options(tool_length=50.0, wcs=AT_THE_CENTRE))
     assert {item.code for item in refused.findings} == {"VP103", "VP301"}
-    rewound = convert(source, replace(limited, cycle=0.004), Options(tool_length=50.0, allow_rewind=True))
+    rewound = convert(
+        source, replace(limited, cycle=0.004), Options(tool_length=50.0, wcs=AT_THE_CENTRE, allow_rewind=True)
+    )
     assert rewound.ok
     assert rewound.setpoints is not None
     assert np.abs(rewound.setpoints.values[:, 4]).max() <= 360.0
@@ -331,7 +345,7 @@ def test_a_turn_of_words_at_the_pole_is_not_made_without_leave():
     result = check(
         f"{HEAD}G0 X0 Y0 Z60 A0 C300\nG1 X10 C350\nG0 X20\nC400\nG1 X30\nM2\n".encode(),
         limited,
-        Options(tool_length=50.0),
+        Options(tool_length=50.0, wcs=AT_THE_CENTRE),
     )
     assert not result.ok
     assert all(item.severity == "error" for item in result.findings)

@@ -13,6 +13,8 @@ from verne_post.model.toolpath import SegmentKind
 
 from ..builders import two_machines
 
+#: The part stands there on purpose: no warning.
+AT_THE_CENTRE = {"G54": (0.0, 0.0, 0.0)}
 HEAD = "G21 G90 G94 G17 F3000\n"
 MACHINES = two_machines(cycle=0.004)
 #: C from 0 to 270 while it feeds, up, down, and on to 510: with C limited to a turn and a half it must rewind in the air.
@@ -44,6 +46,7 @@ def limited(name, degrees=300.0):
 def program(machine, body=PLAIN, **options):
     options.setdefault("tool_length", 60.0)
     options.setdefault("allow_rewind", True)
+    options.setdefault("wcs", AT_THE_CENTRE)
     return assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(**options))
 
 
@@ -95,7 +98,9 @@ def test_files_with_a_rewind_pass_verification(name, approach):
     """Also after an approach; C stays in its range in every written row."""
     machine = limited(name)
     source = f"{HEAD}{PLAIN}\nM2\n".encode()
-    result = convert(source, machine, Options(tool_length=60.0, allow_rewind=True, approach=approach))
+    result = convert(
+        source, machine, Options(tool_length=60.0, wcs=AT_THE_CENTRE, allow_rewind=True, approach=approach)
+    )
     assert result.ok, [item.message for item in result.findings]
     values = result.setpoints.values
     assert np.abs(values[:, 4]).max() <= 300.0
@@ -122,7 +127,11 @@ def test_dwells_beside_a_detour_are_kept(name):
         return [one.line[begins[r]] if r < one.n_sections else None for r in one.dwell_section]
 
     assert following(path) == following(plain)
-    result = convert(f"{HEAD}{body}\nG4 P0.03\nM2\n".encode(), machine, Options(tool_length=60.0, allow_rewind=True))
+    result = convert(
+        f"{HEAD}{body}\nG4 P0.03\nM2\n".encode(),
+        machine,
+        Options(tool_length=60.0, wcs=AT_THE_CENTRE, allow_rewind=True),
+    )
     assert result.ok, [item.message for item in result.findings]
 
 
@@ -130,9 +139,9 @@ def test_the_options_of_a_rewind_are_those_of_verification():
     """Written with --allow-rewind and verified without, or the other way round, a file is refused."""
     machine = limited("serial")
     source = f"{HEAD}{PLAIN}\nM2\n".encode()
-    with_rewind = Options(tool_length=60.0, allow_rewind=True)
+    with_rewind = Options(tool_length=60.0, wcs=AT_THE_CENTRE, allow_rewind=True)
     assert convert(source, machine, with_rewind).ok
-    refused = convert(source, machine, Options(tool_length=60.0))
+    refused = convert(source, machine, Options(tool_length=60.0, wcs=AT_THE_CENTRE))
     assert (refused.ok, refused.exit_code) == (False, 1)
     assert [(item.code, item.severity) for item in refused.findings if item.code == "VP301"] == [("VP301", "error")]
 
@@ -141,7 +150,9 @@ def test_a_retract_beyond_the_travel_is_a_finding():
     """The detour is checked like every other motion: machine Z 0 may lie above the sliders' travel."""
     machine = limited("verne")
     far = replace(machine, coordinates=replace(machine.coordinates, machine_zero=np.array([0.0, 0.0, 1500.0])))
-    result = convert(f"{HEAD}{PLAIN}\nM2\n".encode(), far, Options(tool_length=60.0, allow_rewind=True))
+    result = convert(
+        f"{HEAD}{PLAIN}\nM2\n".encode(), far, Options(tool_length=60.0, wcs=AT_THE_CENTRE, allow_rewind=True)
+    )
     assert result.exit_code == 1
     beyond = [item for item in result.findings if item.severity == "error"]
     assert {item.code for item in beyond} == {"VP101"}

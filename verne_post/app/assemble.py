@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post import gcode
+from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.base.long_text import Text
 from verne_post.gcode.codes import RS274
@@ -192,7 +193,8 @@ def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
         raise InputError(finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
-    return Draft(machine, options, moves, restart, path, branches, findings=moves.findings)
+    findings = (*check_setup(moves, path, machine, options), *moves.findings)
+    return Draft(machine, options, moves, restart, path, branches, findings=findings)
 
 
 def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> Machine:

@@ -233,6 +233,20 @@ CODES: Final[dict[str, Code]] = _table(
         "The text cannot be read, and it has what only programs of another control, or files of another kind, have.",
         "Post the program for one of the controller dialects that the message names.",
     ),
+    (
+        "VP033",
+        "no work offset",
+        "warning",
+        "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the table face.",
+        "Give --wcs; where the part zero really is there, say so: --wcs G54=0,0,0.",
+    ),
+    (
+        "VP034",
+        "no tool length",
+        "warning",
+        "The program cuts with a tool of no length: G49 is in force, and no --tool-length was given.",
+        "Write G43 with a tool table, or give --tool-length; where the gauge line is meant, --tool-length 0.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -1,0 +1,40 @@
+"""VP033 and VP034: a set-up that nobody has given is a finding."""
+
+import pytest
+
+import verne_post as vp
+
+BODY = "G21 G90 F600\n{length}\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{more}M2\n"
+TOOLS = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))}
+
+
+def warnings(length="", more="", **options):
+    result = vp.check(BODY.format(length=length, more=more), "verne", vp.Options(**options))
+    assert all(item.severity == "warning" for item in result.findings), result.findings
+    return [(item.code, item.line) for item in result.findings if item.code in ("VP033", "VP034")]
+
+
+@pytest.mark.parametrize(
+    ("options", "length", "more", "expected"),
+    [
+        ({"tool_length": 80.0}, "", "", [("VP033", 4)]),
+        ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 0)}}, "", "", []),  # meant so
+        ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}, "", "", []),
+        ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}, "", "G55 X0\n", [("VP033", 5)]),
+        ({"tool_length": 80.0}, "G10 L2 P1 X0 Y0 Z-400", "", []),  # the program places it
+        ({"tools": TOOLS, "wcs": {"G54": (0, 0, 30)}}, "G43 H1", "", []),
+        ({"tools": TOOLS, "wcs": {"G54": (0, 0, 30)}}, "G49", "", [("VP034", 4)]),
+        ({"tool_length": 0.0, "wcs": {"G54": (0, 0, 30)}}, "", "", []),
+    ],
+)
+def test_what_nobody_has_given(options, length, more, expected):
+    assert warnings(length, more, **options) == expected
+
+
+def test_each_system_once_and_with_its_option():
+    source = BODY.format(length="", more="G55 X0\nG54 X0\nG55 X5\n")
+    result = vp.check(source, "verne", vp.Options(tool_length=80.0))
+    texts = [item.message for item in result.findings if item.code == "VP033"]
+    assert len(texts) == 2
+    assert "give --wcs G54=X,Y,Z" in texts[0]
+    assert "give --wcs G55=X,Y,Z" in texts[1]

@@ -1,0 +1,46 @@
+"""What the set-up leaves open although the program uses it: warnings before anything else is looked at."""
+
+import numpy as np
+
+from verne_post.base.columns import blocks
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Moves
+from verne_post.model.options import Options
+from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.toolpath import ToolPath
+
+
+def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
+    """Work systems that nobody has placed (VP033), and feed motion with a tool of no length (VP034)."""
+    systems: dict[int, int] = {}  # index of a frame -> first move that uses it
+    bare = -1
+    for begin, end in blocks(len(path)):
+        move = path.move[begin:end]
+        used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
+        for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
+            systems.setdefault(frame, at)
+        cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
+        if bare < 0 and len(cutting):
+            bare = int(move[cutting[0]])
+    origin = machine.coordinates.work_origin((0.0, 0.0, 0.0))
+    found: list[Finding] = []
+    for index, at in sorted(systems.items(), key=lambda item: item[1]):
+        frame = moves.frames[index]
+        given = frame.system in options.wcs or frame.part_turn or any(
+            abs(a - b) > 0 for a, b in zip(frame.origin[:3], origin, strict=True)
+        )  # fmt: skip
+        name = SYSTEM_NAMES[frame.system]
+        if not given and not any(name in item.message for item in found):
+            found.append(_warning("VP033", f"no work offset was given: {name} stands on the table face, at the rotary centre; "
+                                  f"give --wcs {name}=X,Y,Z", int(moves.line[at])))  # fmt: skip
+    if bare >= 0 and options.tool_length is None:
+        text = (
+            "the tool has no length (G49): its tip is the gauge line of the spindle; write G43, or give --tool-length"
+        )
+        found.append(_warning("VP034", text, int(moves.line[bare])))
+    return found
+
+
+def _warning(code: str, text: str, line: int) -> Finding:
+    return finding(code, text, line=line, last_line=line, worst_line=line)
