@@ -10,7 +10,7 @@ from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, l
 from verne_post.kinematics.checks.clearance import check_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.model.protocols import Platform, Pose
+from verne_post.model.poses import Platform, Pose
 
 BODIES = {
     "rods.diameter_mm": 40.0, "rods.leg1_slider_x": 480.0, "rods.leg23_slider_x": -400.0, "rods.leg23_spacing": 120.0,

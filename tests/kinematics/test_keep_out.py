@@ -19,7 +19,7 @@ from verne_post.kinematics.checks.separation import cylinder_to_box, farther_tha
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
-from verne_post.model.protocols import Platform, Pose
+from verne_post.model.poses import Platform, Pose
 
 from ..builders import MACHINE
 

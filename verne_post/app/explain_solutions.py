@@ -12,7 +12,8 @@ from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.checks import remedies
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Margin, Platform, Pose, WholeSolution
+from verne_post.model.poses import Platform, Pose
+from verne_post.model.protocols import Margin, WholeSolution
 
 #: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
 SAME: Final = 1e-6

@@ -17,7 +17,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Platform, Pose
+from verne_post.model.poses import Platform, Pose
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.rounding import column_heading, positions_of, round_setpoints, rounding_noise
 from verne_post.trajectory.ruckig_backend import rest_to_rest

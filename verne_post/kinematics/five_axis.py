@@ -22,7 +22,8 @@ from verne_post.base.rotations import (
     wrap_angle,
 )
 from verne_post.kinematics.tables.tilting import TiltingTable
-from verne_post.model.protocols import Drawable, Margin, ParallelModule, Platform, WholeSolution
+from verne_post.model.poses import Platform
+from verne_post.model.protocols import Drawable, Margin, ParallelModule, WholeSolution
 
 #: F: the base frame against the upright frame.
 _MIRROR: Final = np.array([1.0, -1.0, -1.0])

@@ -9,8 +9,8 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
-from verne_post.model.poses import JointPoses
-from verne_post.model.protocols import ClearanceModel, Platform, Pose, PoseFunction, SpeedFunction
+from verne_post.model.poses import JointPoses, Platform, Pose
+from verne_post.model.protocols import ClearanceModel, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 
 #: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.

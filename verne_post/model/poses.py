@@ -1,8 +1,11 @@
-"""Joint values together with the poses that they stand for."""
+"""Joint values together with the poses that they stand for, and where the platform is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from verne_post.base.arrays import Array
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.rotations import rotate_x, rotate_y, rotate_z
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,3 +25,61 @@ class JointPoses:
     q: Array
     tip: Array
     angles: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Platform:
+    """Where the platform of solved poses is, in the base frame.
+
+    Attributes
+    ----------
+    position : ndarray, shape (..., 3)
+        P, mm.
+    angles : ndarray, shape (..., 3)
+        alpha, beta, gamma (rad): the platform is turned by ``R = Rx(alpha) Ry(beta) Rz(gamma)``. A machine without
+        deviations has only the tilt alpha.
+    """
+
+    position: Array
+    angles: Array
+
+    @property
+    def alpha(self) -> Array:
+        """Platform tilt (...), rad."""
+        return np.asarray(self.angles[..., 0])
+
+    def turn(self, vector: Array) -> Array:
+        """Directions (3,) or (..., 3) of the platform frame in the base frame."""
+        alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
+        return rotate_x(rotate_y(rotate_z(np.asarray(vector, dtype=float), gamma), beta), alpha)
+
+    def turn_back(self, vector: Array) -> Array:
+        """Inverse of :meth:`turn`."""
+        alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
+        return rotate_z(rotate_y(rotate_x(vector, -alpha), -beta), -gamma)
+
+    def matrix(self) -> Array:
+        """R (..., 3, 3)."""
+        (ca, cb, cc), (sa, sb, sc) = np.moveaxis(np.cos(self.angles), -1, 0), np.moveaxis(np.sin(self.angles), -1, 0)
+        rows = (
+            (cb * cc, -cb * sc, sb),
+            (ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb),
+            (sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb),
+        )
+        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Solved poses, n rows: what a clearance is computed from.
+
+    ``q`` are joints (n, n_joints), ``tip`` and ``axis`` (n, 3) the tool on the table, ``segment`` the programmed segment
+    that each belongs to, where distances depend on it.
+    """
+
+    q: Array
+    platform: Platform
+    tip: Array
+    axis: Array
+    tool_length: Array
+    segment: Ints = field(default_factory=lambda: np.empty(0, dtype=np.intp))

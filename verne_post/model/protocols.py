@@ -5,15 +5,13 @@ kinematics of a machine.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import rotate_x, rotate_y, rotate_z
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
+from verne_post.model.poses import Platform, Pose
 
 
 @dataclass(frozen=True)
@@ -148,48 +146,6 @@ class ParallelModule(Protocol):
         """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Platform:
-    """Where the platform of solved poses is, in the base frame.
-
-    Attributes
-    ----------
-    position : ndarray, shape (..., 3)
-        P, mm.
-    angles : ndarray, shape (..., 3)
-        alpha, beta, gamma (rad): the platform is turned by ``R = Rx(alpha) Ry(beta) Rz(gamma)``. A machine without
-        deviations has only the tilt alpha.
-    """
-
-    position: Array
-    angles: Array
-
-    @property
-    def alpha(self) -> Array:
-        """Platform tilt (...), rad."""
-        return np.asarray(self.angles[..., 0])
-
-    def turn(self, vector: Array) -> Array:
-        """Directions (3,) or (..., 3) of the platform frame in the base frame."""
-        alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
-        return rotate_x(rotate_y(rotate_z(np.asarray(vector, dtype=float), gamma), beta), alpha)
-
-    def turn_back(self, vector: Array) -> Array:
-        """Inverse of :meth:`turn`."""
-        alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
-        return rotate_z(rotate_y(rotate_x(vector, -alpha), -beta), -gamma)
-
-    def matrix(self) -> Array:
-        """R (..., 3, 3)."""
-        (ca, cb, cc), (sa, sb, sc) = np.moveaxis(np.cos(self.angles), -1, 0), np.moveaxis(np.sin(self.angles), -1, 0)
-        rows = (
-            (cb * cc, -cb * sc, sb),
-            (ca * sc + sa * sb * cc, ca * cc - sa * sb * sc, -sa * cb),
-            (sa * sc - ca * sb * cc, sa * cc + ca * sb * sc, ca * cb),
-        )
-        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 class RodModule(Protocol):
     """A machine whose legs are rods with a ball joint at both ends."""
 
@@ -210,22 +166,6 @@ class RodModule(Protocol):
 
     def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pose:
-    """Solved poses, n rows: what a clearance is computed from.
-
-    ``q`` are joints (n, n_joints), ``tip`` and ``axis`` (n, 3) the tool on the table, ``segment`` the programmed segment
-    that each belongs to, where distances depend on it.
-    """
-
-    q: Array
-    platform: Platform
-    tip: Array
-    axis: Array
-    tool_length: Array
-    segment: Ints = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
 
 class ClearanceModel(Protocol):

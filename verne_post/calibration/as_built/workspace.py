@@ -10,7 +10,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.violations import machine_checks
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Platform, Pose
+from verne_post.model.poses import Platform, Pose
 
 #: Parts that are cut are up to this many times the table's radius high.
 HEIGHT: Final = 1.0

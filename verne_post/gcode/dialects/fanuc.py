@@ -14,31 +14,27 @@ import numpy as np
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
+from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
+from verne_post.gcode.fanuc_codes import (
+    ADDITIONAL,
+    ALONE,
+    HIGH_SPEED,
+    NAMES_AXES,
+    PLANE,
+    PLANE_OFF,
+    SMOOTHING,
+    TWINS,
+    make_table,
+)
 from verne_post.gcode.frame_codes import whole
 from verne_post.gcode.initial_state import initial_state
-from verne_post.gcode.nurbs_codes import NURBS, NurbsCodes
+from verne_post.gcode.nurbs_codes import NurbsCodes
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, Feature, MoveKind, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, Vector9
 
-#: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
-_PLANE, _TO_PLANE, _PLANE_OFF, _ADDITIONAL = 682, 531, 690, 541
-#: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
-_SMOOTHING: Final = (50, 51, 80)
-#: G5 P: high-speed modes off and on; other numbers call cycles.
-_HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
-#: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
-_TWINS: Final = {431: 434, 2340: 434}
-#: Ends of modes that cannot be begun: nothing to do.
-_ENDS: Final = (150, 401, 500, 501, 670, 130, 131, 970)
-#: Codes that name axes without moving them, and those that take none.
-_NAMES_AXES: Final = (51, 501)
-_ALONE: Final = (80, *(code for code in _ENDS if code != 501), _PLANE_OFF, _TO_PLANE)
-#: Cycles that mean what they mean in RS274/NGC.
-_CYCLES: Final = (730, 810, 820, 830, 850, 860, 890)
 _SECONDS_PER_P: Final = 1e-3
 _MACRO: Final = re.compile(
     r"\s*(?:N\s*\d+\s*)?(IF|WHILE|GOTO|DO|END|THEN|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b", re.IGNORECASE
@@ -77,48 +73,10 @@ _HERE: Final = re.compile(rb"(?<![A-Z])L[ \t]*20(?![0-9.])", re.IGNORECASE)
 _ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)
 
 
-def _make_table() -> CodeTable:
-    groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
-    del groups["lathe diameter"], groups["spindle mode"]
-    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
-    groups["motion"] = (0, 10, 20, 30, NURBS, *_CYCLES)
-    groups["arc distance"] = ()
-    groups["tool length"] = (430, 434, 435, 490, *_TWINS)
-    groups["cutter compensation"] = (400, 410, 420)
-    groups["work offset"] = (540, 550, 560, 570, 580, 590, _ADDITIONAL)
-    groups["path control"] = (610, 640)
-    groups["tilted plane"] = (_PLANE, _PLANE_OFF)
-    groups["plane axis"] = (_TO_PLANE,)
-    groups["smoothing"] = _SMOOTHING
-    for code in _ENDS:
-        groups[f"end of G{code / 10:g}"] = (code,)
-    m_groups = {
-        name: RS274.m_groups[name] for name in ("stopping", "tool change", "coolant", "override", "subprograms")
-    }
-    m_groups |= {"tool change": (6,), "override": (48, 49), "spindle": (3, 4, 5, 19)}
-    return CodeTable(
-        g_groups=groups,
-        m_groups=m_groups,
-        refused_g={
-            90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
-            **dict.fromkeys((650, 660, 661), "custom macro calls"),
-            **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
-            **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
-            **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
-            **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
-        },
-        refused_m={29: "rigid tapping", 97: "local subprogram calls"},
-        words_of_g={
-            **RS274.words_of_g, 430: "HD", _ADDITIONAL: "P", _PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "",
-        },
-        words_of_m=RS274.words_of_m,
-    )  # fmt: skip
-
-
 class FanucInterpreter(NurbsCodes):
     """The interpreter of RS274/NGC, which gets blocks in its words."""
 
-    table: ClassVar[CodeTable] = _make_table()
+    table: ClassVar[CodeTable] = make_table()
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
     end_alone: ClassVar[bool] = True
@@ -204,7 +162,7 @@ class FanucInterpreter(NurbsCodes):
 
     def _drills(self, block: Block, codes: set[int]) -> bool:
         """True where the words of a block are those of a cycle: no other code takes them."""
-        if codes & {*TAKES_AXES, _ADDITIONAL, *_SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
+        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
             return bool(codes & set(CYCLES))
         return bool(codes & set(CYCLES)) or self.state.motion in CYCLES
 
@@ -250,7 +208,7 @@ class FanucInterpreter(NurbsCodes):
     def _g_code(self, number: float, column: int) -> int:
         """The code of a G word; twins of one code are that code."""
         code = super()._g_code(number, column)
-        return _TWINS.get(code, code)
+        return TWINS.get(code, code)
 
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
@@ -262,7 +220,7 @@ class FanucInterpreter(NurbsCodes):
             self.state.control = PathControl(PathMode.EXACT_STOP)
         if "smoothing" in g:
             words = {letter: block.words[letter] for letter in "PQR" if letter in block.words}
-            if g["smoothing"] == 50 and words.get("P") not in _HIGH_SPEED:
+            if g["smoothing"] == 50 and words.get("P") not in HIGH_SPEED:
                 raise block.error(
                     "VP002", "G5 is only executed with P0 to P3 and P10000: other numbers call high-speed cycles", "P"
                 )
@@ -273,7 +231,7 @@ class FanucInterpreter(NurbsCodes):
     def _system_number(self, block: Block, code: int) -> int:
         if self.state.frame.feature is not None:
             raise BlockError("VP017", "a change of work offset under G68.2; write G69 first")
-        if code != _ADDITIONAL:
+        if code != ADDITIONAL:
             return super()._system_number(block, code)
         if "P" not in block.words:
             raise BlockError("VP005", "G54.1 needs P, the number of the work system")
@@ -332,7 +290,7 @@ class FanucInterpreter(NurbsCodes):
     def _set_tilted_plane(self, block: Block, code: int) -> None:
         """G68.2 X Y Z I J K: origin and Euler angles (Z, X, Z) of the plane in which the program goes on; G69 ends it."""
         state = self.state
-        if code == _PLANE_OFF:
+        if code == PLANE_OFF:
             self._set_frame(replace(state.frame, feature=None))
             return
         if state.frame.feature is not None:
@@ -360,7 +318,7 @@ class FanucInterpreter(NurbsCodes):
         self._record(block.line, MoveKind.RAPID, end, [3, 5] if self.setup.machine else [], absolute=True)
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
-        if g.get("tilted plane") == _PLANE:  # takes the axis words; nothing else in the block may
+        if g.get("tilted plane") == PLANE:  # takes the axis words; nothing else in the block may
             if g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:
                 raise BlockError(
                     "VP003", "G68.2 takes the axis words of its block; write the other code in a block of its own"
@@ -377,10 +335,10 @@ class FanucInterpreter(NurbsCodes):
         axes = [letter for letter in block.words if letter in AXES]
         if not axes or "motion" in g or g.get("non-modal") in TAKES_AXES:
             return
-        code = next((code for code in g.values() if code in (*_NAMES_AXES, *_ALONE)), None)
+        code = next((code for code in g.values() if code in (*NAMES_AXES, *ALONE)), None)
         if code is None:
             return
-        if code in _ALONE:
+        if code in ALONE:
             raise block.error(
                 "VP006", f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks", axes[0]
             )

@@ -10,7 +10,7 @@ from verne_post.kinematics.as_built.forward import rod_vectors
 from verne_post.kinematics.as_built.geometry import AsBuiltGeometry
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.inverse import solve_inverse
-from verne_post.model.protocols import Platform
+from verne_post.model.poses import Platform
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,8 @@ from verne_post.kinematics.as_built.rotations import angles_of_rotation, tilted
 from verne_post.kinematics.five_axis import HybridMachine, axis_and_angles, pose_vectors
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations, RodPlaces
-from verne_post.model.protocols import Margin, Platform, WholeSolution
+from verne_post.model.poses import Platform
+from verne_post.model.protocols import Margin, WholeSolution
 
 #: Steps that bring C, and the nominal angles of written joints, to where they stand; each gains a digit or more.
 _CORRECTION_STEPS: Final = 60

@@ -13,7 +13,8 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Bodies
-from verne_post.model.protocols import Margin, Platform, Pose, RodModule
+from verne_post.model.poses import Platform, Pose
+from verne_post.model.protocols import Margin, RodModule
 
 #: Ternary steps on a convex distance along a line segment: the bracket ends at (2/3)^60 of it.
 CONVEX_STEPS: Final = 60

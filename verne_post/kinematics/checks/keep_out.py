@@ -20,7 +20,8 @@ from verne_post.model.machine import Bodies, Machine
 from verne_post.model.moves import Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, ToolShape
-from verne_post.model.protocols import FiveAxis, Margin, Pose
+from verne_post.model.poses import Pose
+from verne_post.model.protocols import FiveAxis, Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.

@@ -1,0 +1,60 @@
+"""The codes of Fanuc controls: which there are, the words that each takes, and which are refused."""
+
+from typing import Final
+
+from verne_post.gcode.codes import RS274, CodeTable
+from verne_post.gcode.nurbs_codes import NURBS
+
+#: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
+PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
+#: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
+SMOOTHING: Final = (50, 51, 80)
+#: G5 P: high-speed modes off and on; other numbers call cycles.
+HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
+#: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
+TWINS: Final = {431: 434, 2340: 434}
+#: Ends of modes that cannot be begun: nothing to do.
+ENDS: Final = (150, 401, 500, 501, 670, 130, 131, 970)
+#: Codes that name axes without moving them, and those that take none.
+NAMES_AXES: Final = (51, 501)
+ALONE: Final = (80, *(code for code in ENDS if code != 501), PLANE_OFF, TO_PLANE)
+#: Cycles that mean what they mean in RS274/NGC.
+CYCLES: Final = (730, 810, 820, 830, 850, 860, 890)
+
+
+def make_table() -> CodeTable:
+    groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
+    del groups["lathe diameter"], groups["spindle mode"]
+    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
+    groups["motion"] = (0, 10, 20, 30, NURBS, *CYCLES)
+    groups["arc distance"] = ()
+    groups["tool length"] = (430, 434, 435, 490, *TWINS)
+    groups["cutter compensation"] = (400, 410, 420)
+    groups["work offset"] = (540, 550, 560, 570, 580, 590, ADDITIONAL)
+    groups["path control"] = (610, 640)
+    groups["tilted plane"] = (PLANE, PLANE_OFF)
+    groups["plane axis"] = (TO_PLANE,)
+    groups["smoothing"] = SMOOTHING
+    for code in ENDS:
+        groups[f"end of G{code / 10:g}"] = (code,)
+    m_groups = {
+        name: RS274.m_groups[name] for name in ("stopping", "tool change", "coolant", "override", "subprograms")
+    }
+    m_groups |= {"tool change": (6,), "override": (48, 49), "spindle": (3, 4, 5, 19)}
+    return CodeTable(
+        g_groups=groups,
+        m_groups=m_groups,
+        refused_g={
+            90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
+            **dict.fromkeys((650, 660, 661), "custom macro calls"),
+            **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
+            **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
+            **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
+            **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
+        },
+        refused_m={29: "rigid tapping", 97: "local subprogram calls"},
+        words_of_g={
+            **RS274.words_of_g, 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "",
+        },
+        words_of_m=RS274.words_of_m,
+    )  # fmt: skip
