@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from itertools import pairwise
@@ -126,7 +126,7 @@ def parts() -> Iterator[Part]:
     base = Options(tool_length=80.0)
     yield Part("blade, 10^4 moves of 0.2 mm", blade(10_000), base, cut=blade(1000))
     yield Part("cone (NAS 979), 0.3 mm", cone(), base)
-    yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"), replace(base, wcs={1: WorkOffset((-10.0, 15.0, 60.0))}))
+    yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"), base.changed(wcs={"G54": (-10.0, 15.0, 60.0)}))
     yield Part("blade_5axis.nc", sample("blade_5axis.nc"),
                Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}))  # fmt: skip
     yield Part("slider_bound.nc", sample("slider_bound.nc"),
@@ -215,7 +215,7 @@ def sections(plan: Plan) -> list[ContourSection]:
     """All sections of a plan as functions of their path parameter."""
     contour, joints = plan.program.contour, plan.program.joints()
     begins = np.append(np.flatnonzero(np.diff(contour.section, prepend=-1)), len(contour)).tolist()
-    return [ContourSection(joints, first, last) for first, last in pairwise(begins)]
+    return [ContourSection(joints, first, last, plan.timeline.cycle) for first, last in pairwise(begins)]
 
 
 def moving_time(plan: Plan) -> float:
