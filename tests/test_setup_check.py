@@ -31,6 +31,13 @@ def test_what_nobody_has_given(options, length, more, expected):
     assert warnings(length, more, **options) == expected
 
 
+def test_a_name_that_begins_like_another_is_a_system_of_its_own():
+    result = vp.check(BODY.format(length="", more="G59.1 X0\nG59 X2\n"), "verne", vp.Options(tool_length=80.0))
+    texts = " ".join(item.message for item in result.findings if item.code == "VP033")
+    assert "--wcs G59.1=" in texts
+    assert "--wcs G59=" in texts
+
+
 def test_each_system_once_and_with_its_option():
     source = BODY.format(length="", more="G55 X0\nG54 X0\nG55 X5\n")
     result = vp.check(source, "verne", vp.Options(tool_length=80.0))

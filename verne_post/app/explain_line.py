@@ -176,18 +176,13 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     if shift.any():
         shown = ", ".join(f"{letter} {short_text(shift[AXES.index(letter)])}" for letter in machine.coordinates.axes)
         yield f"  G92, G52             p = program coordinates + ({shown})"
-    origin = _origin_on_table(machine, frame)
+    origin = np.array(machine.origin_on_table(frame))
     turn = frame.turn + frame.part_turn
     yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {mm_text(origin)}, c = {short_text(turn)} deg; "
            "tip = o + Rz(c) p")  # fmt: skip
     wanted = machine.coordinates.to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
         yield "  table                A and C stand on another branch than the words name"
-
-
-def _origin_on_table(machine: Machine, frame: Frame) -> Array:
-    """Origin of the work system in the table frame, mm."""
-    return np.asarray(frame.origin[:3]) - np.asarray(machine.coordinates.work_origin((0.0, 0.0, 0.0)))
 
 
 def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
@@ -346,7 +341,7 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 def _offset(line: Line, shift: remedies.Shift) -> str:
     """The work offset that moves the part."""
     frame = line.frame
-    origin = _origin_on_table(line.joints.machine, frame)
+    origin = np.array(line.joints.machine.origin_on_table(frame))
     name = SYSTEM_NAMES[frame.system]
     numbers = [*(origin + np.array(shift.vector)), *([frame.part_turn] if frame.part_turn else [])]
     given = line.options.wcs.get(frame.system)

@@ -23,17 +23,16 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
         if bare < 0 and len(cutting):
             bare = int(move[cutting[0]])
-    origin = machine.coordinates.work_origin((0.0, 0.0, 0.0))
-    found: list[Finding] = []
+    unplaced: dict[str, int] = {}  # name of a system -> first move that uses it
     for index, at in sorted(systems.items(), key=lambda item: item[1]):
         frame = moves.frames[index]
-        given = frame.system in options.wcs or frame.part_turn or any(
-            abs(a - b) > 0 for a, b in zip(frame.origin[:3], origin, strict=True)
-        )  # fmt: skip
-        name = SYSTEM_NAMES[frame.system]
-        if not given and not any(name in item.message for item in found):
-            found.append(_warning("VP033", f"no work offset was given: {name} stands on the table face, at the rotary centre; "
-                                  f"give --wcs {name}=X,Y,Z", int(moves.line[at])))  # fmt: skip
+        if frame.system not in options.wcs and not frame.part_turn and not any(machine.origin_on_table(frame)):
+            unplaced.setdefault(SYSTEM_NAMES[frame.system], at)
+    found = [
+        _warning("VP033", f"no work offset was given: {name} stands on the table face, at the rotary centre; "
+                 f"give --wcs {name}=X,Y,Z", int(moves.line[at]))
+        for name, at in unplaced.items()
+    ]  # fmt: skip
     if bare >= 0 and options.tool_length is None:
         text = (
             "the tool has no length (G49): its tip is the gauge line of the spindle; write G43, or give --tool-length"

@@ -55,7 +55,7 @@ def machine_files() -> dict[str, Path]:
 
 
 def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], None] | None = None) -> Machine:
-    """Load a machine by name, or from a file; ``reads`` is told of every file before it is read.
+    """Load a machine by name, or from a file; ``reads`` is called with every file before it is read.
 
     Raises
     ------

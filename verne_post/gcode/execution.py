@@ -104,6 +104,11 @@ class StopConditions:
     before_line: int | None = None
     trace: LineTrace | None = None
 
+    def is_met(self, state: State, setup: Setup, line: int, then: int, *, in_main: bool) -> bool:
+        """Whether a line that has been executed was the last one; ``then`` is the one that would follow."""
+        passed = self.after_line is not None and in_main and line <= self.after_line < then
+        return passed or (self.all_known and all_known(state, setup))
+
 
 def execute_blocks(
     source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Interpreter]
@@ -141,9 +146,7 @@ def execute_blocks(
             name, shown = flow.text.name, flow.shown_line
             if not execution.report_all(errors, line, shown_line=shown, file=name) or stop.first_error:
                 break
-        if stop.all_known and all_known(state, setup):
-            break
-        if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
+        if stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
     return execution
 

@@ -8,6 +8,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
+from verne_post.model.moves import Frame
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 
 
@@ -135,6 +136,13 @@ class Machine:
     def margins(self) -> tuple[Margin, ...]:
         """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
         return self.five_axis.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
+
+    def origin_on_table(self, frame: Frame) -> tuple[float, float, float]:
+        """Origin of a work system in the table frame, mm."""
+        x, y, z = (
+            float(v) - w for v, w in zip(frame.origin[:3], self.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True)
+        )
+        return x, y, z
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of five-axis poses.

@@ -225,8 +225,7 @@ def _offsets(summary: Summary) -> str:
     places: dict[str, None] = {}
     for frame in summary.frames:
         name = SYSTEM_NAMES[frame.system]
-        x, y, z = (value - origin for value, origin in zip(
-            frame.origin[:3], summary.machine.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True))  # fmt: skip
+        x, y, z = summary.machine.origin_on_table(frame)
         turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
         place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
         given = summary.options.wcs.get(frame.system)

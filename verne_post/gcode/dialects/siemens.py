@@ -9,7 +9,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
-from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
+from verne_post.gcode.execution import Execution, StopConditions, may_restart
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.recorder import Recorder
@@ -78,9 +78,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
         except BlockError as error:
             if not execution.report(error, line, shown_line=flow.shown_line, file=text.name) or stop.first_error:
                 break
-        if stop.all_known and all_known(state, setup):
-            break
-        if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
+        if stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
     return execution
 

@@ -193,6 +193,10 @@ class KlartextCycles(KlartextPlanes):
                     self._wait(q[210])
                     self._to(depth + q[200], 0.0)
                 step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
+        self._finish_hole(q, clear, bottom)
+
+    def _finish_hole(self, q: _Q, clear: float, bottom: float) -> None:
+        """To the bottom, where the depth is not zero, wait there, and out."""
         if q[201] != 0:
             self._to(bottom, q[206])
             self._wait(q[211])
@@ -250,11 +254,7 @@ class KlartextCycles(KlartextPlanes):
                     self._to(depth + stop, 0.0)
                 done += 1
                 step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
-        if q[201] != 0:
-            self._to(bottom, q[206])
-            self._wait(q[211])
-        self._to(clear, q[208] or q[206])
-        self._leave(q, clear)
+        self._finish_hole(q, clear, bottom)
 
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""

@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
-from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
+from verne_post.gcode.execution import Execution, StopConditions, may_restart
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import MAX_DEPTH
 from verne_post.gcode.klartext.program import Jump, Klartext
@@ -137,7 +137,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
             execution.report_at_line("VP010", f"{what} without END PGM, M2 or M30", flow.shown or max(text.n_lines, 1))
             break
         in_main = text is main and not flow.in_call
-        if in_main and stop.before_line is not None and line >= stop.before_line and line == stop.before_line:
+        if in_main and line == stop.before_line:
             break
         restart = may_restart(state) and interpreter.pending is None and interpreter.approach is None
         try:
@@ -149,9 +149,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
         except BlockError as error:
             if not execution.report(error, line, shown_line=flow.shown, file=text.name) or stop.first_error:
                 break
-        if stop.all_known and all_known(state, setup):
-            break
-        if stop.after_line is not None and text is main and line <= stop.after_line < flow.line:
+        if stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
     return execution
 

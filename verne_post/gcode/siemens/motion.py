@@ -223,12 +223,7 @@ class SiemensMotion(Interpreter):
         if abs(abs(scales[0]) - abs(scales[1])) > _ALIKE * abs(scales[0]):
             raise BlockError("VP017", "an arc under unequal scales of its plane would be an ellipse")
         self._require_known(block, [0, 1, 2], "an arc")
-        end = self._begin_turn(block, MoveKind.FEED, places)
-        start = list(state.position)
-        if {_A, _C} & set(places):
-            self._take_rotary(end, places)
-        elif state.tool_axis is not None and not self.follows_part:
-            self._refuse_open_table(block)
+        start, end = self._begin_arc(block, places)
         made = Block(block.line, columns=dict(block.columns))
         made.words = {AXES[axis]: 0.0 for axis in places} | {"P": float(turns + 1)}
         if center is not None:
@@ -246,21 +241,25 @@ class SiemensMotion(Interpreter):
         heading[first], heading[second] = -sign * along[second], sign * along[first]
         self.heading = heading / np.linalg.norm(heading)
 
+    def _begin_arc(self, block: Block, places: dict[int, float]) -> tuple[list[float], list[float]]:
+        """Where an arc to programmed places starts and ends, the table's axes with it."""
+        end = self._begin_turn(block, MoveKind.FEED, places)
+        start = list(self.state.position)
+        if {_A, _C} & set(places):
+            self._take_rotary(end, places)
+        elif self.state.tool_axis is not None and not self.follows_part:
+            self._refuse_open_table(block)
+        return start, end
+
     def run_spatial_arc(self, block: Block, middle: list[float], places: dict[int, float]) -> None:
         """CIP: an arc over a programmed point (3,) to programmed places."""
-        state = self.state
         self._check_feed(block, 20)
         self._check_places(block, places)
         self._refuse_compensation("CIP")
         self._require_known(block, [0, 1, 2], "an arc")
         if np.ptp(np.abs(self._split.scale)) > _ALIKE:
             raise BlockError("VP017", "CIP under unequal scales would be an ellipse")
-        end = self._begin_turn(block, MoveKind.FEED, places)
-        start = list(state.position)
-        if {_A, _C} & set(places):
-            self._take_rotary(end, places)
-        elif state.tool_axis is not None and not self.follows_part:
-            self._refuse_open_table(block)
+        start, end = self._begin_arc(block, places)
         over = np.array([self.to_core(axis, value) for axis, value in enumerate(middle)])
         circle = arc_through(np.array(start[:3]), over, np.array(end[:3]))
         along = int(np.argmax(np.abs(circle.normal)))

@@ -118,8 +118,7 @@ class AsBuiltMachine:
             q[part] = _joints(flat.angles[:, part], found, turn)
             position[part] = found.position.T
             rotation[part] = angles_of_rotation(found.rotation)
-        ok = np.isfinite(q[:, 0])
-        shape = flat.shape
+        ok, shape = np.isfinite(q[:, 0]), flat.shape
         platform = Platform(position.reshape(*shape, 3), rotation.reshape(*shape, 3))
         return q.reshape(*shape, 5), platform, ok.reshape(shape)
 
@@ -234,8 +233,8 @@ class AsBuiltMachine:
         q = np.asarray(q, dtype=float)
         shape = q.shape[:-1]
         pose = self._platform(q.reshape(-1, q.shape[-1]))
-        position = pose.position.T.reshape(*shape, 3)
-        return Platform(position, angles_of_rotation(pose.rotation).reshape(*shape, 3)), pose.ok.reshape(shape)
+        place = (part.reshape(*shape, 3) for part in (pose.position.T, angles_of_rotation(pose.rotation)))
+        return Platform(*place), pose.ok.reshape(shape)
 
     def _platform(self, q: Array) -> PlatformPose:
         n = len(q)
