@@ -14,7 +14,9 @@ import pytest
 
 import verne_post
 from verne_post import convert
+from verne_post.app.assemble import read_draft
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
+from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
@@ -64,6 +66,7 @@ def test_samples_are_recognised():
                 "fanuc_tilted.nc": "fanuc",
                 "posted.nc": "fanuc",
                 "wing.cls": "aptcl",
+                "two_faces.cls": "aptcl",
                 "two_faces.h": "heidenhain",
                 "two_faces_fanuc.nc": "fanuc",
                 "two_faces.mpf": "siemens",
@@ -254,6 +257,29 @@ def test_an_arc_in_a_tilted_plane_is_an_arc_of_the_part(machine):
     assert np.abs(axis - normal).max() < 1e-5
 
 
+# --- all ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def two_faces(machine):
+    """Setpoints of gcode_samples/two_faces.nc, whose planes are computed in the program."""
+    return _convert_two_faces(machine, "two_faces.nc")
+
+
+def _convert_two_faces(machine, name):
+    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 40.0)}, decimals=9, accept_rounding=True)
+    result = convert((SAMPLES / name).read_bytes(), machine, options)
+    assert result.ok, result.findings
+    return result.setpoints.values
+
+
+@pytest.mark.parametrize("name", ["two_faces_fanuc.nc", "two_faces.mpf", "two_faces.h", "two_faces.cls"])
+def test_one_part_has_the_same_setpoints_in_five_languages(machine, two_faces, name):
+    values = _convert_two_faces(machine, name)
+    assert values.shape == two_faces.shape
+    assert np.abs(values - two_faces).max() < 1e-6
+
+
 # --- aptcl ---------------------------------------------------------------------------------------------
 
 
@@ -366,7 +392,7 @@ def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
 
 
 @pytest.mark.parametrize(("text", "code", "line"), [
-    ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTABL/30", "VP002", 1),
+    ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTHED/30", "VP002", 1),
     ("FEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 2), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/TAP,5", "VP002", 1),
     ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
     ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGTH,5", "VP002", 1),
@@ -412,3 +438,70 @@ def test_k_is_the_repeats_of_a_cycle_only_where_the_cycle_has_the_words(view, bl
     alone = view(program.replace(block, "X5 K2"), dialect="fanuc")
     assert alone[1] == ()
     assert np.count_nonzero(alone[0].kind == 1) == 3
+
+
+def test_tracut_moves_points_axes_arcs_and_increments(view):
+    """A quarter turn about X and a shift, against the same program with every coordinate turned by hand."""
+    turned = apt(
+        view,
+        "MULTAX/ON\nFEDRAT/9\nTRACUT/1,0,0,10,0,0,-1,20,0,1,0,30\nGOTO/1,2,3,0,0,1\nGODLTA/0,5,0\nGODLTA/4\nCIRCLE/11,7,7,0,0,1,10\n"
+        "GOTO/11,17,7\nCYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/0,0,0\nCYCLE/OFF\nTRACUT/NOMORE\nGOTO/1,2,3",
+    )
+    plain = apt(
+        view,
+        "MULTAX/ON\nFEDRAT/9\nGOTO/11,17,32,0,-1,0\nGODLTA/0,0,5\nGODLTA/0,-4,0\nCIRCLE/21,13,37,0,-1,0,10\n"
+        "GOTO/21,13,47\nCYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/10,20,30\nCYCLE/OFF\nGOTO/1,2,3,0,0,1",
+    )
+    assert turned.end == pytest.approx(plain.end, abs=1e-12)
+    assert turned.tool_axis[:-1] == pytest.approx(plain.tool_axis[:-1], abs=1e-12, nan_ok=True)
+    assert turned.kind.tolist() == plain.kind.tolist()
+    assert turned.arcs.center == pytest.approx(plain.arcs.center)
+
+
+def test_a_subprogram_is_executed_where_it_is_called(view):
+    called = apt(
+        view, "FEDRAT/9\nDEFSUB/A\nGODLTA/1,0,0\nGODLTA/0,2,0\nENDSUB\nGOTO/0,0,5\nCALSUB/A\nGOTO/0,0,6\nCALSUB/A"
+    )
+    assert called.end[:, :3].tolist() == [[0, 0, 5], [1, 0, 5], [1, 2, 5], [0, 0, 6], [1, 0, 6], [1, 2, 6]]
+    assert called.line.tolist() == [6, 3, 4, 8, 3, 4]
+
+
+def test_holes_of_a_cycle_are_not_rounded(view):
+    moves = apt(view, "FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/5,0,0\nCYCLE/OFF\nGOTO/9,0,9")
+    modes = [moves.controls[index].mode.name for index in moves.control]
+    assert modes == ["BLEND", *["EXACT_PATH"] * 3, "BLEND"]
+
+
+def table_angles(machine, text):
+    """A and C (deg) at the ends of the motions of a program."""
+    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 40.0)})
+    path = read_draft(
+        f"LOADTL/1\nMULTAX/ON\nFEDRAT/900\nRAPID\nGOTO/5,0,30,0,0,1\n{text}\nFINI".encode(), machine, options
+    ).path
+    return np.degrees(path.end[:, 3:]).round(9).tolist()
+
+
+def test_rotabl_says_on_which_side_the_table_stands(machine):
+    assert (
+        table_angles(machine, "ROTABL/-20,AAXIS,-90,CAXIS\nGOTO/5,5,30,0.3420201433,0,0.9396926208")[-2:]
+        == [[-20, -90]] * 2
+    )
+    assert (
+        table_angles(machine, "ROTABL/90,CAXIS,20,AAXIS\nGOTO/5,5,30,0.3420201433,0,0.9396926208")[-2:]
+        == [[20, 90]] * 2
+    )
+    with pytest.raises(InputError) as raised:  # points in the coordinates of the turned table
+        table_angles(machine, "ROTABL/90,CAXIS,20,AAXIS\nGOTO/5,5,30")
+    assert raised.value.findings[0].code == "VP017"
+
+
+@pytest.mark.parametrize(("text", "code", "line"), [
+    ("TRACUT/1,2,3", "VP005", 1), ("TRACUT/2,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1), ("TRACUT/-1,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1),
+    ("TRACUT/M1", "VP001", 1), ("CIRCLE/0,0,0,0,0,1,5\nTRACUT/NOMORE", "VP017", 2), ("CALSUB/1", "VP017", 1), ("ENDSUB", "VP017", 1),
+    ("DEFSUB/1\nENDSUB\nDEFSUB/1\nENDSUB", "VP017", 3), ("DEFSUB/1\nCALSUB/1\nENDSUB", "VP017", 2), ("DEFSUB/1\nDEFSUB/2\nENDSUB", "VP017", 2),
+    ("DEFSUB", "VP005", 1), ("ROTABL/30", "VP005", 1), ("ROTABL/30,AAXIS", "VP005", 1), ("ROTABL/30,AAXIS,5,BAXIS", "VP005", 1),
+    ("ROTABL/30,AAXIS,CLW,CAXIS", "VP001", 1), ("CYCLE/DRILL,5,CLEAR,1\nROTABL/0,AAXIS,0,CAXIS", "VP017", 2), ("UNITS/MM\nDEFSUB/7\nGOTO/1,2,3", "VP010", 2),
+])  # fmt: skip
+def test_transformations_and_calls_that_are_refused(view, text, code, line):
+    found = view(f"{text}\nFINI", dialect="aptcl")[1]
+    assert (code, line) in [(item.code, item.line) for item in found]

@@ -44,8 +44,8 @@ WORDS = [
 ]
 WORDS = [word for line in WORDS for word in re.findall(r"F AUTO|MB MAX|TABLE ROT|COORD ROT|REP 2|LBL 99|\S+", line)]
 #: Without effect by themselves where they are inserted: what they say holds already, they end what does not hold, or
-#: (M91) mean the same without a machine.
-NEUTRAL = re.compile(r"R0|[;~*]|M(?:6|77|9[0124]|120|129)|\+|/|LA5|-?0+")
+#: (M91, M130) mean the same without a machine.
+NEUTRAL = re.compile(r"R0|[;~*]|M(?:6|77|9[0124]|120|129|130)|\+|/|LA5|-?0+")
 
 
 def examples():

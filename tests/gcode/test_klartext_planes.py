@@ -270,16 +270,12 @@ def test_what_would_be_a_guess_is_refused(findings, statements, words):
     assert found.line == len(HEAD) + len(statements)
 
 
-def test_the_samples_have_the_same_setpoints(machine):
-    """two_faces in RS274, its planes computed in the program, in Klartext, and in words of Fanuc controls."""
-    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 40.0)})
-    names = ("two_faces.nc", "two_faces.h", "two_faces_fanuc.nc")
-    results = [verne_post.convert((SAMPLES / name).read_bytes(), machine, options) for name in names]
-    assert all(result.ok for result in results), [result.findings for result in results]
-    values = [result.setpoints.values for result in results]
-    for other in values[1:]:
-        assert other.shape == values[0].shape
-        assert np.abs(other - values[0]).max() < 1e-6
+@pytest.mark.parametrize(("statement", "code"), [
+    ("PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE STAY FMAX", "VP006"), ("PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE SEQ+ SEQ- FMAX", "VP006"),
+    ("PLANE RESET STAY SEQ+", "VP006"), ("PLANE RESET TABLE ROT STAY", "VP006"), ("CYCL DEF 8.1 X X", "VP004"), ("M94 C C", "VP004"),
+])  # fmt: skip
+def test_words_that_contradict_or_repeat_each_other_are_refused(findings, statement, code):
+    assert findings(statement).code == code
 
 
 def test_headers_of_cam_systems(machine, options):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post import convert, gcode
+from verne_post import gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.gcode.read import state_after
 from verne_post.model.findings import InputError
@@ -296,18 +296,6 @@ def test_what_means_nothing_on_the_machine(machine, text, code, part):
         poses(machine, f"G0 X10 Y20 Z60 A0 C0 F100\n{text}")
     assert raised.value.findings[0].code == code, raised.value.findings
     assert part in raised.value.findings[0].message
-
-
-# --- a whole part ------------------------------------------------------------------------------------------------
-
-
-def test_two_faces_have_the_setpoints_of_the_rs274_program(machine):
-    options = Options(tool_length=LENGTH, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True)
-    results = [convert((SAMPLES / name).read_bytes(), machine, options) for name in ("two_faces.nc", "two_faces.mpf")]
-    assert all(result.ok for result in results), [result.findings for result in results]
-    values = [result.setpoints.values for result in results]
-    assert values[0].shape == values[1].shape
-    assert np.abs(values[0] - values[1]).max() < 1e-6
 
 
 def test_the_state_after_a_line_is_that_of_the_interpreter_of_all_dialects(machine):

@@ -9,7 +9,7 @@ from verne_post.gcode.codes import g_name
 from verne_post.gcode.frame_codes import MAX_DWELL_S, polar_end, whole
 from verne_post.gcode.spline_codes import SplineCodes
 from verne_post.gcode.state import Cycle
-from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
+from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
 PECK_CLEARANCE_MM: Final = 0.254
@@ -54,13 +54,8 @@ class CycleCodes(SplineCodes):
                 "VP017",
                 f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs {'M4' if motion == 740 else 'M3'}",
             )
-        control = state.control
-        if control.mode == PathMode.BLEND:
-            state.control = PathControl(PathMode.EXACT_PATH)
-        try:
+        with state.exact_path():
             self._drill_holes(block, motion, cycle, repeats)
-        finally:
-            state.control = control
 
     def _check_cycle(self, block: Block, motion: int, normal: int) -> None:
         state = self.state

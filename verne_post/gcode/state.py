@@ -1,11 +1,13 @@
 """The modal state of the interpreter."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.splines import SplineDraft
-from verne_post.model.moves import FeedMode, Frame, PathControl
+from verne_post.model.moves import FeedMode, Frame, PathControl, PathMode
 from verne_post.model.part_setup import Tool, Vector9
 
 #: Override switches at the start of a program.
@@ -139,3 +141,14 @@ class State:
     only_tool: int | None = None
     #: Axes that the program never names, while its start position is computed.
     floating: tuple[int, ...] = ()
+
+    @contextmanager
+    def exact_path(self) -> Iterator[None]:
+        """Corners of canned cycles are not blended, whatever G64 allows for the rest of the program."""
+        control = self.control
+        if control.mode == PathMode.BLEND:
+            self.control = PathControl(PathMode.EXACT_PATH)
+        try:
+            yield
+        finally:
+            self.control = control

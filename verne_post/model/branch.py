@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.tolerances import POSE_DECIMALS_RAD
 
 
 @dataclass(frozen=True)
@@ -16,9 +17,15 @@ class Branch:
     turns: int
 
     def of(self, angles: Array) -> Array:
-        """The pair (..., 2) on this branch for the pair on the provisional one."""
+        """The pair (..., 2) on this branch for the pair on the provisional one, rounded like it.
+
+        Without rounding a table that stands still at C 0 would be one that turns by the last digit of pi.
+        """
+        if self == AS_PROGRAMMED:
+            return angles
         sign = -1.0 if self.flip else 1.0
-        return np.asarray(angles * [sign, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns])
+        turned = angles * [sign, 1.0] + [0.0, np.pi * self.flip + 2 * np.pi * self.turns]
+        return np.round(turned, POSE_DECIMALS_RAD)
 
 
 #: The branch that the program names.

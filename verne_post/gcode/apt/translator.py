@@ -1,28 +1,27 @@
 """Statements of cutter location text -> blocks of the interpreter, with the tool axis as I J K (G43.5)."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.apt.coordinates import IDENTITY, apply, read_matrix
+from verne_post.gcode.apt.cycles import FEED_UNITS, Cycle, read_cycle
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
 from verne_post.gcode.block import Block
-from verne_post.gcode.cycle_codes import MAX_PECKS, PECK_CLEARANCE_MM
+from verne_post.gcode.cycle_codes import PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.state import State
+from verne_post.model.protocols import Coordinates
 
 #: Names of the part, remarks of the CAM system, and how closely it computed its points.
 _REMARKS: Final = (
     "PARTNO", "MACHIN", "REMARK", "INTOL", "OUTTOL", "TOLER", "LINTOL", "CUTTER", "SEQNO", "LEADER", "DISPLY",
 )  # fmt: skip
-#: Unit of a feed rate -> feed mode (G94, G95), and whether it is in inches (None: as UNITS).
-_FEED_UNITS: Final = {
-    "MMPM": (94, False), "PERMIN": (94, None), "IPM": (94, True), "MMPR": (95, False), "PERREV": (95, None),
-    "IPR": (95, True),
-}  # fmt: skip
 _PLANES: Final = {0: 19, 1: 18, 2: 17}
 #: How far the axis of a circle may be off X, Y or Z: the last of six printed decimals.
 _CIRCLE_AXIS: Final = 1e-6
@@ -30,29 +29,23 @@ _CIRCLE_AXIS: Final = 1e-6
 _CIRCLE_SHARE, _CIRCLE_MM = 0.01, 0.03
 
 
-@dataclass(frozen=True)
-class _Cycle:
-    """CYCLE: heights along the tool axis from the surface, in the unit of the statements."""
-
-    kind: str
-    depth: float
-    clear: float
-    retract: float
-    step: float | None
-    dwell: float | None
-    feed: tuple[float, int, bool | None] | None
-
-
 @dataclass
 class Translator:
-    """Statements -> blocks. Keeps the modes of APT: RAPID, CIRCLE, CYCLE, the tool axis, MULTAX."""
+    """Statements -> blocks. Keeps the modes of APT: RAPID, CIRCLE, CYCLE, TRACUT, the tool axis, MULTAX.
+
+    The tool axis is kept as the statements give it; points, and what goes into blocks, are in the coordinates of the part.
+    """
 
     state: State
+    coordinates: Coordinates
     rapid: bool = False
     circle: tuple[float, ...] | None = None
-    cycle: _Cycle | None = None
+    cycle: Cycle | None = None
     multax: bool = False
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
+    matrix: Array = field(default_factory=lambda: IDENTITY)
+    #: ROTABL has turned the table, and no point has followed.
+    turned: bool = False
     #: The last FEDRAT, which holds again after a cycle with another feed rate.
     feed: tuple[float, int, bool | None] | None = None
 
@@ -82,22 +75,24 @@ class Translator:
             raise BlockError("VP005", f"{s.major} takes x, y, z, or x, y, z, i, j, k; here are {len(numbers)} numbers")
         held = self.axis
         self._take_axis(s, numbers[3:])
-        if self.circle is not None and any(abs(a - b) > VECTOR_LENGTH for a, b in zip(self.axis, held, strict=True)):
+        self._check_table(s)
+        if self.circle is not None and _differ(self.axis, held):
             raise BlockError(
                 "VP002",
                 f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
             )
-        yield from self._to(s, numbers[:3])
+        yield from self._to(s, apply(self.matrix, numbers[:3], shift=True))
 
     def _godlta(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
-        if len(numbers) == 1:
-            numbers = [0.0, 0.0, numbers[0]]
-        if len(numbers) != 3:
-            raise BlockError("VP005", "GODLTA takes dx, dy, dz, or dz")
+        if len(numbers) not in (1, 3):
+            raise BlockError("VP005", "GODLTA takes dx, dy, dz, or a distance along the tool axis")
         if self.circle is not None or self.cycle is not None:
             raise BlockError("VP017", "GODLTA after CIRCLE or under CYCLE; write GOTO")
-        yield _block(s, ("G", 91.0), **self._motion(), **dict(zip("XYZ", numbers, strict=True)), **self._axis_words())
+        self._check_table(s)
+        along = numbers if len(numbers) == 3 else [numbers[0] * value for value in self.axis]
+        step = dict(zip("XYZ", apply(self.matrix, along, shift=False), strict=True))
+        yield _block(s, ("G", 91.0), **self._motion(), **step, **self._axis_words())
         yield _block(s, ("G", 90.0))
         self.rapid = False
 
@@ -108,12 +103,32 @@ class Translator:
     def _take_axis(self, s: Statement, axis: list[float]) -> None:
         if not axis:
             return
-        if not self.multax and any(abs(a - b) > VECTOR_LENGTH for a, b in zip(axis, self.axis, strict=True)):
+        if not self.multax and _differ(axis, self.axis):
             raise BlockError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
         self.axis = tuple(axis)
 
+    @property
+    def _tool(self) -> list[float]:
+        """The tool axis in the coordinates of the part."""
+        return apply(self.matrix, [*self.axis], shift=False)
+
     def _axis_words(self) -> dict[str, float]:
-        return dict(zip("IJK", self.axis, strict=True))
+        return dict(zip("IJK", self._tool, strict=True)) if self.state.vectors else {}
+
+    def _check_table(self, s: Statement) -> None:
+        """After ROTABL the table stands where it was told to while the tool axis is that one; another axis turns it.
+
+        Points in the coordinates of a turned table would have the axis 0, 0, 1: the first point after a tilt shows it.
+        """
+        if self.state.vectors:
+            return
+        stands = self.coordinates.tool_axis(self.state.position, self.state.frame)
+        same = stands is not None and not _differ([float(value) for value in stands], self._tool)
+        if self.turned and not same:
+            shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
+            raise BlockError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
+                "give the axis in the coordinates of the part")  # fmt: skip
+        self.turned, self.state.vectors = False, not same
 
     @property
     def _unit(self) -> float:
@@ -125,7 +140,8 @@ class Translator:
 
     def _to(self, s: Statement, point: list[float]) -> Iterator[Block]:
         if self.cycle is not None and not self.rapid:
-            yield from self._hole(s, self.cycle, point)
+            with self.state.exact_path():
+                yield from self._hole(s, self.cycle, point)
             return
         if self.circle is not None:
             if self.rapid:
@@ -156,59 +172,27 @@ class Translator:
         numbers = read_numbers(s, s.words)
         if len(numbers) < 7:
             raise BlockError("VP005", "CIRCLE takes centre x, y, z, axis i, j, k, and the radius")
+        center, normal = apply(self.matrix, numbers[:3], shift=True), apply(self.matrix, numbers[3:6], shift=False)
         if self.cycle is not None:
             raise BlockError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
-        self.circle = tuple(numbers[:7])
+        self.circle = (*center, *normal, numbers[6])
         return iter(())
 
     # --- cycles ---------------------------------------------------------------------------------------
 
     def _cycle(self, s: Statement) -> Iterator[Block]:
-        kind = s.words[0].upper() if s.words else ""
-        has_feed = self.cycle is not None and self.cycle.feed is not None
-        again = self._feed(s, *self.feed) if has_feed and self.feed is not None else iter(())
-        if kind in ("OFF", "NOMORE"):
-            self.cycle = None
-            return again
-        if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
-            raise BlockError(
-                "VP002", f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF"
-            )
-        values: dict[str, float] = {}
-        feed = None
-        words = list(s.words[1:])
-        if words and is_number(words[0]):  # CYCLE/DRILL,depth,...
-            words.insert(0, "DEPTH")
-        while words:
-            name = words.pop(0).upper()
-            if not words or not is_number(words[0]):
-                raise BlockError("VP005", f"CYCLE: {name} needs a number after it")
-            value = read_numbers(s, [words.pop(0)])[0]
-            if name in _FEED_UNITS:
-                feed = (value, *_FEED_UNITS[name])
-            elif name in ("DEPTH", "FEDTO", "CLEAR", "RAPTO", "STEP", "INCR", "DWELL", "RETURN", "RTRCTO"):
-                values[{"FEDTO": "DEPTH", "INCR": "STEP", "RTRCTO": "RETURN", "RAPTO": "CLEAR"}.get(name, name)] = value
-            else:
-                raise BlockError("VP002", f"CYCLE: {name} is not a word that is known here")
-        for name in ("DEPTH", "CLEAR"):
-            if name not in values:
-                raise BlockError("VP005", f"CYCLE/{kind} needs {name}")
-        if kind in ("DEEP", "BRKCHP") and not values.get("STEP", 0.0) > 0:
-            raise BlockError("VP005", f"CYCLE/{kind} needs STEP, greater than 0")
-        if kind in ("FACE", "CSINK") and "DWELL" not in values:
-            values["DWELL"] = 0.0
-        depth = abs(values["DEPTH"])
-        if values.get("STEP") and (depth + values["CLEAR"]) / values["STEP"] > MAX_PECKS:
-            raise BlockError("VP007", f"CYCLE: STEP {values['STEP']:g} makes more than {MAX_PECKS} pecks")
-        clear = values["CLEAR"]
-        self.cycle = _Cycle(
-            kind, depth, clear, values.get("RETURN", clear), values.get("STEP"), values.get("DWELL"), feed
+        """CYCLE: the holes that follow; the feed rate from before comes back after one that has its own."""
+        again = (
+            iter(())
+            if self.cycle is None or self.cycle.feed is None or self.feed is None
+            else self._feed(s, *self.feed)
         )
+        self.cycle = read_cycle(s)
         return again
 
-    def _hole(self, s: Statement, cycle: _Cycle, point: list[float]) -> Iterator[Block]:
+    def _hole(self, s: Statement, cycle: Cycle, point: list[float]) -> Iterator[Block]:
         """A hole along the tool axis at a point of the surface."""
-        base, axis = np.array(point), np.array(self.axis)
+        base, axis = np.array(point), np.array(self._tool)
 
         def go(height: float, *, rapid: bool) -> Block:
             place = base + height * axis
@@ -238,7 +222,7 @@ class Translator:
         if cycle.retract > cycle.clear:
             yield go(cycle.retract, rapid=True)
 
-    def _retract(self, s: Statement, cycle: _Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
+    def _retract(self, s: Statement, cycle: Cycle, base: np.ndarray, axis: np.ndarray) -> Iterator[Block]:
         """Up along the tool axis to the height of the next hole, before anything goes sideways."""
         here = np.array(self.state.position[:3]) / self._unit
         held = np.array(self.state.tool_axis if self.state.tool_axis is not None else axis)
@@ -260,9 +244,9 @@ class Translator:
     def _fedrat(self, s: Statement) -> Iterator[Block]:
         numbers = [word for word in s.words if is_number(word)]
         units = [word.upper() for word in s.words if not is_number(word)]
-        if len(numbers) != 1 or len(units) > 1 or any(unit not in _FEED_UNITS for unit in units):
-            raise BlockError("VP005", f"FEDRAT takes one number and one of {', '.join(_FEED_UNITS)}")
-        mode, inch = _FEED_UNITS[units[0]] if units else (94, None)
+        if len(numbers) != 1 or len(units) > 1 or any(unit not in FEED_UNITS for unit in units):
+            raise BlockError("VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}")
+        mode, inch = FEED_UNITS[units[0]] if units else (94, None)
         inch = self.state.inch if inch is None else inch  # the feed stays when the unit changes
         self.rapid, self.feed = False, (read_numbers(s, numbers)[0], mode, inch)
         yield from self._feed(s, *self.feed)
@@ -291,6 +275,27 @@ class Translator:
         self.axis = tuple(numbers)
         return iter(())
 
+    def _tracut(self, s: Statement) -> Iterator[Block]:
+        if self.circle is not None:
+            raise BlockError("VP017", "TRACUT after CIRCLE, whose arc is not made yet")
+        self.matrix = read_matrix(s)
+        return iter(())
+
+    def _rotabl(self, s: Statement) -> Iterator[Block]:
+        """The table turns at rapid traverse while the tool tip stays at its place of the part."""
+        pairs = list(zip(s.words[::2], (word.upper() for word in s.words[1::2]), strict=False))
+        names = [name for _angle, name in pairs]
+        if len(s.words) != 4 or sorted(names) != ["AAXIS", "CAXIS"]:
+            raise BlockError(
+                "VP005", "ROTABL takes an angle and AAXIS, and an angle and CAXIS, as in ROTABL/-20,AAXIS,90,CAXIS; the table "
+                "turns the way the angles say (CLW, CCLW and other axes are not read)",
+            )  # fmt: skip
+        if self.cycle is not None or self.circle is not None:
+            raise BlockError("VP017", "ROTABL under CYCLE or after CIRCLE")
+        angles = dict(zip((name[0] for name in names), read_numbers(s, s.words[::2]), strict=True))
+        self.state.vectors, self.turned = False, angles["A"] != 0
+        yield _block(s, g=0.0, **angles)
+
     def _loadtl(self, s: Statement) -> Iterator[Block]:
         if not s.words or not is_number(s.words[0]):
             raise BlockError("VP005", f"{s.major} needs the number of the tool")
@@ -306,7 +311,9 @@ class Translator:
                 )
             offset = read_numbers(s, [rest.pop(0)])[0]
         yield _block(s, ("M", 6.0), T=tool)
+        held = self.state.vectors
         yield _block(s, ("G", 43.5), H=offset)
+        self.state.vectors = held
 
     def _spindl(self, s: Statement) -> Iterator[Block]:
         words = [word.upper() for word in s.words]
@@ -364,8 +371,13 @@ _STATEMENTS: Final[dict[str, _Method]] = {
     "MULTAX": Translator._multax, "TLAXIS": Translator._tlaxis, "LOADTL": Translator._loadtl, "TOOLNO": Translator._loadtl,
     "SPINDL": Translator._spindl, "COOLNT": Translator._coolnt, "DELAY": Translator._delay, "STOP": Translator._stop,
     "OPSTOP": Translator._stop, "FINI": Translator._stop, "END": Translator._stop, "PPRINT": Translator._pprint,
-    "AUXFUN": Translator._auxfun, "GOHOME": Translator._gohome, "CUTCOM": Translator._cutcom,
+    "TRACUT": Translator._tracut, "ROTABL": Translator._rotabl, "AUXFUN": Translator._auxfun, "GOHOME": Translator._gohome, "CUTCOM": Translator._cutcom,
 }  # fmt: skip
+
+
+def _differ(axis: Sequence[float], other: Sequence[float]) -> bool:
+    """Two tool axes are not the same one, printed with few decimals."""
+    return any(abs(a - b) > VECTOR_LENGTH for a, b in zip(axis, other, strict=True))
 
 
 def _block(statement: Statement, *codes: tuple[str, float], g: float | None = None, **words: float) -> Block:

@@ -9,6 +9,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.apt.statements import read_statements
+from verne_post.gcode.apt.subprograms import expand_calls
 from verne_post.gcode.apt.translator import Translator
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
@@ -42,15 +43,15 @@ def _initial_state(setup: Setup) -> State:
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     execution = Execution(state, Recorder())
     interpreter = Interpreter(setup, state, execution.recorder)
-    translator = Translator(state)
+    translator = Translator(state, setup.coordinates)
     recovery = None if stop.first_error else Recovery(interpreter)
     line = 0
-    for item in read_statements(source):
+    for item, called in expand_calls(read_statements(source)):
         line = item.line or line
         after = stop.after_line is not None and line > stop.after_line
-        if after or (stop.before_line is not None and line >= stop.before_line):
+        if not called and (after or (stop.before_line is not None and line >= stop.before_line)):
             return execution
-        if stop.trace is not None:
+        if stop.trace is not None and not called:
             stop.trace.add(line, line + 1, may_restart=may_restart(state) and translator.cycle is None)
         try:
             if isinstance(item, BlockError):

@@ -11,7 +11,7 @@ from verne_post.gcode.frame_codes import MAX_DWELL_S
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.elements import make_arc
 from verne_post.gcode.klartext.planes import KlartextPlanes
-from verne_post.model.moves import MoveKind, PathControl, PathMode
+from verne_post.model.moves import MoveKind
 
 _Q = dict[int, float]
 #: Q214: direction in which a boring tool leaves the wall.
@@ -33,13 +33,12 @@ class KlartextCycles(KlartextPlanes):
         self._refuse_compensation(f"cycle {number}")
         self._require_known(self.block, [0, 1, 2], f"cycle {number}")
         self._check_hole(number, q)
-        control, feed, mode = state.control, state.feed, state.feed_mode
-        if control.mode == PathMode.BLEND:
-            state.control = PathControl(PathMode.EXACT_PATH)
+        feed, mode = state.feed, state.feed_mode
         try:
-            HOLES[number](self, q)
+            with state.exact_path():
+                HOLES[number](self, q)
         finally:
-            state.control, state.feed, state.feed_mode = control, feed, mode
+            state.feed, state.feed_mode = feed, mode
         self.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:

@@ -46,11 +46,11 @@ class PlaneWords:
         return np.array([self.values.pop(name) for name in names])
 
     def flag(self, *names: str) -> str | None:
-        """Which of some flags stands there, taken."""
-        found = [name for name in self.flags if name in names]
-        for name in found:
-            self.flags.remove(name)
-        return found[0] if found else None
+        """The first of some flags that stands there, taken; a second one stays, and is refused with what nothing uses."""
+        found = next((name for name in self.flags if name in names), None)
+        if found is not None:
+            self.flags.remove(found)
+        return found
 
 
 class KlartextPlanes(KlartextFunctions):
@@ -69,7 +69,12 @@ class KlartextPlanes(KlartextFunctions):
         move = words.flag("MOVE", "TURN", "STAY")
         if move is None:
             raise statement.error("VP005", f"PLANE {words.kind} needs MOVE, TURN or STAY")
-        sense, table = words.flag("SEQ+", "SEQ-", "SYM+", "SYM-"), words.flag("TABLE ROT", "COORD ROT") == "TABLE ROT"
+        sense, table = None, False
+        if words.kind != "RESET":
+            sense, table = (
+                words.flag("SEQ+", "SEQ-", "SYM+", "SYM-"),
+                words.flag("TABLE ROT", "COORD ROT") == "TABLE ROT",
+            )
         tilt, angles = self._define(statement, words)
         if (
             self.maps.tilt is not None

@@ -109,6 +109,8 @@ class KlartextSettings(KlartextOrientation):
             raise statement.error(
                 "VP002", f"a mirror image of {wrong[0][:10]} is not executed; X and Y can be mirrored"
             )
+        if len(set(letters)) < len(letters):
+            raise statement.error("VP004", "an axis of the mirror image stands twice in the block")
         layer = self.maps.current
         layer.mirrored = ("X" in letters, "Y" in letters)
         layer.set("mirror", active=bool(letters))

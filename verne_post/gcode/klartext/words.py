@@ -136,6 +136,8 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
     elif found["axis"]:
         if last is None or last.number not in (94, 138):
             raise statement.error("VP001", f"{found['axis']} without a value", begin)
+        if found["axis"] in last.axes:
+            raise statement.error("VP004", f"{found['axis']} stands twice in the block", begin)
         words.functions[-1] = MWord(last.number, last.column, last.words, last.axes + found["axis"])
     else:
         name = found["name"]

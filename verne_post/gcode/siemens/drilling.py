@@ -11,7 +11,7 @@ from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
-from verne_post.model.moves import AXES, FeedMode, MoveKind, PathControl, PathMode
+from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 _HEIGHTS: Final = ("RTP", "RFP", "SDIS", "DP", "DPR")
 _TAIL: Final = ("_GMODE", "_DMODE", "_AMODE")
@@ -48,13 +48,8 @@ class Drilling:
         """
         given = read_cycle(call, PARAMETERS[call.name], self.variables)
         hole = _Hole(self.interpreter, given, Block(line))
-        control = self.interpreter.state.control
-        if control.mode == PathMode.BLEND:
-            self.interpreter.state.control = PathControl(PathMode.EXACT_PATH)
-        try:
+        with self.interpreter.state.exact_path():
             hole.drill()
-        finally:
-            self.interpreter.state.control = control
 
 
 class _Hole:

@@ -1,0 +1,72 @@
+"""CYCLE of cutter location text: the words of a hole."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
+from verne_post.gcode.cycle_codes import MAX_PECKS
+from verne_post.gcode.expressions import BlockError
+
+#: Unit of a feed rate -> feed mode (G94, G95), and whether it is in inches (None: as UNITS).
+FEED_UNITS: Final = {
+    "MMPM": (94, False), "PERMIN": (94, None), "IPM": (94, True), "MMPR": (95, False), "PERREV": (95, None),
+    "IPR": (95, True),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """CYCLE: heights along the tool axis from the surface, in the unit of the statements."""
+
+    kind: str
+    depth: float
+    clear: float
+    retract: float
+    step: float | None
+    dwell: float | None
+    feed: tuple[float, int, bool | None] | None
+
+
+def read_cycle(s: Statement) -> Cycle | None:
+    """The cycle of a statement; None for OFF and NOMORE.
+
+    Raises
+    ------
+    BlockError
+        For a kind or a word that is not known, or a number that is missing.
+    """
+    kind = s.words[0].upper() if s.words else ""
+    if kind in ("OFF", "NOMORE"):
+        return None
+    if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
+        raise BlockError(
+            "VP002", f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF"
+        )
+    values: dict[str, float] = {}
+    feed = None
+    words = list(s.words[1:])
+    if words and is_number(words[0]):  # CYCLE/DRILL,depth,...
+        words.insert(0, "DEPTH")
+    while words:
+        name = words.pop(0).upper()
+        if not words or not is_number(words[0]):
+            raise BlockError("VP005", f"CYCLE: {name} needs a number after it")
+        value = read_numbers(s, [words.pop(0)])[0]
+        if name in FEED_UNITS:
+            feed = (value, *FEED_UNITS[name])
+        elif name in ("DEPTH", "FEDTO", "CLEAR", "RAPTO", "STEP", "INCR", "DWELL", "RETURN", "RTRCTO"):
+            values[{"FEDTO": "DEPTH", "INCR": "STEP", "RTRCTO": "RETURN", "RAPTO": "CLEAR"}.get(name, name)] = value
+        else:
+            raise BlockError("VP002", f"CYCLE: {name} is not a word that is known here")
+    for name in ("DEPTH", "CLEAR"):
+        if name not in values:
+            raise BlockError("VP005", f"CYCLE/{kind} needs {name}")
+    if kind in ("DEEP", "BRKCHP") and not values.get("STEP", 0.0) > 0:
+        raise BlockError("VP005", f"CYCLE/{kind} needs STEP, greater than 0")
+    if kind in ("FACE", "CSINK") and "DWELL" not in values:
+        values["DWELL"] = 0.0
+    depth = abs(values["DEPTH"])
+    if values.get("STEP") and (depth + values["CLEAR"]) / values["STEP"] > MAX_PECKS:
+        raise BlockError("VP007", f"CYCLE: STEP {values['STEP']:g} makes more than {MAX_PECKS} pecks")
+    clear = values["CLEAR"]
+    return Cycle(kind, depth, clear, values.get("RETURN", clear), values.get("STEP"), values.get("DWELL"), feed)
