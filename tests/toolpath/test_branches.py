@@ -261,7 +261,7 @@ def test_two_turns_go_from_end_to_end_of_the_range(machine):
     assert found(prog) == []
     c = degrees(prog.path)[..., 1]
     assert c[-1, 1] - c[0, 0] == pytest.approx(690.0)
-    assert np.abs(c).max() <= 360.0 or machine is SERIAL
+    assert np.abs(c).max() <= 360.0 + 1e-9 or machine is SERIAL  # angles are rounded to 1e-12 rad
     assert check(
         f"{HEAD}G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 {turns}\nM2\n".encode(),
         machine,
