@@ -390,3 +390,31 @@ def test_no_line_that_is_none_slips_through_the_scanner(view, line):
     )
     _moves, findings = view(text, dialect="heidenhain")
     assert [item.line for item in findings] == [18]
+
+
+# --- the stock -----------------------------------------------------------------------------------------
+
+
+def test_the_stock_is_kept(run):
+    box = run("BLK FORM 0.1 Z X-40 Y-30,5 Z-10", "BLK FORM 0.2 X+40 IY+60 Z+5", "L X+1").stock
+    assert (box.low, box.high, box.line, box.round) == ((-40, -30.5, -10), (40, 29.5, 5), 5, False)
+    assert box.size == (80, 60, 15)
+    inch = run("BLK FORM 0.1 Z X+0 Y+0 Z-1", "BLK FORM 0.2 X+1 Y+2 Z+0", "L X+1", unit="INCH").stock
+    assert inch.size == pytest.approx((25.4, 50.8, 25.4))
+    cylinder = run("Q1 = 50", "BLK FORM CYLINDER Z RQ1 L105 DIST+5 RI10", "L X+1").stock
+    assert (cylinder.low, cylinder.high, cylinder.bore, cylinder.round) == ((-50, -50, -100), (50, 50, 5), 20, True)
+    shifted = run("CYCL DEF 7.1 X+9", "BLK FORM CYLINDER Z D8 L4", "L X+1").stock
+    assert shifted.high == (4, 4, 0)  # of the datum, whatever shifts it later
+    assert shifted.frame.feature is None
+    assert run('BLK FORM FILE "PART.STL"', "L X+1").stock is None
+
+
+@pytest.mark.parametrize(("statements", "code", "line"), [
+    (["BLK FORM 0.1 Z X+0 Y+0"], "VP005", 4), (["BLK FORM 0.2 X+1 Y+1 Z+1"], "VP017", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0 W+1"], "VP001", 4),
+    (["BLK FORM 0.1 Z X+0 X+0 Y+0 Z+0"], "VP004", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0", "BLK FORM 0.2 X+1 Y+0 Z+1"], "VP007", 5),
+    (["BLK FORM CYLINDER Z R5"], "VP005", 4), (["BLK FORM CYLINDER Z R5 D10 L9"], "VP005", 4), (["BLK FORM CYLINDER X R5 L9"], "VP002", 4),
+    (["BLK FORM CYLINDER Z R5 L9 RI5"], "VP007", 4), (["BLK FORM CYLINDER Z R5 L-9"], "VP007", 4),
+])  # fmt: skip
+def test_a_stock_that_cannot_be(refusal, statements, code, line):
+    found = refusal(*statements)
+    assert (found.code, found.line) == (code, line)

@@ -85,5 +85,6 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         parts=parts,
         switched=program.restored,
         tools=tuple(tools),
+        stock=moves.stock,
         axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )

@@ -12,7 +12,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
-from verne_post.model.moves import AXES, MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl
+from verne_post.model.moves import AXES, MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Stock
 from verne_post.model.splines import GrowingSplines, Splines
 
 #: In place of a tool axis where A and C words hold.
@@ -108,6 +108,7 @@ class Recorder:
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
+    stock: Stock | None = None
     count: int = 0
     #: Rows and arcs that no longer change, and their numbers.
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
@@ -275,6 +276,6 @@ class Recorder:
         table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
         return Moves(
             arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
-            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters,
+            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
-from verne_post.model.part_setup import Vector9
+from verne_post.model.part_setup import SYSTEM_NAMES, Vector9
 from verne_post.model.splines import Splines, no_splines
 
 AXES: Final = "XYZABCUVW"
@@ -131,6 +131,45 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Stock:
+    """A box or a cylinder along Z, as controls draw it: it is shown, and nothing keeps out of it (``--stock`` does).
+
+    Attributes
+    ----------
+    line : int
+        Where it is defined.
+    low, high : tuple of float
+        Corners of the box, or of the box around the cylinder, mm, program coordinates of ``frame``.
+    frame : Frame
+        The work system in force there, without tool and tilted plane.
+    round : bool
+        A cylinder.
+    bore : float
+        Inner diameter of a cylinder, mm.
+    """
+
+    line: int
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    frame: Frame
+    round: bool = False
+    bore: float = 0.0
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Lengths along X, Y, Z, mm."""
+        x, y, z = (top - bottom for bottom, top in zip(self.low, self.high, strict=True))
+        return x, y, z
+
+    def record(self) -> dict[str, object]:
+        """As JSON has it."""
+        return {
+            "line": self.line, "shape": "cylinder" if self.round else "box", "work_system": SYSTEM_NAMES[self.frame.system],
+            "low_mm": list(self.low), "high_mm": list(self.high), "bore_mm": self.bore,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Event:
     """An auxiliary function: spindle, coolant, tool, stop, message.
 
@@ -209,6 +248,8 @@ class Moves:
         What a parameter file would keep after the program.
     findings : tuple of Finding
         Warnings about the text.
+    stock : Stock or None
+        The stock that the program defines.
     splines : Splines
         Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
         move before it ends, and each ends at its ``end``.
@@ -235,6 +276,7 @@ class Moves:
     parameters: Mapping[int, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))
+    stock: Stock | None = None
 
     def __len__(self) -> int:
         return len(self.line)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from verne_post.base.long_text import Text
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, Frame
+from verne_post.model.moves import Event, Frame, Stock
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.verification import Verification
@@ -86,6 +86,8 @@ class Summary:
     axis_error_deg : float or None
         Largest angle, along the whole motion, by which the tool axis is off because the as-built machine cannot correct it; None
         for a nominal machine.
+    stock : Stock or None
+        The stock that the program defines.
     timed : tuple of TimedEvent
         All events and dwells with their rows; empty where nothing was written.
     """
@@ -116,4 +118,5 @@ class Summary:
     switched: tuple[Event, ...] = ()
     tools: tuple[tuple[int, float], ...] = ()
     axis_error_deg: float | None = None
+    stock: Stock | None = None
     timed: tuple[TimedEvent, ...] = ()

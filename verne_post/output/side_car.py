@@ -50,6 +50,8 @@ def side_car_text(summary: Summary) -> str:
         "first_row": list(summary.start),
         "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
     }
+    if summary.stock is not None:
+        data["stock"] = summary.stock.record()
     if summary.free_turn is not None:
         data["free_c"] = _free_turn(summary.free_turn, machine)
     if summary.verification is not None:

@@ -24,7 +24,7 @@ _REASONS = 3
 
 def remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
-    return [_tools(summary), _offsets(summary), *_keep_out(summary)]
+    return [_tools(summary), _offsets(summary), *_stock(summary), *_keep_out(summary)]
 
 
 def paragraph(summary: Summary) -> str:
@@ -256,6 +256,18 @@ def _keep_out(summary: Summary) -> list[str]:
     if unknown:
         text += f"; without a size in the machine file, not checked: {', '.join(unknown)}"
     return [text + "."]
+
+
+def _stock(summary: Summary) -> list[str]:
+    """The stock of the program, and that it is not checked."""
+    stock = summary.stock
+    if stock is None:
+        return []
+    x, y, z = stock.size
+    shape = f"a cylinder of {x:g} by {z:g}" if stock.round else f"{x:g} x {y:g} x {z:g}"
+    low = ", ".join(f"{value:g}" for value in stock.low)
+    checked = "" if summary.options.stock else "; it is not checked, --stock does that"
+    return [f"Stock of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}."]
 
 
 def _manual_stops(summary: Summary) -> list[str]:

@@ -172,6 +172,9 @@ def _path_figure(study: Study) -> Any:
     bad = np.round(violations(study), _DIGITS).T
     figure.add_scatter3d(x=bad[0], y=bad[1], z=bad[2], mode="markers", marker={"color": "#c0392b", "size": 3},
                          name="violations", hoverinfo="skip")  # fmt: skip
+    stock = study.stock.round(_DIGITS).T
+    figure.add_scatter3d(x=stock[0], y=stock[1], z=stock[2], mode="lines", line={"color": "#7f8c8d", "width": 2}, name="stock",
+                         hoverinfo="skip")  # fmt: skip
     at = study.tip[0].round(_DIGITS)
     figure.add_scatter3d(
         x=at[:1], y=at[1:2], z=at[2:], mode="markers", marker={"color": "#000", "size": 6}, name="cursor"

@@ -5,7 +5,7 @@ What happens between two frames is kept as the lowest and highest values of ever
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock
+from verne_post.report.stock import outline
 from verne_post.report.table import Curve, Study, Trail
 from verne_post.toolpath.margins import margin_functions
 
@@ -46,14 +47,15 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
 
     result = convert_source(source, machine, options, take, progress)
     if result.ok:
-        return _study_rows(machine, result, **table.columns())
+        assert result.summary is not None
+        return replace(_study_rows(machine, result, **table.columns()), stock=outline(result.summary.stock, machine))
     try:
         program = assemble(source, machine, options)
     except InputError as error:
         return _study_findings(machine, refused(error).findings)
     if not len(program.contour):
         return _study_findings(machine, result.findings)
-    return _study_path(machine, result, program)
+    return replace(_study_path(machine, result, program), stock=outline(program.moves.stock, machine))
 
 
 def _study_rows(machine: Machine, result: Result, values: Array, line: Ints, tool_length: Array) -> Study:

@@ -1,6 +1,6 @@
 """What a report draws: the frames of a program, its curves, the path of its tip, and the places of its findings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +82,8 @@ class Study:
         The frame that shows each finding: the nearest to its worst point, on its line if that has a frame; -1 for none.
     place_tip : ndarray, shape (n_findings, 3)
         The tip at the worst point itself; NaN where there is none.
+    stock : ndarray, shape (m, 3)
+        Lines of the stock that the program defines, table frame; NaN ends each.
     """
 
     findings: tuple[Finding, ...]
@@ -105,3 +107,4 @@ class Study:
     tool_length: Array
     place: NDArray[np.intp]
     place_tip: Array
+    stock: Array = field(default_factory=lambda: np.empty((0, 3)))

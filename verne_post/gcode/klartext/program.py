@@ -5,8 +5,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.block import Block
+from verne_post.gcode.klartext.blank import Blank
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.paths import Target
 from verne_post.gcode.klartext.patterns import KlartextPatterns
@@ -41,6 +43,7 @@ class Klartext(KlartextPatterns):
     def __init__(self, *arguments: object) -> None:
         super().__init__(*arguments)
         self.jump: Jump | None = None
+        self.blank = Blank()
         self.failed = False
 
     def execute_statement(self, statement: Statement, shown_line: int, *, corner_next: Callable[[], bool]) -> None:
@@ -358,8 +361,11 @@ class Klartext(KlartextPatterns):
         self.jump = Jump("end")
 
     def _form(self, statement: Statement) -> None:
-        """BLK FORM: the stock, shown as an event."""
+        """BLK FORM: the stock, shown as an event; a box or a cylinder is kept for the report."""
         self.recorder.event(self.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
+        unit = MM_PER_INCH if self.state.inch else 1.0
+        stock = self.blank.read(statement, self.q, unit, self.state.frame)
+        self.recorder.stock = stock or self.recorder.stock
 
     def _stop(self, statement: Statement) -> None:
         words = read_words(statement, self.q)

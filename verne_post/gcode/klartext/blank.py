@@ -1,0 +1,103 @@
+"""BLK FORM: the two corners of a box, or a cylinder."""
+
+import re
+from dataclasses import replace
+from typing import Final
+
+from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
+from verne_post.gcode.klartext.statements import Statement
+from verne_post.model.moves import ZERO9, Frame, Stock
+
+#: ``0.1 Z X-40 Y-30 Z-10``, ``0.2 X+40 IY+60 Z+5``, ``CYLINDER Z R50 L105 DIST+5 RI10``.
+_FORM: Final = re.compile(r"[ \t]+(?:(0[.,]1)[ \t]+([XYZ])|(0[.,]2)|(CYLINDER)[ \t]+([XYZ]))(?=[ \t])")
+_CORNER_WORD: Final = re.compile(rf"[ \t]*(I?[XYZ])[ \t]*({VALUE})")
+_CYLINDER_WORD: Final = re.compile(rf"[ \t]*(DIST|RI|DI|R|D|L)[ \t]*({VALUE})")
+
+
+class Blank:
+    """What BLK FORM statements have said so far."""
+
+    def __init__(self) -> None:
+        self._low: dict[str, float] = {}
+
+    def read(self, statement: Statement, numbers: Numbers, unit: float, frame: Frame) -> Stock | None:
+        """The stock that a statement completes; None for the first corner, and for forms that are a text only.
+
+        Parameters
+        ----------
+        unit : float
+            Mm of a unit of the program.
+        frame : Frame
+            The frame in force.
+
+        Raises
+        ------
+        BlockError
+            For a corner without a coordinate, and for a stock without a size.
+        """
+        form = _FORM.match(statement.rest)
+        if form is None:
+            return None
+        pattern = _CYLINDER_WORD if form[4] else _CORNER_WORD
+        words = _read_words(statement, form.end(), pattern, numbers, unit)
+        outside = replace(frame, tool=ZERO9, feature=None)
+        if form[4]:
+            return _make_cylinder(statement, words, form[5], outside)
+        if form[1]:
+            self._low = words
+        missing = [letter for letter in "XYZ" if letter not in words and (form[1] or "I" + letter not in words)]
+        if missing:
+            raise statement.error("VP005", f"BLK FORM needs X, Y and Z; {missing[0]} is missing")
+        if form[1]:
+            return None
+        if not self._low:
+            raise statement.error("VP017", "BLK FORM 0.2, and no BLK FORM 0.1 before it")
+        low = [self._low[letter] for letter in "XYZ"]
+        high = [
+            words.get(letter, start + words.get("I" + letter, 0.0)) for letter, start in zip("XYZ", low, strict=True)
+        ]
+        return _check_size(statement, Stock(statement.line, _triple(low), _triple(high), outside))
+
+
+def _read_words(
+    statement: Statement, at: int, pattern: re.Pattern[str], numbers: Numbers, unit: float
+) -> dict[str, float]:
+    words: dict[str, float] = {}
+    text = statement.rest.rstrip()
+    while at < len(text):
+        word = pattern.match(text, at)
+        if word is None:
+            raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a word of BLK FORM", at)
+        if word[1] in words:
+            raise statement.error("VP004", f"{word[1]} stands twice in the block", at)
+        words[word[1]] = unit * read_value(word[2], numbers)
+        at = word.end()
+    return words
+
+
+def _make_cylinder(statement: Statement, words: dict[str, float], axis: str, frame: Frame) -> Stock:
+    """DIST is the height of the upper end."""
+    if axis != "Z":
+        raise statement.error("VP002", f"BLK FORM CYLINDER {axis} is not read; only a cylinder along Z")
+    if ("R" in words) == ("D" in words) or "L" not in words:
+        raise statement.error("VP005", "BLK FORM CYLINDER needs R or D, and L")
+    radius, top = words.get("R", 0.5 * words.get("D", 0.0)), words.get("DIST", 0.0)
+    bore = words.get("DI", 2.0 * words.get("RI", 0.0))
+    low, high = (-radius, -radius, top - words["L"]), (radius, radius, top)
+    if not 0.0 <= bore < 2.0 * radius:
+        raise statement.error("VP007", f"BLK FORM CYLINDER: a bore of {bore:g} mm in a diameter of {2 * radius:g} mm")
+    return _check_size(statement, Stock(statement.line, low, high, frame, round=True, bore=bore))
+
+
+def _check_size(statement: Statement, stock: Stock) -> Stock:
+    for letter, size in zip("XYZ", stock.size, strict=True):
+        if not size > 0.0:
+            raise statement.error(
+                "VP007", f"BLK FORM: the stock is {size:g} mm long in {letter}; it must be more than 0"
+            )
+    return stock
+
+
+def _triple(values: list[float]) -> tuple[float, float, float]:
+    x, y, z = values
+    return x, y, z
