@@ -99,7 +99,7 @@ def test_clean_program_is_0(good: Path, run: Callable[..., Any]) -> None:
     assert answer.code == 0
     assert answer.out.startswith(HEADER + "\n0.000,")
     assert str(good) in answer.err
-    assert "The machine must stand at the first row" in " ".join(answer.err.split())
+    assert "the machine must stand at rho1_mm" in " ".join(answer.err.split())
 
 
 def test_convert_is_the_default_command(good: Path, run: Callable[..., Any]) -> None:
@@ -961,9 +961,9 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     path = tmp_path / "p.nc"
     path.write_text("G21 G90 G49\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
     said = " ".join(run("convert", path, "-o", tmp_path / "o.csv").err.split())
-    assert "Tool length: 0 mm (no length is in force: G49, or none was given)." in said
+    assert "tool length 0 mm (no length is in force: G49, or none was given)" in said
     said = " ".join(run("convert", path, "--tool-length", 60, "-o", tmp_path / "o.csv").err.split())
-    assert "Tool length: 60 mm (--tool-length)." in said
+    assert "tool length 60 mm (--tool-length)" in said
 
 
 def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[..., Any]) -> None:

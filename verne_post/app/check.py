@@ -4,6 +4,7 @@ from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
 from verne_post.app.result import Progress, Result, refused
 from verne_post.app.summary import summarise
+from verne_post.app.tried_remedies import add_remedies
 from verne_post.base.long_text import Text
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
@@ -24,7 +25,10 @@ def check_source(
     try:
         program = assemble(source, machine, options or Options())
         fmt = choose_setpoint_format(machine, program.cycle, None, accept_rounding=False)
-        plan = plan_program(program, progress)
     except InputError as error:
         return refused(error)
+    try:
+        plan = plan_program(program, progress)
+    except InputError as error:
+        return Result(tuple(add_remedies(source, program, error.findings)))
     return Result(plan.findings, summarise(source, plan, fmt, None))

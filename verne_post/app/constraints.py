@@ -1,6 +1,7 @@
 """The check of a program: one function, which every command and the Python API share."""
 
 from dataclasses import replace
+from typing import Final
 
 from verne_post.app.assemble import Program, machine_setup
 from verne_post.app.result import Progress
@@ -9,6 +10,9 @@ from verne_post.kinematics.checks.keep_out import build_keep_out
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
+
+#: What the set-up lacks is said first: other findings may follow from it.
+SET_UP: Final = ("VP033", "VP034")
 
 
 def check_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
@@ -40,5 +44,18 @@ def guarded_joints(program: Program) -> JointPath:
 
 
 def sort_findings(findings: list[Finding]) -> list[Finding]:
-    """Findings by line and code."""
-    return sorted(findings, key=lambda item: (item.line or 0, item.code))
+    """Findings by line and code, those of the set-up first; several passes over the same lines (loops, calls) are one finding."""
+    merged: dict[object, Finding] = {}
+    for item in findings:
+        words = item.message if item.value is None else None
+        key = (item.code, item.severity, item.axis, item.line, item.last_line, words)
+        known = merged.setdefault(key, item)
+        if known is not item:
+            gravest = max(known, item, key=lambda one: excess_of(one))
+            merged[key] = replace(gravest, count=known.count + item.count)
+    return sorted(merged.values(), key=lambda item: (item.code not in SET_UP, item.line or 0, item.code))
+
+
+def excess_of(item: Finding) -> float:
+    """How far beyond its limit a finding is; most for what cannot be reached at all."""
+    return float("inf") if item.value is None or item.limit is None else abs(item.value - item.limit)

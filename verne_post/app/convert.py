@@ -13,6 +13,7 @@ from verne_post.app.assemble import Program, assemble, drives_of
 from verne_post.app.plan import Plan, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.summary import summarise
+from verne_post.app.tried_remedies import add_remedies
 from verne_post.app.verify import verifier_of
 from verne_post.base.long_text import Text
 from verne_post.model.findings import Finding, InputError, finding
@@ -57,9 +58,12 @@ def convert_source(
             machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
             drives=drives_of(machine, options),
         )  # fmt: skip
-        plan = plan_program(program, progress)
     except InputError as error:
         return refused(error)
+    try:
+        plan = plan_program(program, progress)
+    except InputError as error:
+        return Result(tuple(add_remedies(source, program, error.findings)))
     verification, timed = _write(plan, fmt, take, progress)
     summary = replace(summarise(source, plan, fmt, verification), timed=timed)
     findings = (*plan.findings, *_own_faults(verification, options))

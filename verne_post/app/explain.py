@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 from verne_post.app.assemble import assemble, modal_state
 from verne_post.app.constraints import check_line, guarded_joints
-from verne_post.app.explain_line import Line, explain_line, lines_near
+from verne_post.app.explain_line import explain_line, lines_near
+from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, line_of
 from verne_post.kinematics.checks.remedies import of_line
 from verne_post.model.findings import Finding, UsageError

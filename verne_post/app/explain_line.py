@@ -1,82 +1,32 @@
 """One line of a program worked through: words, pose, every solution, findings, and what would make it legal."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text, short_text
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
+from verne_post.app.line_remedies import Line, proposals
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles
-from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind, Moves, PathMode
-from verne_post.model.options import Options
+from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
-from verne_post.model.verdict import worst
+from verne_post.model.verdict import concerns_pose, worst
 
 _FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
 _PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """One source line that has motion, and what is needed to speak about it.
-
-    Attributes
-    ----------
-    number : int
-        1-based; 0 is the approach of ``--from``.
-    text : str
-        As it stands in the source.
-    joints : JointPath
-        The elements of this line alone, as they will be driven: what the findings and remedies are about.
-    moves : Moves
-        Of the whole program.
-    state : State or None
-        Modal state after the line; None for the approach.
-    findings : tuple of Finding
-        Those of the line, by the check that ``check`` and ``convert`` make.
-    exact : JointPath
-        The line as programmed, without blended corners: what the words are about.
-    """
-
-    number: int
-    text: str
-    joints: JointPath
-    moves: Moves
-    state: State | None
-    options: Options
-    findings: tuple[Finding, ...]
-    exact: JointPath
-
-    @property
-    def last(self) -> int:
-        """Its last element."""
-        return len(self.exact.contour) - 1
-
-    @property
-    def move(self) -> int:
-        """Row of the last motion in the Moves table, -1 for the approach."""
-        contour = self.exact.contour
-        return int(contour.path.move[contour.segment[self.last]])
-
-    @property
-    def frame(self) -> Frame:
-        """What lies between program and machine coordinates at its end."""
-        return self.moves.frames[self.moves.frame[self.move]] if self.move >= 0 else self.moves.start_frame
 
 
 def lines_near(joints: JointPath, line: int) -> list[int]:
@@ -239,7 +189,7 @@ def _findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         place = remedies.place_of(line.joints, item)
         if place is not None:
             yield f"    {_place(line.joints, place, first=item.value is None)}"
-        if item.code not in remedied:
+        if not concerns_pose(item.code) and item.code not in remedied:
             yield f"    remedy: {CODES[item.code].remedy}"
         remedied.add(item.code)
     yield from _remedies(line, findings)
@@ -260,99 +210,16 @@ def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not findings:
         return
     gravest = worst(findings)
-    concerned = [item for item in findings if item.severity == gravest]
     if not remedies.movable(line.joints):
         yield "the line is no motion of the part alone: nothing is proposed"
         return
-    proposals = [*_tilts(line, concerned), *_branches(line, gravest == "error"), *_shifts(line, concerned)]
+    found = list(proposals(line, findings))
     what = "what would make the line legal" if gravest == "error" else "what would remove the warnings"
-    if not proposals:
+    if not found:
         yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
         return
-    yield f"{what} (found by first-order steps; then the whole line was checked again, for a tilt the pose solved again)"
-    yield from (f"  {text}" for text in proposals)
-
-
-def _tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
-    joints = line.joints
-    for item in findings:
-        place = remedies.place_of(joints, item) if item.code == "VP102" else None
-        tilt = remedies.tilt_inside(joints, place) if place is not None else None
-        if place is None or tilt is None:
-            continue
-        tip, angles = joints.pose(joints.contour, np.array([place.element]), np.array([place.w]))
-        now, then = (
-            joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[3]
-            for a in (angles[0, 0], tilt)
-        )
-        yield f"tilt: A {short_text(then, 3)} in place of A {short_text(now, 6)} at that tip and C"
-
-
-def _branches(line: Line, error: bool) -> Iterator[str]:
-    if not error:
-        return
-    joints = line.joints
-    for branch in remedies.legal_branches(joints):
-        tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
-        words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
-        name = "the other table solution" if branch.flip else "another turn of C"
-        yield (f"{name}: the line ends at A {short_text(words[3])}, C {short_text(words[5])} with the same tool axis "
-               "(the table must begin the line on that side)")  # fmt: skip
-        return  # the nearest one
-
-
-def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
-    asked = [item for item in findings if item.code not in (*remedies.ROTARY_CODES, "VP301")]
-    if not asked:
-        return
-    joints, frame = line.joints, line.frame
-    coordinates = joints.machine.coordinates
-    warnings = worst(asked) == "warning"
-    directions = coordinates.displacement(np.eye(3), frame)
-
-    def alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
-        for letter, direction in zip("XYZ", directions, strict=True):
-            found = remedies.smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
-            if found is not None:
-                yield letter, direction, found
-
-    least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
-    if least is not None:
-        moved = ", ".join(f"{clean(value):+.3f}" for value in least.vector)
-        yield f"the part moved by ({moved}) mm on the table: {_offset(line, least)}{_leaves(least)}"
-        single = [
-            f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_leaves(one)}"
-            for letter, direction, one in alone(joints)
-        ]
-        if single:
-            yield f"the part moved along one axis of the program: {', '.join(single)}"
-    if remedies.straight(line.exact):
-        tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
-        ends = []
-        for letter, _way, one in alone(line.exact, end_only=True):
-            words = coordinates.from_table(tip[0] + np.array(one.vector), angles[0], frame)
-            now = line.moves.end[line.move]
-            at = AXES.index(letter)
-            ends.append(f"{letter} {short_text(words[at], 4)} in place of {short_text(now[at])} mm{_leaves(one)}")
-        if ends:
-            yield f"the line ended elsewhere: {', or '.join(ends)}"
-
-
-def _offset(line: Line, shift: remedies.Shift) -> str:
-    """The work offset that moves the part."""
-    frame = line.frame
-    origin = np.array(line.joints.machine.origin_on_table(frame))
-    name = SYSTEM_NAMES[frame.system]
-    numbers = [*(origin + np.array(shift.vector)), *([frame.part_turn] if frame.part_turn else [])]
-    given = line.options.wcs.get(frame.system)
-    before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
-    if np.abs(before - origin).max() > LIMIT_SLACK_MM:
-        return f"the G10 of the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
-    return f'--wcs "{name}={",".join(short_text(value) for value in numbers)}"'
-
-
-def _leaves(shift: remedies.Shift) -> str:
-    return f" (leaves {', '.join(shift.leaves)})" if shift.leaves else ""
+    yield f"{what} (found by first-order steps; then the whole line was checked again)"
+    yield from (f"  {text}" for text in found)
 
 
 def _own_name(line: Line, angles: Array) -> str:

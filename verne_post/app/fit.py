@@ -1,10 +1,13 @@
 """A work offset with which a program fits: sought on its points, proven by checking the whole program there."""
 
+from functools import partial
+
 import numpy as np
 
 from verne_post import gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.app.check import check_source
+from verne_post.app.result import Progress
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import InputError, finding
@@ -34,7 +37,7 @@ _LIFT_MM = 300.0
 
 def propose(
     source: Text, machine: Machine, options: Options, free: str = COORDINATES,
-    ranges: dict[str, tuple[float, float]] | None = None, *, least_time: bool = False,
+    ranges: dict[str, tuple[float, float]] | None = None, *, least_time: bool = False, progress: Progress | None = None,
 ) -> Proposal:  # fmt: skip
     """Find the work offset that leaves the largest margin to every limit, or takes least time.
 
@@ -48,6 +51,7 @@ def propose(
         (low, high) by letter, mm and degrees.
     least_time : bool
         Minimise time, with a small margin to every limit, instead of maximising the margin.
+    progress : callable, optional
 
     Raises
     ------
@@ -73,10 +77,11 @@ def propose(
         )  # fmt: skip
     low, high = _ranges(points, machine, ranges or {}, here, free)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
-    after = search.find_best(here, least_time=least_time)
+    notify = None if progress is None else partial(progress, "seeking a place")
+    after = search.find_best(here, least_time=least_time, notify=notify)
     after = search.evaluate(_round_place(after.place), after.counts)
     before_check, after_check = (
-        check_source(source, machine, one) for one in (options, at_place(options, system, after.place))
+        check_source(source, machine, one, progress) for one in (options, at_place(options, system, after.place))
     )
     return Proposal(
         system, search.evaluate(here, after.counts), after, before_check.findings, after_check.findings,

@@ -3,7 +3,6 @@
 import glob
 import json
 import os
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -11,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import load, refuse
+from verne_post.cli.common import load, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import FILE, WRITING, GroupedCommand, build_options, options_of, program_options
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest
 from verne_post.output.formats import FORMATS
 
@@ -48,12 +48,13 @@ PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
 @click.option("--shard", metavar="I/N", help="Only the I-th of N equal shares, for CI matrices.")
 @click.option("--junit", type=FILE, metavar="F", help="Write the findings as JUnit XML.")
 @click.option("--sarif", type=FILE, metavar="F", help="Write the findings as SARIF.")
+@quiet_option
 @format_option
 @options_of(*WRITING)
 @program_options()
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
-    sarif: Path | None, file_format: str, **given: Any,
+    sarif: Path | None, quiet: bool, file_format: str, **given: Any,
 ) -> int:  # fmt: skip
     """Convert many programs with the same options; the failure of one never stops the others.
 
@@ -84,8 +85,9 @@ def command(
     every = every[share]
     output.mkdir(parents=True, exist_ok=True)
     running = run_here(every, jobs or _cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
-    outcomes = sorted(_collect(running, len(every)), key=lambda outcome: outcome.program)
-    click.echo(table(outcomes), nl=False)
+    outcomes = sorted(_collect(running, len(every), quiet=quiet), key=lambda outcome: outcome.program)
+    if not quiet:
+        click.echo(table(outcomes), nl=False)
     for one in outcomes:
         for name in one.left:
             click.echo(
@@ -195,12 +197,15 @@ def _address(scheduler: str) -> str:
     return scheduler
 
 
-def _collect(outcomes: Any, total: int) -> "list[Outcome]":
-    """All outcomes; on a terminal a bar with the time that is left."""
-    if not sys.stderr.isatty():
-        return list(outcomes)
-    with click.progressbar(outcomes, length=total, label="programs", file=sys.stderr) as bar:
-        return list(bar)
+def _collect(outcomes: Any, total: int, *, quiet: bool) -> "list[Outcome]":
+    """All outcomes; on a terminal with the time that is left."""
+    found = []
+    with progress_line("programs", quiet=quiet) as progress:
+        for outcome in outcomes:
+            found.append(outcome)
+            if progress is not None:
+                progress("programs", len(found), total)
+    return found
 
 
 def _read_text(files: RunFiles, program: str) -> bytes:

@@ -1,19 +1,23 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import PROGRAM, load, program_text, progress_bar, refuse, shown_name
+from verne_post.cli.colour import say
+from verne_post.cli.common import PROGRAM, load, program_text, quiet_option, refuse, shown_name
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import FILE, GroupedCommand, build_options, program_options, settings_of
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
     from verne_post.config.settings import SettingsFile
     from verne_post.model.verdict import Severity
+    from verne_post.output.findings import Report
     from verne_post.output.policy import Policy
 
 
@@ -48,6 +52,7 @@ if TYPE_CHECKING:
 )
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
+@quiet_option
 @program_options()
 def command(
     inputs: tuple[str, ...],
@@ -56,6 +61,7 @@ def command(
     fail_level: "Severity | None",
     exit_zero: bool,
     write_baseline: Path | None,
+    quiet: bool,
     **given: Any,
 ) -> int:
     """Check programs against every limit, without writing setpoints.
@@ -98,7 +104,7 @@ def command(
     for name in inputs:
         shown = shown_name(name)
         source: Text = b""
-        with progress_bar() as progress:
+        with progress_line(f"reading {shown}", quiet=quiet) as progress:
             try:
                 source, own_options = program_text(
                     files, name, options.changed(source_name=shown), given["subroutine_path"]
@@ -116,8 +122,19 @@ def command(
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
         files.write(write_baseline, "--write-baseline", [baseline_text(everything)])
-    _emit(files, output_file, FORMATS[output_format](reports, machine))
+    if quiet and output_format == "text":
+        reports = [one for one in map(_errors_alone, reports) if one.findings]
+    text = FORMATS[output_format](reports, machine)
+    if output_format == "text" and output_file is None:
+        say(text, err=False)
+    else:
+        _emit(files, output_file, text)
     return gravest(statuses)
+
+
+def _errors_alone(report: "Report") -> "Report":
+    """A report without warnings, notes and remarks."""
+    return replace(report, findings=tuple(one for one in report.findings if one.severity == "error"), remarks=())
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

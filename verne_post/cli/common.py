@@ -1,19 +1,16 @@
 """What several commands share: programs and machines, findings and progress on standard error."""
 
-import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from verne_post.cli.colour import say
 from verne_post.cli.files import RunFiles, reading
 from verne_post.model.verdict import status_of
 
 if TYPE_CHECKING:
-    from verne_post.app.result import Progress
     from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding, InputError
     from verne_post.model.machine import Machine
@@ -102,38 +99,22 @@ def shown_name(name: str) -> str:
     return "<stdin>" if name == "-" else name
 
 
-def print_findings(program: str, findings: "tuple[Finding, ...]") -> None:
-    """One line a finding on standard error."""
-    from verne_post.output.findings import text_line
+def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:
+    """Findings on standard error, as ``check`` prints them; only errors where ``quiet``."""
+    from verne_post.output.findings import quote_line, text_line
 
     for item in findings:
-        click.echo(text_line(program, item), err=True)
+        if item.severity == "error" or not quiet:
+            lines = [text_line(program, item), *quote_line(item, source, program)]
+            say("".join(line + "\n" for line in lines))
 
 
-def refuse(program: str, error: "InputError") -> int:
+def refuse(program: str, error: "InputError", source: "Text" = b"") -> int:
     """Print why a program cannot be used; returns the exit status."""
-    print_findings(program, error.findings)
+    print_findings(program, error.findings, source)
     return status_of(error.findings)
 
 
-@contextmanager
-def progress_bar() -> Iterator["Progress | None"]:
-    """A progress bar on standard error, only on a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    bars: dict[str, Any] = {}
-
-    def show(stage: str, done: int, total: int) -> None:
-        if stage not in bars:
-            for bar in bars.values():
-                bar.__exit__(None, None, None)
-            bars[stage] = click.progressbar(length=total, label=stage, file=sys.stderr)
-            bars[stage].__enter__()
-        bars[stage].update(done - bars[stage].pos)
-
-    try:
-        yield show
-    finally:
-        for bar in bars.values():
-            bar.__exit__(None, None, None)
+quiet_option = click.option(
+    "-q", "--quiet", is_flag=True, help="Say nothing but errors: no summary, warnings or progress."
+)

@@ -105,14 +105,14 @@ def check_format(name: str) -> None:
 def convert_to_files(
     source: "Text", machine: "Machine", options: "Options", outputs: Outputs, files: RunFiles,
     progress: "Progress | None" = None,
-) -> "tuple[Result, str]":  # fmt: skip
+) -> "tuple[Result, tuple[tuple[str, str], ...]]":  # fmt: skip
     """Convert a program and write what was asked for, if it passes.
 
     Returns
     -------
     Result
-    str
-        What the format adds to the summary.
+    tuple of (str, str)
+        What the format adds to the summary: keys and texts.
     """
     from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import format_parameter_file
@@ -123,7 +123,7 @@ def convert_to_files(
     spool = Spool(machine.columns)
     result = convert_source(source, machine, options, spool.take, progress)
     if not result.ok:
-        return result, ""
+        return result, ()
     assert result.summary is not None
     rows, file_format = spool.rows(), FORMATS[outputs.file_format]
     if options.split_at_stops:
@@ -142,7 +142,7 @@ def convert_to_files(
         files.write(outputs.events, "--events", [events_text(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
         files.write(outputs.parameters, "--write-parameters", [format_parameter_file(dict(result.summary.parameters))])
-    return result, "" if file_format.describe is None else file_format.describe(rows)
+    return result, () if file_format.describe is None else (file_format.describe(rows),)
 
 
 def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:

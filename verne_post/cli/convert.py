@@ -5,10 +5,12 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import PROGRAM, print_findings, progress_bar, read_program, refuse, shown_name
+from verne_post.cli.colour import say
+from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse, shown_name
 from verne_post.cli.conversion import Outputs, convert_to_files, format_option
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import FILE, WRITING, GroupedCommand, options_of, program_options
+from verne_post.cli.progress import progress_line
 
 
 @click.command("convert", cls=GroupedCommand)
@@ -26,10 +28,11 @@ from verne_post.cli.options import FILE, WRITING, GroupedCommand, options_of, pr
 )
 @format_option
 @options_of(*WRITING)
+@quiet_option
 @program_options()
 def command(
     input_name: str, output: Path | None, file_format: str, meta: Path | None,
-    events: Path | None, write_parameters: Path | None, **given: Any,
+    events: Path | None, write_parameters: Path | None, quiet: bool, **given: Any,
 ) -> int:  # fmt: skip
     """Convert G-code to verified setpoints.
 
@@ -48,11 +51,11 @@ def command(
     except InputError as error:
         return refuse(name, error)
 
-    from verne_post.output.summary import paragraph
+    from verne_post.output.summary import summary_text
 
-    with progress_bar() as progress:
-        result, remark = convert_to_files(source, machine, options, outputs, files, progress)
-    print_findings(name, result.findings)
-    if result.ok and result.summary is not None:
-        click.echo(paragraph(result.summary) + remark, nl=False, err=True)
+    with progress_line("reading", quiet=quiet) as progress:
+        result, added = convert_to_files(source, machine, options, outputs, files, progress)
+    print_findings(name, result.findings, source, quiet=quiet)
+    if result.ok and not quiet and result.summary is not None:
+        say(summary_text(result.summary, added))
     return result.exit_code

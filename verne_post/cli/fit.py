@@ -7,6 +7,7 @@ import click
 from verne_post.cli.common import read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import GroupedCommand, numbers_of, program_options
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
 
@@ -51,7 +52,9 @@ def command(
     try:
         machine, source, options = read_program(RunFiles(), input_name, given)
         allowed = dict(_range(text, free) for text in ranges)
-        proposal = propose(source, machine, options, free, allowed, least_time=minimise == "time")
+        with progress_line("reading") as progress:
+            least = minimise == "time"
+            proposal = propose(source, machine, options, free, allowed, least_time=least, progress=progress)
     except InputError as error:
         return refuse(name, error)
     click.echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)

@@ -10,6 +10,7 @@ from verne_post.cli.common import load, refuse, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.options import options_of
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -319,7 +320,8 @@ def identify_(
     try:
         data = read_readings(files.read(measured, "MEASURED.csv"), module.actuators)
         sigma = Uncertainty(sigma_rho, sigma_xyz, RAD_PER_DEG * sigma_alpha_deg, sigma_rod)
-        result = identify(module, data, sigma, fixed, groups, starts)
+        with progress_line("fitting lengths"):
+            result = identify(module, data, sigma, fixed, groups, starts)
     except InputError as error:
         return refuse(name, error)
     except np.linalg.LinAlgError:

@@ -6,9 +6,10 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import PROGRAM, progress_bar, read_program, refuse, shown_name
+from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import FILE, GroupedCommand, program_options
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
 
@@ -16,8 +17,9 @@ from verne_post.model.verdict import status_of
 @click.argument("input_name", metavar="INPUT")
 @click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
 @click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")
+@quiet_option
 @program_options()
-def command(input_name: str, output: Path | None, static: Path | None, **given: Any) -> int:
+def command(input_name: str, output: Path | None, static: Path | None, quiet: bool, **given: Any) -> int:
     """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism at the cursor.
 
     A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`.
@@ -51,7 +53,7 @@ def command(input_name: str, output: Path | None, static: Path | None, **given: 
 
     from verne_post.report.study import study
 
-    with progress_bar() as progress:
+    with progress_line("reading", quiet=quiet) as progress:
         found = study(source, machine, options, progress)
     if output is not None:
         files.write(output, "-o", [page(name, source, machine, found)])

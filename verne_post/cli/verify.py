@@ -1,14 +1,18 @@
 """`verne-post verify`: verify a setpoint file as written."""
 
 import io
+import os
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import print_findings, read_program, refuse, shown_name
+from verne_post.cli.colour import say
+from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, shown_name
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest, status_of
 
 if TYPE_CHECKING:
@@ -16,7 +20,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from verne_post.app.assemble import Program
+    from verne_post.app.result import Progress
     from verne_post.model.drives import Drive
+    from verne_post.model.setpoints import SetpointBlock
     from verne_post.verification.following import Following
 
 
@@ -45,6 +51,7 @@ if TYPE_CHECKING:
 @click.option(
     "--following", type=float, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
 )
+@quiet_option
 @options_of("accept_rounding")
 @program_options("solver", "quality", "slow_start")
 def command(
@@ -55,6 +62,7 @@ def command(
     columns: str,
     delay: str,
     following: float | None,
+    quiet: bool,
     **given: Any,
 ) -> int:
     """Verify a setpoint file as written, believing nothing but the file.
@@ -88,7 +96,8 @@ def command(
         if meta is not None:
             side_car = read_side_car(files.read(meta, "--meta").decode("utf-8", errors="replace"), str(meta))
             found = changed_since(side_car, source, machine, options)
-        program = assemble(source, machine, options)
+        with progress_line("reading", quiet=quiet):
+            program = assemble(source, machine, options)
         if options.keep_out or options.stock:
             found += check_program(program)[1]
         drives = drives_of(program.machine, options)
@@ -100,9 +109,9 @@ def command(
             verdict = verify_setpoints(program, parts)
         else:
             with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8") as stream:
-                verdict = verify_setpoints(
-                    program, read_csv(stream, name, program.machine.columns, program.cycle, drives)
-                )
+                rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)
+                with progress_line("verifying", quiet=quiet) as progress:
+                    verdict = verify_setpoints(program, _watch(rows, raw, progress))
         log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program, drives)
     except InputError as error:
         return refuse(name, error)
@@ -113,8 +122,9 @@ def command(
     except OSError as error:
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
-    print_findings(shown_name(against), findings)
-    click.echo(verdict_line(name, verdict, program.machine), err=True)
+    print_findings(shown_name(against), findings, quiet=quiet)
+    if not quiet:
+        say(verdict_line(name, verdict, program.machine) + "\n")
     status = status_of(findings)
     if log is not None:
         followed, source_lines = log
@@ -125,6 +135,15 @@ def command(
             click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
+
+
+def _watch(rows: "Iterator[SetpointBlock]", raw: IO[bytes], progress: "Progress | None") -> "Iterator[SetpointBlock]":
+    """The blocks of a file, telling how much of it has been read."""
+    size = os.fstat(raw.fileno()).st_size if progress is not None and raw.seekable() else 0
+    for block in rows:
+        yield block
+        if progress is not None:
+            progress("verifying", raw.tell() if size else 0, size)
 
 
 def _follow_log(

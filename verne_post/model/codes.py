@@ -253,14 +253,14 @@ CODES: Final[dict[str, Code]] = _table(
         "slider travel",
         "error",
         "A slider, or a linear axis of a serial machine, leaves its travel.",
-        "Move the part on the table (--wcs), or use another tilt.",
+        "Move the part on the table (--wcs), or use another tilt; check names an offset that was tried.",
     ),
     (
         "VP102",
         "tilt range",
         "error",
         "The actuated tilt A (programmed tilt plus platform tilt alpha) leaves its travel.",
-        "Tilt less, or post with the other table solution.",
+        "Tilt less; check and explain name a tilt, or another table solution, where one was tried and is legal.",
     ),
     (
         "VP103",
@@ -305,7 +305,7 @@ CODES: Final[dict[str, Code]] = _table(
         "below the table face",
         "error",
         "The tool tip or the spindle nose is below the table face, inside the table radius.",
-        "Raise the work offset (--wcs), or use a longer tool.",
+        "Raise the work offset (--wcs), or use a longer tool; check names an offset that was tried.",
     ),
     (
         "VP211",

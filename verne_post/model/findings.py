@@ -27,6 +27,8 @@ class Finding:
         In ``unit``, with the sign convention of the machine file.
     count : int
         Number of moves (or rows) that the finding stands for.
+    remedies : tuple of str
+        What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
     """
 
     code: str
@@ -41,6 +43,7 @@ class Finding:
     limit: float | None = None
     unit: str | None = None
     count: int = 1
+    remedies: tuple[str, ...] = ()
 
 
 def finding(code: str, message: str, **where: object) -> Finding:

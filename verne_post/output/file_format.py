@@ -25,14 +25,14 @@ class FileFormat:
     variants : mapping
         Writers for names with other endings: ".json" -> writer.
     describe : callable or None
-        One sentence about the rows, for the summary.
+        What the summary says about the rows: (key, text).
     """
 
     write: Writer
     suffix: str
     needs: str | None = None
     variants: Mapping[str, Writer] = field(default_factory=dict)
-    describe: Callable[["WrittenRows"], str] | None = None
+    describe: Callable[["WrittenRows"], tuple[str, str]] | None = None
 
     def writer(self, suffix: str) -> Writer:
         """Choose the writer for a file whose name ends so; "" for standard output."""

@@ -69,14 +69,16 @@ def quote_line(item: Finding, source: Text, program: str) -> list[str]:
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     code = CODES[item.code]
-    lines.append(f"  {blank} = {code.title}: {code.remedy}")
-    if concerns_pose(item.code):
+    if not concerns_pose(item.code):
+        lines.append(f"  {blank} = {code.title}: {code.remedy}")
+    else:
+        lines += [f"  {blank} = tried: {text}" for text in item.remedies]
         lines.append(f"  {blank} = `verne-post explain {program}:{at}` says how much is needed")
     return lines
 
 
 _KEYS: Final = (
-    "code", "severity", "line", "last_line", "worst_line", "column", "axis", "value", "limit", "unit", "message", "count",
+    "code", "severity", "line", "last_line", "worst_line", "column", "axis", "value", "limit", "unit", "message", "count", "remedies",
 )  # fmt: skip
 
 

@@ -1,10 +1,12 @@
-"""What commands say in plain sentences: the summary of a conversion, the verdict on a file, the evaluation of a log."""
+"""What commands say: the summary of a conversion as keys and values, the verdict on a file, the evaluation of a log."""
 
 import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import SYSTEM_NAMES
@@ -21,20 +23,47 @@ _NO_AXIS_ERROR_DEG = 1e-5
 #: Limits that are named as reasons for a speed below the feed rate.
 _REASONS = 3
 
+#: Keys and values.
+Facts = Sequence[tuple[str, str]]
+
 
 def remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
-    return [_tools(summary), _offsets(summary), *_stock(summary), *_keep_out(summary)]
+    return [f"{key}: {text}" for key, text in _setup(summary)]
 
 
-def paragraph(summary: Summary) -> str:
-    """One paragraph of sentences, wrapped at 100 columns."""
-    sentences = [
-        _motion(summary), _first_row(summary), *_restart(summary), *_dry_run(summary), *_bound(summary),
-        *_verification(summary), *_axis_error(summary), *_feed(summary), *_free_turn(summary), *remarks(summary), *_manual_stops(summary),
-        *_rounding(summary), *_provisional(summary),
+def summary_text(summary: Summary, added: Facts = ()) -> str:
+    """The verdict, and the facts below it: aligned keys, values wrapped at 100 columns.
+
+    Parameters
+    ----------
+    added : sequence of (str, str)
+        What a setpoint format has to say.
+    """
+    pairs = [*facts(summary), *added]
+    width = 2 + max(len(key) for key, _text in pairs)
+    lines = [f"{summary.options.source_name}: {verdict_words(summary)}"]
+    for key, text in pairs:
+        lines += textwrap.wrap(
+            text, width=100, break_on_hyphens=False, initial_indent=f"  {key:<{width}}", subsequent_indent=" " * (width + 2)
+        )  # fmt: skip
+    return "".join(line + "\n" for line in lines)
+
+
+def verdict_words(summary: Summary) -> str:
+    """What became of the program, in a few words."""
+    verified = "" if summary.verification is None else ", every row verified"
+    return f"can run on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
+
+
+def facts(summary: Summary) -> list[tuple[str, str]]:
+    """Facts of a conversion by their keys, in groups: where the machine starts, time, tolerance, limits, what is assumed, what to do."""
+    return [
+        ("start position", _first_row(summary)), *_restart(summary), *_dry_run(summary),
+        ("time", _motion(summary)), *_bound(summary), *_feed(summary), *_free_turn(summary),
+        *_tolerance(summary), *_axis_error(summary), *_limits(summary), *_rounding(summary),
+        *_setup(summary), *_provisional(summary), *_manual_stops(summary),
     ]  # fmt: skip
-    return _wrap(" ".join(sentences))
 
 
 def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
@@ -81,16 +110,13 @@ def _wrap(text: str) -> str:
     return textwrap.fill(text, width=100, break_on_hyphens=False) + "\n"
 
 
-# --- sentences about the motion ----------------------------------------------------------------------
+# --- the motion ----------------------------------------------------------------------
 
 
 def _motion(summary: Summary) -> str:
-    tip, axis = summary.tolerance
-    within = f" within {tip:g} mm and {DEG_PER_RAD * axis:g} deg" if summary.n_blended else ""
     return (
-        f"{summary.options.source_name} on {summary.machine.name}: {summary.cycle_time:.3f} s, {summary.n_rows} rows at "
-        f"{1e3 * summary.format.cycle:g} ms, {summary.n_segments} segments, {summary.n_blended} corners blended{within}, "
-        f"{summary.n_stops} stops between them."
+        f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; "
+        f"{summary.n_segments} segments, {summary.n_stops} stops between them"
     )
 
 
@@ -100,10 +126,10 @@ def _first_row(summary: Summary) -> str:
         f"{name} {value:.{min(decimals, 4)}f}"
         for name, value, decimals in zip(names, summary.start, summary.format.decimals, strict=True)
     ]
-    return f"The machine must stand at the first row: {', '.join(values)}."
+    return f"the machine must stand at {', '.join(values)}"
 
 
-def _restart(summary: Summary) -> list[str]:
+def _restart(summary: Summary) -> Facts:
     """Where a restart begins, and what must be as the skipped blocks would have left it."""
     if summary.options.from_line is None:
         return []
@@ -112,19 +138,19 @@ def _restart(summary: Summary) -> list[str]:
              "remapped": "{code} of line {line}"}  # fmt: skip
     states = [forms[event.kind].format(line=event.line, **event.data) for event in summary.switched]
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
-    return [f"Taken up at line {summary.options.from_line}{needed}."]
+    return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
 
 
-def _dry_run(summary: Summary) -> list[str]:
-    options, sentences = summary.options, []
+def _dry_run(summary: Summary) -> Facts:
+    options, said = summary.options, []
     if options.air:
         along = "the tool axis" if options.air_along == "tool" else "the table's normal"
-        sentences.append(f"Dry run: everything is lifted by {options.air:g} mm along {along}.")
+        said.append(("dry run", f"everything is lifted by {options.air:g} mm along {along}"))
     if options.override != 1.0:
-        sentences.append(f"Feed override: all motion is executed at {100 * options.override:g} % of the planned speed.")
+        said.append(("feed override", f"all motion at {100 * options.override:g} % of the planned speed"))
     if options.slow_start:
-        sentences.append(f"Slow start: a tenth of the speed at first, the whole of it after {options.slow_start:g} s.")
-    return sentences
+        said.append(("slow start", f"a tenth of the speed at first, the whole of it after {options.slow_start:g} s"))
+    return said
 
 
 def _is_as_planned(summary: Summary) -> bool:
@@ -132,16 +158,16 @@ def _is_as_planned(summary: Summary) -> bool:
     return summary.options.override == 1.0 and summary.options.slow_start == 0.0
 
 
-def _bound(summary: Summary) -> list[str]:
+def _bound(summary: Summary) -> Facts:
     """How near continuous motion is to the shortest time without jerk limits."""
     bound = summary.second_order_bound_s
     if bound <= 0 or not _is_as_planned(summary):
         return []
     gap = 100 * (summary.continuous_time / bound - 1)
-    text = f"Continuous motion takes {summary.continuous_time:.3f} s, {gap:.1f} % more than without jerk limits"
+    text = f"{summary.continuous_time:.3f} s of it without a stop, {gap:.1f} % more than without jerk limits"
     if summary.toppra_bound_s is not None:
         text += f" ({bound:.4f} s; toppra finds the same to {summary.toppra_bound_s / bound - 1:+.1e})"
-    return [text + "."]
+    return [("motion", text)]
 
 
 def _worst_ratios(verdict: Verification, machine: Machine) -> str:
@@ -153,19 +179,33 @@ def _worst_ratios(verdict: Verification, machine: Machine) -> str:
     )  # fmt: skip
 
 
-def _verification(summary: Summary) -> list[str]:
+def _limits(summary: Summary) -> Facts:
+    """Worst shares of the limits in the numbers as written, and what is allowed above 1 and why."""
     verdict = summary.verification
     if verdict is None:
         return []
-    return [
-        f"Worst of the limits in the written numbers: {_worst_ratios(verdict, summary.machine)}; "
-        f"feed {verdict.feed_ratio:.4f}.",
-        f"Farthest from the programmed path: tip {verdict.tip_deviation_mm:.6f} mm, "
-        f"axis {verdict.axis_deviation_deg:.6f} deg.",
-    ]
+    allowed = ((verdict.velocity_ratio.max(), VELOCITY_RATIO), (verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
+               (verdict.jerk_ratio.max(), JERK_RATIO), (verdict.feed_ratio, FEED_RATIO))  # fmt: skip
+    text = f"at most {_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f} of each"
+    if any(ratio > 1.0 for ratio, _most in allowed):
+        bounds = ", ".join(f"{most:g}" for _ratio, most in allowed)
+        text += f"; up to {bounds} is allowed, because these are differences of rounded numbers"
+    return [("limits", text)]
 
 
-def _axis_error(summary: Summary) -> list[str]:
+def _tolerance(summary: Summary) -> Facts:
+    tip, axis = summary.tolerance
+    said = [
+        ("tolerance", f"{summary.n_blended} corners blended within {tip:g} mm and {DEG_PER_RAD * axis:g} deg")
+    ] if summary.n_blended else []  # fmt: skip
+    if (verdict := summary.verification) is not None:
+        said.append(
+            ("path", f"at most {verdict.tip_deviation_mm:.6f} mm and {verdict.axis_deviation_deg:.6f} deg from the programmed one")
+        )  # fmt: skip
+    return said
+
+
+def _axis_error(summary: Summary) -> Facts:
     """What the as-built machine cannot correct."""
     if summary.axis_error_deg is None:
         return []
@@ -174,41 +214,48 @@ def _axis_error(summary: Summary) -> list[str]:
     else:
         why = "because C stays as programmed (--correct-axis)"
     if summary.axis_error_deg < _NO_AXIS_ERROR_DEG:
-        return ["As built, tip and tool axis are exact."]
-    return [f"As built, the tool axis is up to {summary.axis_error_deg:.4f} deg off, {why}; the tip is exact."]
+        return [("as built", "tip and tool axis are exact")]
+    return [("as built", f"the tool axis is up to {summary.axis_error_deg:.4f} deg off, {why}; the tip is exact")]
 
 
-def _feed(summary: Summary) -> list[str]:
+def _feed(summary: Summary) -> Facts:
     """How often the programmed feed rate is reached, and which limits are near where it is not."""
     if not summary.feed_segments or not _is_as_planned(summary):
         return []
-    text = f"The programmed feed rate is reached on {summary.feed_reached} of {summary.feed_segments} feed moves"
+    text = f"reached on {summary.feed_reached} of {summary.feed_segments} feed moves"
     slow = summary.verification.slow if summary.verification is not None else {}
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
         reasons = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in longest)
         text += f"; {sum(slow.values()):.3f} s are below it, nearest limits there: {reasons}"
-    return [text + "."]
+    return [("feed rate", text)]
 
 
-def _free_turn(summary: Summary) -> list[str]:
+def _free_turn(summary: Summary) -> Facts:
     turn = summary.free_turn
     if turn is None:
         return []
     factor = summary.machine.columns[-1].factor
     if turn.chosen == turn.before:
-        return [
+        text = (
             f"C stays at {turn.before * factor:.3f} deg: no other C has a larger smallest margin than "
-            f"{turn.margin:.3f} ({turn.nearest})."
-        ]
-    old = f"{turn.margin_before:.3f}" if np.isfinite(turn.margin_before) else "out of reach"
-    return [
-        f"C stands at {turn.chosen * factor:.3f} deg: the smallest margin is {turn.margin:.3f} ({turn.nearest}), "
-        f"in place of {old} at C {turn.before * factor:.3f} (0 at a limit, 1 in the middle of a travel)."
-    ]
+            f"{turn.margin:.3f} ({turn.nearest})"
+        )
+    else:
+        old = f"{turn.margin_before:.3f}" if np.isfinite(turn.margin_before) else "out of reach"
+        text = (
+            f"C stands at {turn.chosen * factor:.3f} deg: the smallest margin is {turn.margin:.3f} ({turn.nearest}), "
+            f"in place of {old} at C {turn.before * factor:.3f} (0 at a limit, 1 in the middle of a travel)"
+        )
+    return [("free C", text)]
 
 
-# --- sentences about the set-up ----------------------------------------------------------------------
+# --- the set-up ----------------------------------------------------------------------
+
+
+def _setup(summary: Summary) -> Facts:
+    """What a person must compare with the machine."""
+    return [("tool length", _tools(summary)), ("work offset", _offsets(summary)), *_stock(summary), *_keep_out(summary)]
 
 
 def _tools(summary: Summary) -> str:
@@ -217,7 +264,7 @@ def _tools(summary: Summary) -> str:
     source = " (--tool-length)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
         source = " (no length is in force: G49, or none was given)"
-    return f"Tool length: {', '.join(lengths)}{source}."
+    return f"{', '.join(lengths)}{source}"
 
 
 def _offsets(summary: Summary) -> str:
@@ -235,10 +282,10 @@ def _offsets(summary: Summary) -> str:
         elif max(abs(a - b) for a, b in zip((x, y, z), given.origin_mm, strict=True)) > _OFFSET_NOISE:
             place += " (the program sets it with G10: --wcs does not hold)"
         places[place] = None
-    return f"Work offset: {'; '.join(places)}."
+    return "; ".join(places)
 
 
-def _keep_out(summary: Summary) -> list[str]:
+def _keep_out(summary: Summary) -> Facts:
     """The boxes that are kept out of, and the bodies whose size is not known."""
     options, bodies = summary.options, summary.machine.bodies
     names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
@@ -250,15 +297,15 @@ def _keep_out(summary: Summary) -> list[str]:
             if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
     unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
                if not size]  # fmt: skip
-    text = f"Kept out of: {', '.join(names)}"
+    text = ", ".join(names)
     if thin:
         text += f"; without a diameter, checked as a thin line: {', '.join(thin)}"
     if unknown:
         text += f"; without a size in the machine file, not checked: {', '.join(unknown)}"
-    return [text + "."]
+    return [("kept out of", text)]
 
 
-def _stock(summary: Summary) -> list[str]:
+def _stock(summary: Summary) -> Facts:
     """The stock of the program, and that it is not checked."""
     stock = summary.stock
     if stock is None:
@@ -267,10 +314,10 @@ def _stock(summary: Summary) -> list[str]:
     shape = f"a cylinder of {x:g} by {z:g}" if stock.round else f"{x:g} x {y:g} x {z:g}"
     low = ", ".join(f"{value:g}" for value in stock.low)
     checked = "" if summary.options.stock else "; it is not checked, --stock does that"
-    return [f"Stock of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}."]
+    return [("stock", f"of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}")]
 
 
-def _manual_stops(summary: Summary) -> list[str]:
+def _manual_stops(summary: Summary) -> Facts:
     """What a person must do before the start, between the parts, and at the end."""
     skipped = {id(event) for event in summary.switched}
     stops = [
@@ -282,18 +329,18 @@ def _manual_stops(summary: Summary) -> list[str]:
     between = {id(event) for part in summary.parts[:-1] for event in part.then}
     last = {id(event) for part in summary.parts[-1:] for event in part.then}
     groups: dict[str, list[str]] = {
-        "For a person to do before the start": [],
-        f"Cut into {len(summary.parts)} parts; for a person to do between them": [],
-        "For a person to do at the end": [],
+        "before the start: ": [],
+        f"between the {len(summary.parts)} parts into which the file is cut: ": [],
+        "at the end: ": [],
     }
     heads = list(groups)
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
         groups[head].append(f"line {event.line} {forms[event.kind].format(**event.data)}")
-    return [f"{head}: {'; '.join(texts)}." for head, texts in groups.items() if texts]
+    return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 
 
-def _rounding(summary: Summary) -> list[str]:
+def _rounding(summary: Summary) -> Facts:
     """What rounding may add, where it was not chosen by the limits."""
     if summary.options.decimals is None and not any(drive.integer for drive in summary.format.drives):
         return []
@@ -303,9 +350,9 @@ def _rounding(summary: Summary) -> list[str]:
             summary.machine.columns, *rounding_noise(summary.machine, summary.format), strict=True
         )
     ]
-    return [f"Rounding of the written numbers may add {'; '.join(parts)} to the differences."]
+    return [("rounding", f"may add {'; '.join(parts)} to the differences")]
 
 
-def _provisional(summary: Summary) -> list[str]:
+def _provisional(summary: Summary) -> Facts:
     assumed = [group for group, source in summary.machine.provenance.items() if source.startswith("assumed")]
-    return [f"Assumed values of the machine file, not measured ones: {', '.join(assumed)}."] if assumed else []
+    return [("assumed", f"of the machine file, not measured: {', '.join(assumed)}")] if assumed else []

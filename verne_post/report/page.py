@@ -19,7 +19,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.summary import Summary
 from verne_post.output.findings import text_line
-from verne_post.output.summary import paragraph
+from verne_post.output.summary import facts, verdict_words
 from verne_post.report.table import Study
 
 #: Digits after the point that a screen can show, by what is drawn.
@@ -109,7 +109,8 @@ def _round_values(values: Array) -> Any:
 
 def _summary(program: str, summary: Summary | None, findings: tuple[Finding, ...]) -> str:
     if summary is not None:
-        return " ".join(paragraph(summary).split())
+        said = "; ".join(f"{key}: {text}" for key, text in facts(summary))
+        return f"{program}: {verdict_words(summary)}; {said}."
     errors = sum(item.severity == "error" for item in findings)
     return f"{program} is refused: {errors} errors. The path is drawn as programmed, by its length."
 

@@ -5,6 +5,7 @@ around the best ones, in ranges that shrink. It looks at the points that decide,
 Distances to limits are those of ``margins``; what no place changes does not count, or it would hide the others.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -191,8 +192,10 @@ class Search:
         lines = self.points.line[table[0].argmin(axis=0)]
         return Fit(place, margins, lines, np.ones(len(margins), bool) if counts is None else counts, self.names)
 
-    def find_best(self, start: Place, *, least_time: bool = False) -> Fit:
-        """The place with the largest smallest margin, or of least time with enough of it."""
+    def find_best(
+        self, start: Place, *, least_time: bool = False, notify: Callable[[int, int], None] | None = None
+    ) -> Fit:
+        """The place with the largest smallest margin, or of least time with enough of it; ``notify`` gets done and total."""
         random = np.random.default_rng(0)  # the same program has the same fit
         scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
         scattered[:, ~self.free] = start.array()[~self.free]
@@ -209,7 +212,9 @@ class Search:
         if not counts.any():
             counts[:] = True
         best = scattered[np.argsort(-_rate(smallest, lost, counts), kind="stable")[:FOLLOWED]]
-        for _ in range(REFINEMENTS):
+        for done in range(REFINEMENTS):
+            if notify is not None:
+                notify(done, REFINEMENTS + least_time)
             best = self._improve(best, rows, counts, random)
             table = self._table(best[:1], self.points)[0]
             # of every margin, the points that are worst now

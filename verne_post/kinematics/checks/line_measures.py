@@ -20,22 +20,29 @@ GRID: Final = np.linspace(0.0, 1.0, 65)
 
 @dataclass(frozen=True)
 class _MovedPose:
-    """The pose function of a line whose part, or whose end alone, stands elsewhere, or whose table is on another branch."""
+    """The pose function of a line whose part or end stands elsewhere, whose end has another tilt, or whose table is on another branch."""
 
     joints: JointPath
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
     end_only: bool = False
     branch: Branch = AS_PROGRAMMED
+    end_tilt: float = 0.0
 
     def __call__(self, contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
         tip, angles = self.joints.pose(contour, element, w)
         share = w[:, None] if self.end_only else 1.0
-        return tip + share * np.array(self.shift), self.branch.of(angles)
+        tilted = angles + w[:, None] * np.array([self.end_tilt, 0.0])
+        return tip + share * np.array(self.shift), self.branch.of(tilted)
 
 
 def on_branch(line: JointPath, branch: Branch) -> JointPath:
     """The line with its table on another branch."""
     return replace(line, pose=_MovedPose(line, branch=branch))
+
+
+def tilt_end(line: JointPath, tilt: float) -> JointPath:
+    """A straight line whose end has a nominal A that is larger by ``tilt``, rad."""
+    return replace(line, pose=_MovedPose(line, end_tilt=tilt))
 
 
 def shift_line(line: JointPath, shift: Array, end_only: bool = False) -> JointPath:

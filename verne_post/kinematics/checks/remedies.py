@@ -14,7 +14,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_start
-from verne_post.kinematics.checks.line_measures import GRID, every_check, grid, measure, on_branch
+from verne_post.kinematics.checks.line_measures import GRID, every_check, grid, measure, on_branch, tilt_end
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.branch import Branch
@@ -170,6 +170,19 @@ def tilt_inside(line: JointPath, place: Place) -> float | None:
             return float(angles[0]) if low <= q[-2] <= high else None
         angles[0] += step
     return None
+
+
+def tilt_end_inside(line: JointPath, place: Place) -> float | None:
+    """Nominal A (rad) for the end of a straight line that keeps the whole line legal; None where none was found.
+
+    ``place`` is where the table's tilt is worst.
+    """
+    inside = tilt_inside(line, place)
+    if inside is None or place.w <= 0.0:
+        return None
+    _tip, angles = line.pose(line.contour, np.array([0, 0]), np.array([place.w, 1.0]))
+    change = (inside - float(angles[0, 0])) / place.w
+    return None if errors_of(tilt_end(line, change)) else float(angles[1, 0]) + change
 
 
 # --- a move of the part --------------------------------------------------------------------------------

@@ -37,13 +37,13 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
         yield ("\n".join(lines) + "\n").encode()
 
 
-def describe(rows: WrittenRows) -> str:
+def describe(rows: WrittenRows) -> tuple[str, str]:
     """Say how far apart the knots are, and how far the cubics are from the rows."""
     step, error = choose_knots(rows)
     errors = [f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(rows.columns, error, strict=True)]
     return (
-        f"Knots every {step * rows.format.cycle:g} s; between them the cubics are off the rows by at most "
-        f"{', '.join(errors)}.\n"
+        "knots",
+        f"every {step * rows.format.cycle:g} s; the cubics between them are off the rows by at most {', '.join(errors)}",
     )
 
 

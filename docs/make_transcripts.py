@@ -1,0 +1,174 @@
+"""Run every transcript of README and docs again, and write what the commands print now: python docs/make_transcripts.py [PAGE ...].
+
+A transcript is a block of kind ``console``: lines that begin with ``$ `` are commands, the lines below are what they print, on
+standard output and standard error. The blocks of a page run one after the other, in one folder that holds the samples and the
+machine files. ``$ cat NAME`` of a file that does not exist makes it, with the text below. A comment ``<!-- run: COMMAND -->``
+before a block is run too, unseen. A line ``...`` stands for lines that are left out, ``...`` inside a line for anything.
+With ``--check`` nothing is written; the exit status says whether all pages are as committed.
+"""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
+#: Numbers of a transcript may differ so much: another processor, another last digit; a stale page is farther off.
+RELATIVE, ABSOLUTE = 1e-4, 0.005
+#: What the commands may use, beside the samples themselves.
+FOLDERS = ("gcode_samples", "machine_configs", "tests/reference")
+_PARTS = re.compile(r"^<!-- run: (?P<hidden>.*?) -->$|^```console\n(?P<block>.*?)^```$", re.DOTALL | re.MULTILINE)
+_WORDS = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?|[^\W\d]+|[^\w\s]")
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command of a page: where what it prints stands in the text (``begin`` to ``end``), and that text."""
+
+    command: str
+    begin: int
+    end: int
+    printed: str
+    is_hidden: bool = False
+
+
+def steps_of(text: str) -> Iterator[Step]:
+    """The commands of a page in their order; unseen ones print nothing."""
+    for part in _PARTS.finditer(text):
+        if part["hidden"]:
+            yield Step(part["hidden"], part.end(), part.end(), "", is_hidden=True)
+            continue
+        starts = [m.start() for m in re.finditer(r"^\$ ", part["block"], re.MULTILINE)]
+        for at, after in zip(starts, [*starts[1:], len(part["block"])], strict=True):
+            command, _newline, printed = part["block"][at + 2 : after].partition("\n")
+            while command.endswith("\\"):
+                line, _newline, printed = printed.partition("\n")
+                command = f"{command[:-1]}{line}"
+            end = part.start("block") + after
+            yield Step(command, end - len(printed), end, printed)
+
+
+def run_step(step: Step, folder: Path) -> str:
+    """What a command prints in a folder."""
+    made = re.fullmatch(r"cat (\S+)", step.command)
+    if made and not (folder / made[1]).exists():
+        (folder / made[1]).write_text(step.printed, encoding="utf-8")
+        return step.printed
+    done = subprocess.run(
+        ["bash", "-c", step.command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+        encoding="utf-8", env={**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+                               "VERNE_POST_CEILING": str(folder.parent), "NO_COLOR": "1"},
+    )  # fmt: skip
+    return done.stdout if not done.stdout or done.stdout.endswith("\n") else done.stdout + "\n"
+
+
+def same_words(one: str, other: str) -> bool:
+    """Whether two lines say the same, but for the last digits of numbers and the width of columns; ``...`` stands for anything."""
+    pieces = one.split("...")
+    if len(pieces) > 1:
+        pattern = ".*".join(re.escape(piece) for piece in pieces)
+        return re.fullmatch(pattern, other) is not None
+    words, others = (_WORDS.findall(line) for line in (one, other))
+    return len(words) == len(others) and all(map(_same, words, others))
+
+
+def _same(one: str, other: str) -> bool:
+    try:
+        return math.isclose(float(one), float(other), rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+    except ValueError:
+        return one == other
+
+
+def fill_in(printed: str, said: str) -> str | None:
+    """The printed text with the numbers of what was said, where the words are the same; None where they are not."""
+    lines, out, at, gap = said.splitlines(), list[str](), 0, False
+    for line in printed.splitlines():
+        if line.strip() == "...":
+            gap = True
+            out.append(line)
+            continue
+        places = range(at, len(lines)) if gap else range(at, min(at + 1, len(lines)))
+        found = next((k for k in places if same_words(line, lines[k])), None)
+        if found is None:
+            return None
+        at, gap = found + 1, False
+        out.append(line)
+    return None if at < len(lines) and not gap else "".join(line + "\n" for line in out)
+
+
+def refresh(printed: str, said: str) -> str:
+    """The text that a page should have: what was said, with what was left out left out again."""
+    kept = fill_in(printed, said)
+    if kept is not None:
+        return kept
+    blocks = [block.splitlines() for block in re.split(r"^\.\.\.\n", printed, flags=re.MULTILINE)]
+    if len(blocks) == 1:
+        open_lines = [line for line in printed.splitlines() if "..." in line]
+        lines = [next((known for known in open_lines if same_words(known, line)), line) for line in said.splitlines()]
+        return "".join(line + "\n" for line in lines)
+    lines, out, at = said.splitlines(), list[str](), 0
+    for number, block in enumerate(blocks):
+        if block:
+            first = re.sub(r"[\d.]+", "", block[0])
+            places = [k for k in range(at, len(lines)) if re.sub(r"[\d.]+", "", lines[k]) == first]
+            begin = at if not number else places[0] if places else None
+            if begin is None:
+                raise SystemExit(
+                    f"left out as it was, this transcript cannot be made again; mend it by hand:\n{printed}"
+                )
+            out += lines[begin : begin + len(block)]
+            at = begin + len(block)
+        if number < len(blocks) - 1:
+            out.append("...")
+    return "".join(line + "\n" for line in out)
+
+
+def refresh_page(text: str, only_compare: bool = False) -> tuple[str, list[str]]:
+    """A page with what its commands print now, and what was wrong with it."""
+    wrong = []
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "here"
+        for name in FOLDERS:
+            shutil.copytree(ROOT / name, folder / name)
+        for sample in (ROOT / "gcode_samples").iterdir():
+            shutil.copy(sample, folder)
+        made, moved = text, 0
+        for step in steps_of(text):
+            said = run_step(step, folder)
+            if step.is_hidden or fill_in(step.printed, said) is not None:
+                continue
+            wrong.append(f"$ {step.command}\n{said}")
+            if not only_compare:
+                new = refresh(step.printed, said)
+                made = made[: step.begin + moved] + new + made[step.end + moved :]
+                moved += len(new) - len(step.printed)
+    return made, wrong
+
+
+def main(arguments: list[str]) -> int:
+    """Refresh the pages that are named, or all."""
+    check = "--check" in arguments
+    named = [Path(name).resolve() for name in arguments if name != "--check"]
+    status = 0
+    for page in named or PAGES:
+        text = page.read_text(encoding="utf-8")
+        made, wrong = refresh_page(text, check)
+        if wrong:
+            status = 1
+            print(f"{page.relative_to(ROOT)}: {len(wrong)} transcripts {'are stale' if check else 'written again'}")  # noqa: T201
+            if check:
+                print("\n".join(wrong))  # noqa: T201
+        if made != text:
+            page.write_text(made, encoding="utf-8")
+    return status if check else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,100 @@
+"""Remedies hold: what `check` proposes is applied, and the program is checked again by the same command as a user would."""
+
+import math
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
+
+
+@pytest.mark.parametrize(
+    ("sample", "given"),
+    [
+        ("violates_slider_travel.nc", ["--tool-length", "50", "--wcs", "G54=0,0,420"]),
+        ("pocket_3axis.nc", ["--tool-length", "80"]),
+        ("two_faces.nc", ["--tool-length", "80"]),
+    ],
+)
+def test_the_proposed_offset_makes_the_program_legal(sample: str, given: list[str], run: Callable[..., Any]) -> None:
+    before = run("check", SAMPLES / sample, *given)
+    assert before.code == 1
+    proposed = set(re.findall(r'= tried: .*?(--wcs "[^"]+") makes the program legal', before.out))
+    assert len(proposed) == 1, before.out
+    place = shlex.split(proposed.pop())
+    kept = given[:2]  # the tool length
+    assert run("check", SAMPLES / sample, *kept, *place).code == 0
+
+
+def test_the_other_table_solution_is_not_offered_where_it_is_refused_too(
+    tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    given = ["--tool-length", "120", "--wcs", "G54=0,0,60"]
+    for command in ("check", "convert"):
+        answer = run(command, SAMPLES / "violates_tilt.nc", *given)
+        said = answer.out + answer.err
+        assert answer.code == 1
+        assert "other table solution" not in said
+        assert "| G1 A101" in said
+        tilt = re.search(r"line 10 alone: the line ended at A ([\d.]+) in place of A 101", said)
+        assert tilt is not None
+    text = (SAMPLES / "violates_tilt.nc").read_text(encoding="utf-8")
+    mended = tmp_path / "mended.nc"
+    mended.write_text(text.replace("G1 A101", f"G1 A{tilt[1]}"), encoding="utf-8")
+    assert run("check", mended, *given).code == 0
+    mended.write_text(text.replace("G1 A101", f"G1 A{float(tilt[1]) + 0.01}"), encoding="utf-8")
+    assert run("check", mended, *given).code == 1, "the tilt is the largest that is legal"
+
+
+def test_a_rewind_is_offered_with_the_option_that_allows_it(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """A tool of 30 degrees swings nearly once around, lifts, and does so again: the table must rewind between the two."""
+    short = tmp_path / "short.toml"
+    serial = (SAMPLES.parent / "machine_configs" / "serial.toml").read_text(encoding="utf-8")
+    short.write_text(serial.replace("# c_deg absent: unlimited", "c_deg = [-200.0, 200.0]"), encoding="utf-8")
+
+    def place(degrees: int, z: int) -> str:
+        s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+        return f"X{40 * s:.4f} Y{40 * c:.4f} Z{z} I{0.5 * s:.6f} J{0.5 * c:.6f} K{math.sqrt(0.75):.6f}"
+
+    lines = [f"G21 G90 G94\nG0 G43.5 H0 {place(0, 60)}", *(f"G1 {place(d, 60)} F800" for d in range(20, 341, 20))]
+    lines += [f"G0 {place(340, 120)}", f"G0 {place(0, 120)}", f"G0 {place(0, 60)}"]
+    lines += [*(f"G1 {place(d, 60)} F800" for d in range(20, 181, 20)), f"G0 {place(180, 120)}", "M2"]
+    program = tmp_path / "round.nc"
+    program.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    given = ["--machine", short, "--tool-length", "80", "--wcs", "G54=0,0,60"]
+    answer = run("check", program, *given)
+    assert answer.code == 1
+    assert "tried: --allow-rewind makes the program legal" in answer.out
+    assert run("check", program, *given, "--allow-rewind").code == 0
+
+
+def test_no_offset_is_proposed_where_none_was_found(run: Callable[..., Any]) -> None:
+    """Far off the table, turning C swings the part through every limit: only a search over the table helps."""
+    answer = run("check", SAMPLES / "blade_5axis.nc", "--tool-length", "120", "--wcs", "G54=600,0,10")
+    assert answer.code == 1
+    assert "--wcs" not in answer.out
+    assert "verne-post fit" in answer.out
+
+
+def test_passes_over_the_same_lines_are_one_finding(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """A loop that goes deeper each time leaves its limit many times: one finding, with the deepest place."""
+    program = tmp_path / "loop.nc"
+    program.write_text(
+        "G21 G90 G94\nG0 X0 Y0 Z5\n#1=0\no1 while [#1 lt 60]\nG1 X20 Z[-#1] F900\nX0\nG0 Z5\n#1=[#1+1]\no1 endwhile\nM2\n",
+        encoding="utf-8",
+    )
+    answer = run("check", program, "--tool-length", "80", "--wcs", "G54=0,0,20")
+    found = [line for line in answer.out.splitlines() if "VP210" in line]
+    assert len(found) == 1, answer.out
+    assert "39.000000 mm below" in found[0]
+
+
+def test_a_missing_offset_is_said_first_and_named_in_the_remedy(run: Callable[..., Any]) -> None:
+    answer = run("convert", SAMPLES / "two_faces.nc", "--tool-length", "80")
+    assert answer.code == 1
+    assert "VP033" in answer.err.splitlines()[0]
+    assert "tried: no work offset was given: --wcs" in answer.err

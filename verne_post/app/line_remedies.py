@@ -1,0 +1,168 @@
+"""What would make one line legal, in words of its program: less tilt, another branch, a move of the part, another end.
+
+Every proposal has been checked along the whole line before it is told.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from verne_post.app.explain_numbers import clean, mm_text, short_text
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.gcode.state import State
+from verne_post.kinematics.checks import remedies
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.findings import Finding
+from verne_post.model.moves import AXES, Frame, Moves
+from verne_post.model.options import Options
+from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.verdict import worst
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One source line that has motion, and what is needed to speak about it.
+
+    Attributes
+    ----------
+    number : int
+        1-based; 0 is the approach of ``--from``.
+    text : str
+        As it stands in the source.
+    joints : JointPath
+        The elements of this line alone, as they will be driven: what the findings and remedies are about.
+    moves : Moves
+        Of the whole program.
+    state : State or None
+        Modal state after the line; None for the approach.
+    findings : tuple of Finding
+        Those of the line, by the check that ``check`` and ``convert`` make.
+    exact : JointPath
+        The line as programmed, without blended corners: what the words are about.
+    """
+
+    number: int
+    text: str
+    joints: JointPath
+    moves: Moves
+    state: State | None
+    options: Options
+    findings: tuple[Finding, ...]
+    exact: JointPath
+
+    @property
+    def last(self) -> int:
+        """Its last element."""
+        return len(self.exact.contour) - 1
+
+    @property
+    def move(self) -> int:
+        """Row of the last motion in the Moves table, -1 for the approach."""
+        contour = self.exact.contour
+        return int(contour.path.move[contour.segment[self.last]])
+
+    @property
+    def frame(self) -> Frame:
+        """What lies between program and machine coordinates at its end."""
+        return self.moves.frames[self.moves.frame[self.move]] if self.move >= 0 else self.moves.start_frame
+
+
+def proposals(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+    """What would make the line legal, or would remove its warnings where it has no errors, in numbers."""
+    yield from turns(line, findings)
+    gravest = worst(findings)
+    yield from _shifts(line, [item for item in findings if item.severity == gravest])
+
+
+def turns(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+    """Other angles of the table that make the line legal, the part where it is: less tilt, another branch."""
+    gravest = worst(findings)
+    yield from _tilts(line, [item for item in findings if item.severity == gravest])
+    yield from _branches(line, gravest == "error")
+
+
+def _tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+    """Less tilt at the end of a straight line, where the table leaves its travel."""
+    joints = line.exact
+    if not remedies.straight(joints):
+        return
+    for item in findings:
+        place = remedies.place_of(joints, item) if item.code == "VP102" else None
+        tilt = remedies.tilt_end_inside(joints, place) if place is not None else None
+        if tilt is None:
+            continue
+        tip, angles = joints.pose(joints.contour, np.array([0]), np.array([1.0]))
+        now, then = (
+            joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[3]
+            for a in (angles[0, 0], tilt)
+        )
+        yield f"the line ended at A {short_text(then, 3)} in place of A {short_text(now, 6)}, tip and C as they are"
+
+
+def _branches(line: Line, error: bool) -> Iterator[str]:
+    if not error:
+        return
+    joints = line.joints
+    for branch in remedies.legal_branches(joints):
+        tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
+        words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
+        name = "the other table solution" if branch.flip else "another turn of C"
+        yield (f"{name}: the line ends at A {short_text(words[3])}, C {short_text(words[5])} with the same tool axis "
+               "(the table must begin the line on that side)")  # fmt: skip
+        return  # the nearest one
+
+
+def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+    asked = [item for item in findings if item.code not in (*remedies.ROTARY_CODES, "VP301")]
+    if not asked:
+        return
+    joints, frame = line.joints, line.frame
+    coordinates = joints.machine.coordinates
+    warnings = worst(asked) == "warning"
+    directions = coordinates.displacement(np.eye(3), frame)
+
+    def alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
+        for letter, direction in zip("XYZ", directions, strict=True):
+            found = remedies.smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
+            if found is not None:
+                yield letter, direction, found
+
+    least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
+    if least is not None:
+        moved = ", ".join(f"{clean(value):+.3f}" for value in least.vector)
+        yield f"the part moved by ({moved}) mm on the table: {_offset(line, least)}{_leaves(least)}"
+        single = [
+            f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_leaves(one)}"
+            for letter, direction, one in alone(joints)
+        ]
+        if single:
+            yield f"the part moved along one axis of the program: {', '.join(single)}"
+    if remedies.straight(line.exact):
+        tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
+        ends = []
+        for letter, _way, one in alone(line.exact, end_only=True):
+            words = coordinates.from_table(tip[0] + np.array(one.vector), angles[0], frame)
+            now = line.moves.end[line.move]
+            at = AXES.index(letter)
+            ends.append(f"{letter} {short_text(words[at], 4)} in place of {short_text(now[at])} mm{_leaves(one)}")
+        if ends:
+            yield f"the line ended elsewhere: {', or '.join(ends)}"
+
+
+def _offset(line: Line, shift: remedies.Shift) -> str:
+    """The work offset that moves the part."""
+    frame = line.frame
+    origin = np.array(line.joints.machine.origin_on_table(frame))
+    name = SYSTEM_NAMES[frame.system]
+    numbers = [*(origin + np.array(shift.vector)), *([frame.part_turn] if frame.part_turn else [])]
+    given = line.options.wcs.get(frame.system)
+    before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
+    if np.abs(before - origin).max() > LIMIT_SLACK_MM:
+        return f"the G10 of the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
+    return f'--wcs "{name}={",".join(short_text(value) for value in numbers)}"'
+
+
+def _leaves(shift: remedies.Shift) -> str:
+    return f" (leaves {', '.join(shift.leaves)})" if shift.leaves else ""

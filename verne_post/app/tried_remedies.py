@@ -1,0 +1,158 @@
+"""What would make a refused program legal: every remedy is tried on the program before it is told.
+
+A work offset and an option are tried on the whole program; a tilt, another table solution and another end on their line.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from verne_post.app.assemble import Program, assemble
+from verne_post.app.constraints import check_program, excess_of, guarded_joints
+from verne_post.app.explain_numbers import short_text
+from verne_post.app.line_remedies import Line, turns
+from verne_post.base.arrays import Array
+from verne_post.base.long_text import Text
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.kinematics.checks.remedies import ROTARY_CODES, movable, of_line, smallest_shift
+from verne_post.model.findings import Finding, InputError
+from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
+from verne_post.model.verdict import Family, concerns_pose, family_of
+from verne_post.toolpath.contour import make_exact_contour
+
+#: Findings of a program that are given remedies, the gravest place of each: the others mostly follow from them.
+REMEDIED: Final = 3
+#: A longer contour is not checked anew for remedies: the refusal should not take many times as long as the check.
+TRIED_ELEMENTS: Final = 20_000
+#: Offsets that are tried, each moved so that the worst line of the one before becomes legal.
+OFFSETS: Final = 4
+#: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
+ROUND_MM: Final = 0.1
+#: Options that cure findings of a code -> their fields.
+_OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
+    "VP301": ("--allow-rewind", {"allow_rewind": True}),
+    "VP217": ("--correct-axis", {"correct_axis": True}),
+}
+
+
+def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
+    """The findings of a refused program, the first errors with the remedies that were tried and hold.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        Of the whole program, as :func:`check_program` returns them.
+    """
+    errors = [item for item in findings if item.severity == "error" and concerns_pose(item.code) and item.line]
+    if not errors:
+        return list(findings)
+    chosen: dict[object, Finding] = {}
+    for item in errors:
+        chosen.setdefault((item.code, item.axis), item)
+    told = list(chosen.values())[:REMEDIED]
+    joints = guarded_joints(program)
+    offset = _offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
+    made: list[Finding] = []
+    for item in findings:
+        if item in told:
+            texts = tuple(_remedies(source, program, joints, item, offset))
+            item = replace(item, remedies=texts)
+        made.append(item)
+    return made
+
+
+def _remedies(source: Text, program: Program, joints: Any, item: Finding, offset: str | None) -> Iterator[str]:
+    """Texts of the remedies of one finding."""
+    if item.code in _OPTIONS:
+        flag, change = _OPTIONS[item.code]
+        left = _errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
+        if left is not None and item.code not in left:
+            yield f"{flag} makes the program legal" if not left else f"{flag} removes this ({', '.join(left)} stay)"
+    elif offset is not None and item.code not in ROTARY_CODES:
+        yield offset
+    elif family_of(item.code) != Family.BRANCH:
+        line = _line(program, joints, item)
+        if line is not None:
+            yield from (f"line {line.number} alone: {text}" for text in turns(line, [item]))
+        if item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS:
+            yield "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
+
+
+def _line(program: Program, joints: Any, item: Finding) -> Line | None:
+    """The worst line of a finding; None where it is no motion of the part alone."""
+    number = item.worst_line or item.line or 0
+    own = of_line(joints, number)
+    if not number or not len(own.contour) or not movable(own):
+        return None
+    exact = of_line(replace(joints, contour=make_exact_contour(program.path)), number)
+    return Line(number, "", own, program.moves, None, program.options, (item,), exact)
+
+
+def _errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
+    """Codes of the errors of the program with other options, each once; None where it cannot be read with them."""
+    try:
+        changed = assemble(source, program.machine, program.options.changed(**change))
+        found = check_program(changed)[1]
+    except InputError:
+        return None
+    return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
+
+
+# --- a work offset for the whole program -----------------------------------------------------------------
+
+
+def _offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | None:
+    """A work offset, as an option, with which the whole program was checked; None where none was found."""
+    concerned = _movable_errors(errors)
+    if not concerned:
+        return None
+    first = _line(program, guarded_joints(program), concerned[0])
+    if first is None:
+        return None
+    system, turn = first.frame.system, first.frame.part_turn
+    given = program.options.wcs.get(system)
+    origin = np.array(given.origin_mm if given else (0.0, 0.0, 0.0))
+    if np.abs(origin - np.array(program.machine.origin_on_table(first.frame))).max() > LIMIT_SLACK_MM:
+        return None  # the program sets its offset itself: no option moves it
+    for basis in (np.array([[0.0, 0.0, 1.0]]), np.eye(3)):  # a part is raised more easily than moved
+        found = _legal_origin(source, program, origin, system, turn, concerned, basis)
+        if found is not None:
+            place, left = found
+            numbers = ",".join(short_text(value) for value in (*place, *([turn] if turn else [])))
+            stay = f"; {', '.join(left)} stay" if left else ""
+            what = "makes the program legal" if not left else "brings all else inside the limits"
+            none_given = "no work offset was given: " if given is None else ""
+            return f'{none_given}--wcs "{SYSTEM_NAMES[system]}={numbers}" {what}{stay}'
+    return None
+
+
+def _legal_origin(
+    source: Text, program: Program, origin: Array, system: int, turn: float, errors: Sequence[Finding], basis: Array
+) -> tuple[Array, tuple[str, ...]] | None:
+    """An origin (3,) at which nothing but tilt and rotary travel is left, and the codes that are; None if none is found."""
+    there, place, concerned = program, origin, list(errors)
+    for _ in range(OFFSETS):
+        line = _line(there, guarded_joints(there), max(concerned, key=excess_of))
+        shift = None if line is None else smallest_shift(line.joints, basis)
+        if shift is None:
+            return None
+        moved = place + np.array(shift.vector) - origin
+        place = origin + np.sign(moved) * np.ceil(np.round(np.abs(moved) / ROUND_MM, 6)) * ROUND_MM
+        x, y, z = (round(float(value), 6) for value in place)
+        wcs = {**program.options.wcs, system: WorkOffset((x, y, z), turn)}
+        try:
+            there = assemble(source, program.machine, program.options.changed(wcs=wcs))
+            found = [item for item in check_program(there)[1] if item.severity == "error"]
+        except InputError:
+            return None
+        concerned = _movable_errors(found)
+        if not concerned:
+            return place, tuple(dict.fromkeys(item.code for item in found))
+    return None
+
+
+def _movable_errors(errors: Sequence[Finding]) -> list[Finding]:
+    """Errors that a move of the part may cure."""
+    return [item for item in errors if item.code not in (*ROTARY_CODES, *_OPTIONS) and item.line]
