@@ -53,5 +53,5 @@ def test_page_summary_and_side_car_name_it(run: Callable[..., Any], tmp_path: Pa
     assert run("report", SAMPLES / "two_faces.h", *where, "-o", tmp_path / "r.html").code == 0
     assert '"name":"stock"' in (tmp_path / "r.html").read_text("utf-8")
     done = run("convert", SAMPLES / "two_faces.h", *where, "-o", tmp_path / "s.csv", "--meta", tmp_path / "m.json")
-    assert "Stock of the program: 80 x 60 x 15 mm from (-40, -30, -10) in G54" in " ".join(done.err.split())
+    assert "stock of the program: 80 x 60 x 15 mm from (-40, -30, -10) in G54" in " ".join(done.err.split())
     assert json.loads((tmp_path / "m.json").read_text())["stock"]["high_mm"] == [40, 30, 5]
