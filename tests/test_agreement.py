@@ -273,7 +273,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (answer.code, answer.err) == (0, "")
     said["explain"] = set(_OF_THE_LINE.findall(answer.out.split("findings", 1)[1]))
     assert not (expected and "the whole line is legal" in answer.out)
-    if importlib.util.find_spec("plotly"):
+    if importlib.util.find_spec("jupyter_threejs_sage"):
         answer = run("report", "part.nc", *words, "-o", "part.html")
         codes["report"] = answer.code
         page = html.unescape(Path("part.html").read_text(encoding="utf-8").split('id="findings"')[1].split("</ul>")[0])

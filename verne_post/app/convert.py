@@ -49,11 +49,21 @@ def convert_source(
     Result
         Never raises for bad input; see ``findings`` and ``exit_code``.
     """
-    options = options or Options()
+    try:
+        program = assemble(source, machine, options or Options())
+    except InputError as error:
+        return refused(error)
+    return convert_program(source, program, sink, progress)
+
+
+def convert_program(
+    source: Text, program: Program, sink: Sink | None = None, progress: Progress | None = None
+) -> Result:
+    """:func:`convert_source` of a program that has been assembled from its text."""
+    machine, options = program.machine, program.options
     collected: list[SetpointBlock] = []
     take = collected.append if sink is None else sink
     try:
-        program = assemble(source, machine, options)
         fmt = choose_setpoint_format(
             machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
             drives=drives_of(machine, options),
@@ -99,9 +109,9 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointB
     dwells = np.append(program.moves.dwells, -1)
     for sampled in rows(contour, plan.profiles, plan.timeline):
         values, numbers = round_setpoints(joints.q(sampled.element, sampled.w), machine, fmt)
-        move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[contour.segment[sampled.element]])
-        tools = contour.tool_length(sampled.element)
-        yield SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, tools), move
+        segment = contour.segment[sampled.element]
+        move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[segment])
+        yield SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, segment), move
 
 
 def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:

@@ -35,7 +35,7 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
     files = RunFiles()
     files.reads(input_name, PROGRAM)
     for path, option, package, extra in (
-        (output, "-o", "plotly", "report"),
+        (output, "-o", "jupyter_threejs_sage", "report"),
         (static, "--static", "matplotlib", "plot"),
     ):
         if path is None:

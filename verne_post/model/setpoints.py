@@ -48,8 +48,8 @@ class SetpointBlock:
         Source line of each row.
     numbers : ndarray, shape (n, n_joints), or None
         The numbers as written; None where they are ``values`` themselves.
-    tool_length : ndarray, shape (n,), or None
-        mm; None where the rows come from a file, which does not hold it.
+    segment : ndarray of int32, shape (n,), or None
+        The segment of the tool path that each row is on; None where the rows come from a file, which does not hold it.
     """
 
     first: int
@@ -57,7 +57,7 @@ class SetpointBlock:
     line: NDArray[np.int32]
     format: SetpointFormat
     numbers: NDArray[np.float64] | None = None
-    tool_length: NDArray[np.float64] | None = None
+    segment: NDArray[np.int32] | None = None
 
     @property
     def written(self) -> NDArray[np.float64]:

@@ -4,9 +4,10 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.base.arrays import Array
 from verne_post.model.machine import Machine
 from verne_post.output.plots import SUFFIXES, picture
-from verne_post.report.page import shares, shown, violations
+from verne_post.report.sheet import shares, shown
 from verne_post.report.table import Study
 
 __all__ = ["SUFFIXES", "picture_of"]
@@ -52,3 +53,9 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
         axes.tick_params(labelsize=7)
     figure.axes[-1].set_xlabel("time, s" if study.timed else "path, mm")
     return picture(figure, suffix)
+
+
+def violations(study: Study) -> Array:
+    """Tips (n, 3) in violation, and those of the worst point of every error."""
+    worst = [item.severity == "error" and place >= 0 for item, place in zip(study.findings, study.place, strict=True)]
+    return np.concatenate([study.trail.tip[study.trail.bad], study.place_tip[np.array(worst, dtype=bool)]])

@@ -5,25 +5,27 @@ What happens between two frames is kept as the lowest and highest values of ever
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.convert import convert_source
+from verne_post.app.convert import convert_program
 from verne_post.app.result import Progress, Result, refused
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, running_sums
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
+from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.report.stock import outline
-from verne_post.report.table import Curve, Study, Trail
+from verne_post.report.governing import GoverningLimits
+from verne_post.report.spectrum import spectrum
+from verne_post.report.table import Curve, Governing, Spectrum, Study, Trail
 from verne_post.toolpath.margins import margin_functions
 
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
@@ -39,59 +41,74 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
 
     Raises nothing for a bad program: its findings are in the study.
     """
-    table = GrowingTable(values=(float, len(machine.columns)), line=(np.int32,), tool_length=(float,))
-
-    def take(block: SetpointBlock) -> None:
-        assert block.tool_length is not None
-        table.extend(values=block.values, line=block.line, tool_length=block.tool_length)
-
-    result = convert_source(source, machine, options, take, progress)
-    if result.ok:
-        assert result.summary is not None
-        return replace(_study_rows(machine, result, **table.columns()), stock=outline(result.summary.stock, machine))
     try:
         program = assemble(source, machine, options)
     except InputError as error:
         return _study_findings(machine, refused(error).findings)
+    table = GrowingTable(values=(float, len(machine.columns)), line=(np.int32,), segment=(np.int32,))
+
+    def take(block: SetpointBlock) -> None:
+        assert block.segment is not None
+        table.extend(values=block.values, line=block.line, segment=block.segment)
+
+    result = convert_program(source, program, take, progress)
+    if result.ok:
+        return _study_rows(program, result, **table.columns())
     if not len(program.contour):
         return _study_findings(machine, result.findings)
-    return replace(_study_path(machine, result, program), stock=outline(program.moves.stock, machine))
+    return _study_path(program, result)
 
 
-def _study_rows(machine: Machine, result: Result, values: Array, line: Ints, tool_length: Array) -> Study:
-    """Take rows at a constant interval as frames, and the last row."""
+def choose_frames(last: int, line: Ints) -> Ints:
+    """Rows that are frames: evenly spaced ones and the last, and the first row of every block while these are not more."""
+    frames = np.append(np.arange(0, last, max(-(-last // FRAMES), 1)), last)
+    starts = np.flatnonzero(line[1:] != line[:-1]) + 1
+    return np.union1d(frames, starts) if len(starts) <= FRAMES else frames
+
+
+def _study_rows(program: Program, result: Result, values: Array, line: Ints, segment: Ints) -> Study:
+    """Take rows at a constant interval as frames, and the first rows of blocks."""
     assert result.summary is not None
+    machine, path = program.machine, program.path
     n, cycle = len(line), result.summary.format.cycle
-    frames = np.append(np.arange(0, n - 1, max(-(-(n - 1) // FRAMES), 1)), n - 1)
+    frames = choose_frames(n - 1, line)
     factor = np.array([column.factor for column in machine.columns])
-    collector = _Collector(machine, result.findings)
+    collector = _Collector(program, result.findings)
+    governing = GoverningLimits(program, cycle, len(frames))
     for first, last in blocks(n):
         row = np.arange(first, last)
         recent = values[np.maximum(np.arange(first - 3, last), 0)]
         rates = {name: np.diff(recent, k, axis=0)[3 - k :] / cycle**k for k, name in enumerate(_RATES, start=1)}
-        q, length = recent / factor, tool_length[first:last]
+        of, q = segment[first:last], recent / factor
+        length = path.tool_length[of]
         tip, angles, ok = machine.five_axis.nominal(q[3:], length)
         # a change of the tool's length is no motion: both ends of a step in time are solved with the later tool
         changed = np.flatnonzero(np.append(True, length[1:] != length[:-1]))
-        before = np.concatenate([tip[:1], tip[:-1]])
-        before[changed] = machine.five_axis.nominal(q[2:-1][changed], length[changed])[0]
+        before, angles_before = np.concatenate([tip[:1], tip[:-1]]), np.concatenate([angles[:1], angles[:-1]])
+        before[changed], angles_before[changed], _ok = machine.five_axis.nominal(q[2:-1][changed], length[changed])
         speed = np.linalg.norm(tip - before, axis=1) / cycle
+        turning = np.linalg.norm(np.remainder(angles - angles_before + np.pi, 2 * np.pi) - np.pi, axis=1) / cycle
         stretch = np.searchsorted(frames, row, side="right") - 1
+        feed = governing.add(stretch, of, speed, turning, rates)
         collector.add(
-            _Samples(np.asarray(row * cycle), line[first:last], q[3:], length, tip, angles, ok, speed, stretch),
-            frames[stretch] == row, {"position": recent[3:], **rates},
+            _Samples(np.asarray(row * cycle), line[first:last], q[3:], of, tip, angles, ok, speed, stretch),
+            frames[stretch] == row, {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
         )  # fmt: skip
-    return collector.finish(result)
+    return collector.finish(result, governing.finish(), spectrum(values, cycle))
 
 
-def _study_path(machine: Machine, result: Result, program: Program) -> Study:
-    """Take points evenly spaced along the path as frames; between them, some points of every element."""
-    contour, n = program.contour, len(program.contour)
+def _study_path(program: Program, result: Result) -> Study:
+    """Take points evenly spaced along the path as frames, and the beginnings of blocks; between them, some points of every element."""
+    machine, contour, n = program.machine, program.contour, len(program.contour)
     joints, factor = program.joints(), np.array([column.factor for column in machine.columns])
     begins = running_sums(contour.length)
     frames = np.linspace(0.0, begins[-1], FRAMES + 1)
+    line = contour.line()
+    starts = np.flatnonzero(line[1:] != line[:-1]) + 1
+    if len(starts) <= FRAMES:
+        frames = np.union1d(frames, begins[starts])
     owner = np.minimum(np.searchsorted(begins, frames, side="right") - 1, n - 1)
-    collector = _Collector(machine, result.findings)
+    collector = _Collector(program, result.findings)
     for first, last in (
         (at, min(at + BLOCK_ROWS // _ELEMENT_POINTS, n)) for at in range(0, n, BLOCK_ROWS // _ELEMENT_POINTS)
     ):
@@ -105,12 +122,11 @@ def _study_path(machine: Machine, result: Result, program: Program) -> Study:
         x = begins[element] + w * contour.length[element]
         stretch = np.searchsorted(owner, first) + np.cumsum(frame) - 1
         speed = np.full(len(x), np.nan)
-        line, length = contour.line(element), contour.tool_length(element)
         collector.add(
-            _Samples(x, line, solved.q, length, solved.tip, solved.angles, solved.ok, speed, stretch),
+            _Samples(x, line[element], solved.q, contour.segment[element], solved.tip, solved.angles, solved.ok, speed, stretch),
             frame, {"position": solved.q * factor},
         )  # fmt: skip
-    return collector.finish(result)
+    return collector.finish(result, None, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +136,7 @@ class _Samples:
     x: Array
     line: Ints
     q: Array
-    tool_length: Array
+    segment: Ints
     tip: Array
     angles: Array
     ok: Mask
@@ -131,9 +147,10 @@ class _Samples:
 class _Collector:
     """Takes samples block by block, and keeps frames, curves, the path of the tip, and the worst points of findings."""
 
-    def __init__(self, machine: Machine, findings: tuple[Finding, ...]) -> None:
-        self.machine, self.findings = machine, findings
-        self._margins = margin_functions(machine)[0]
+    def __init__(self, program: Program, findings: tuple[Finding, ...]) -> None:
+        self.program, self.machine, self.findings = program, program.machine, findings
+        self._margins, self._margin_names = margin_functions(program.machine)
+        self._move = program.path.move_reached
         self._frames: list[tuple[NDArray[Any], ...]] = []
         self._trail: list[tuple[NDArray[Any], ...]] = []
         self._curves: dict[str, list[list[tuple[Array, Array]]]] = {}
@@ -143,23 +160,19 @@ class _Collector:
     def add(self, samples: _Samples, frame: Mask, curves: dict[str, Array]) -> None:
         """Add the next samples: which of them are frames, and what is drawn against x, columns (n, k) by name."""
         reached = samples.ok & np.isfinite(samples.q).all(axis=1)
-        margin = self._margins(samples.tip, samples.angles, samples.tool_length).min(axis=1)
-        margin[~(reached & np.isfinite(margin))] = np.nan
+        tool_length = self.program.path.tool_length[samples.segment]
+        margins = self._margins(samples.tip, samples.angles, tool_length)
+        margin, nearest = margins.min(axis=1), margins.argmin(axis=1)
+        reached_margin = reached & np.isfinite(margin)
+        margin[~reached_margin], nearest[~reached_margin] = np.nan, -1
         alpha = np.where(reached, np.degrees(samples.q[:, -2] - samples.angles[:, 0]), np.nan)
         kept = (
-            samples.x,
-            samples.line,
-            samples.q,
-            samples.tool_length,
-            samples.tip,
-            samples.angles,
-            samples.speed,
-            margin,
-            alpha,
-        )
+            samples.x, samples.line, samples.q, tool_length, samples.tip, samples.angles, samples.speed, margin, nearest,
+            self._move[samples.segment], alpha,
+        )  # fmt: skip
         self._frames.append(tuple(column[frame] for column in kept))
         begins = np.flatnonzero(np.append(True, samples.stretch[1:] != samples.stretch[:-1]))
-        for name, columns in {**curves, "alpha": alpha[:, None]}.items():
+        for name, columns in {**curves, "alpha": alpha[:, None], "margin": margin[:, None]}.items():
             parts = self._curves.setdefault(name, [[] for _ in columns.T])
             for part, column in zip(parts, columns.T, strict=True):
                 at = _extremes(column, begins)
@@ -179,22 +192,26 @@ class _Collector:
             if line not in self._worst or margin[k] < self._worst[line][0]:
                 self._worst[line] = float(margin[k]), float(samples.x[k]), samples.tip[k]
 
-    def finish(self, result: Result) -> Study:
+    def finish(self, result: Result, governing: Governing | None, bands: Spectrum | None) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
         machine, timed = self.machine, result.ok
-        x, line, q, tool_length, tip, angles, speed, margin, alpha_deg = _join(self._frames)
+        x, line, q, tool_length, tip, angles, speed, margin, nearest, move, alpha_deg = _join(self._frames)
         five_axis = machine.five_axis
         platform, _ok = five_axis.platform(np.where(np.isfinite(q), q, 0.0))
         position, up = platform.position, np.array([1.0, -1.0, -1.0])
         nose = position + five_axis.nose_offset * platform.turn(five_axis.spindle)
-        rods = five_axis.sketch(q, platform) * up
+        # a half turn about x leads from z down to z up, in the base frame as in the platform frame
+        basis = np.stack([platform.turn(np.array(axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0))], axis=1) * up
+        rods = sketch_rods(machine, q, platform) * up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
         place, place_tip = self._places(x, line)
+        stretch, on_line, at, how_fast, how_far = _join(self._trail)
+        trail = Trail(stretch, on_line, at, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
-            self.findings, result.summary if timed else None, timed, x, line.astype(np.int64),
-            q * [column.factor for column in machine.columns], curves, Trail(*_join(self._trail)), tip,
-            axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, alpha_deg,
-            nose * up, position * up, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
+            self.findings, result.summary if timed else None, self.program, governing, bands, timed, x, line.astype(np.int64),
+            q * [column.factor for column in machine.columns], curves, trail,
+            tip, axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, nearest, self._margin_names, move, alpha_deg,
+            nose * up, position * up, basis, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
         )  # fmt: skip
 
     def _places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
@@ -207,6 +224,17 @@ class _Collector:
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
         return place, tips
+
+
+def _find_bad(findings: tuple[Finding, ...], line: Ints, margin: Array) -> Mask:
+    """Points (n,) in violation: :class:`Trail`."""
+    bad = np.zeros(len(line), dtype=bool)
+    for item in findings:
+        if item.severity == "error" and item.line is not None:
+            on_line = (line >= item.line) & (line <= (item.last_line or item.line))
+            beyond = on_line & ~(margin >= 0)
+            bad |= beyond if beyond.any() else on_line
+    return bad
 
 
 def _worst_line(item: Finding) -> int:
@@ -235,6 +263,7 @@ def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
-        findings, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none), three, three, none, none, none,
-        three, three, np.empty((0, 0, 2, 3)), none, none, none, np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
+        findings, None, None, None, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
+        three, none, none, whole, (), whole, none, three, three, np.empty((0, 2, 3)), np.empty((0, 0, 2, 3)), none, none, none,
+        np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
     )  # fmt: skip

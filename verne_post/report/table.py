@@ -1,11 +1,12 @@
 """What a report draws: the frames of a program, its curves, the path of its tip, and the places of its findings."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.app.assemble import Program
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
 from verne_post.model.summary import Summary
 
@@ -38,6 +39,8 @@ class Trail:
     tip : ndarray, shape (m, 3)
     speed, margin : ndarray, shape (m,)
         As in :class:`Study`.
+    bad : ndarray of bool, shape (m,)
+        In violation: on a line with an error, and beyond a limit there; the whole line where no margin says which part.
     """
 
     frame: Ints
@@ -45,14 +48,61 @@ class Trail:
     tip: Array
     speed: Array
     margin: Array
+    bad: Mask
+
+
+@dataclass(frozen=True, eq=False)
+class Governing:
+    """Which limit is nearest at each moment, and what it costs against the programmed feed rate.
+
+    Attributes
+    ----------
+    names : tuple of str, k of them
+        "velocity of rho1", ..., then those of :data:`verne_post.report.governing.OTHERS`.
+    of_frame : ndarray of int, shape (n,)
+        The one that governs most rows from each frame to the next.
+    lost_from_frame : ndarray, shape (n,)
+        Seconds that feed moves take longer from each frame to the next than at the programmed feed rate.
+    seconds, rapid, lost : ndarray, shape (k,)
+        How long each governs, how much of this are rapids, and what it costs on feed moves, s.
+    """
+
+    names: tuple[str, ...]
+    of_frame: Ints
+    lost_from_frame: Array
+    seconds: Array
+    rapid: Array
+    lost: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Accelerations of the joints by frequency: m bands of equal width on a logarithmic scale.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (m + 1,)
+        Hz; from the lowest band to half the rate of the rows.
+    rms : ndarray, shape (n_joints, m)
+        Root mean square of each joint's acceleration in each band, mm/s2 or deg/s2.
+    """
+
+    edges: Array
+    rms: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Frames of one program, n of them, evenly spaced along ``x`` up to the last, which is the end of the program.
+    """Frames of one program, n of them: evenly spaced along ``x`` up to the last, which is the end of the program, and the
+    first row of every block while these are not more.
 
     Attributes
     ----------
+    program : Program or None
+        None where it cannot be read.
+    governing : Governing or None
+    spectrum : Spectrum or None
+        Of rows alone.
     timed : bool
         ``x`` is time in s, and every frame is a row; else the program is refused, and ``x`` is the path in mm.
     x : ndarray, shape (n,)
@@ -60,7 +110,8 @@ class Study:
     q : ndarray, shape (n, n_joints)
         Joints in mm and degrees, in the sense of the machine file; NaN out of reach.
     curves : dict
-        "position" and, of rows, "velocity", "acceleration" and "jerk" of each joint in mm or degrees and s; "alpha" in degrees.
+        "position" and, of rows, "velocity", "acceleration" and "jerk" of each joint in mm or degrees and s; "alpha" in degrees;
+        "margin"; of rows, "speed" of the tip and "feed", the programmed one (NaN for rapids and where the tip stands still).
         Velocities and so on are differences of a row to those before it.
     tip, axis : ndarray, shape (n, 3)
         Table frame.
@@ -68,10 +119,16 @@ class Study:
         Tip, mm/s; NaN where the program is refused.
     margin : ndarray, shape (n,)
         Smallest margin to a limit (toolpath.margins), NaN out of reach.
+    nearest : ndarray of int, shape (n,)
+        Which margin that is, of ``margin_names``; -1 out of reach.
+    move : ndarray of int, shape (n,)
+        Row of the Moves table, -1 on the approach.
     alpha_deg : ndarray, shape (n,)
         Platform tilt.
     nose, platform : ndarray, shape (n, 3)
         Spindle nose and P with z up, mm.
+    basis : ndarray, shape (n, 2, 3)
+        How x and z of the platform frame point, z up.
     rods : ndarray, shape (n, k, 2, 3)
         From slider to platform, z up; none where the module cannot be drawn.
     tilt, turn : ndarray, shape (n,)
@@ -82,12 +139,13 @@ class Study:
         The frame that shows each finding: the nearest to its worst point, on its line if that has a frame; -1 for none.
     place_tip : ndarray, shape (n_findings, 3)
         The tip at the worst point itself; NaN where there is none.
-    stock : ndarray, shape (m, 3)
-        Lines of the stock that the program defines, table frame; NaN ends each.
     """
 
     findings: tuple[Finding, ...]
     summary: Summary | None
+    program: Program | None
+    governing: Governing | None
+    spectrum: Spectrum | None
     timed: bool
     x: Array
     line: NDArray[np.int64]
@@ -98,13 +156,16 @@ class Study:
     axis: Array
     speed: Array
     margin: Array
+    nearest: Ints
+    margin_names: tuple[str, ...]
+    move: Ints
     alpha_deg: Array
     nose: Array
     platform: Array
+    basis: Array
     rods: Array
     tilt: Array
     turn: Array
     tool_length: Array
     place: NDArray[np.intp]
     place_tip: Array
-    stock: Array = field(default_factory=lambda: np.empty((0, 3)))

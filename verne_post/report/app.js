@@ -1,0 +1,362 @@
+// One cursor: it moves through frames, and with it the machine, the program's text, the modal state, the curves and the map.
+(async () => {
+  const byId = id => document.getElementById(id), root = document.documentElement;
+  const data = JSON.parse(byId("data").textContent);
+  const arrays = await unpack();
+  const n = data.frames, joints = data.joints.length;
+  data.shapes = Object.fromEntries(Object.entries(data.arrays).map(([name, entry]) => [name, entry.shape]));
+  const places = [...document.querySelectorAll("button[data-frame]")];
+  data.places = places.map(button => Number(button.dataset.frame));
+
+  async function unpack() {
+    const text = byId("bytes").textContent, packed = Uint8Array.from(atob(text), character => character.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const buffer = await new Response(stream).arrayBuffer(), found = {};
+    for (const [name, entry] of Object.entries(data.arrays)) {
+      found[name] = new window[entry.type](buffer, entry.begin, entry.shape.reduce((a, b) => a * b, 1));
+    }
+    return found;
+  }
+
+  // --- colours -------------------------------------------------------------------------------------
+  const LIGHT = ["#0067a8", "#b36b00", "#007a55", "#a63d86", "#c44900"], DARK = ["#5db4f0", "#f2b04a", "#3fcf9f", "#e592c9", "#ff8f57"];
+  const dark = () => root.dataset.theme === "dark";
+  const jointColour = k => (dark() ? DARK : LIGHT)[k % 5];
+  // velocity dark, acceleration between, jerk pale, in the colour of the joint
+  function limitColour(k) {
+    const order = Math.floor(k / joints), other = data.limits.length - 3;
+    if (k >= other) return k === other ? (dark() ? "#6d7a86" : "#8b98a5") : k === other + 1 ? (dark() ? "#3a444f" : "#cfd6dc") : null;
+    return mix(jointColour(k % joints), dark() ? "#161c23" : "#ffffff", [0, 0.35, 0.62][order]);
+  }
+  const channels = colour => [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16));
+  const hex = rgb => "#" + rgb.map(value => Math.round(value).toString(16).padStart(2, "0")).join("");
+  function mix(a, b, share) { const x = channels(a), y = channels(b); return hex(x.map((value, k) => value + share * (y[k] - value))); }
+  const scaled = (stops, share) => {
+    const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(at), stops.length - 2);
+    return mix(stops[k], stops[k + 1], at - k);
+  };
+  const MARGIN = ["#e8590c", "#b06ab3", "#1c6dd0"], SPEED = ["#3b2a8c", "#1f9e89", "#e0b400"];
+  const text = (tag, content) => { const element = document.createElement(tag); element.textContent = content; return element; };
+
+  // --- the program's text -----------------------------------------------------------------------------
+  const ROW = 18, lines = new TextDecoder().decode(arrays.text).split("\n");
+  const numbers = data.numbered ? arrays.numbers : null;
+  const rowOf = line => {
+    if (!numbers) return line - 1;
+    let low = 0, high = numbers.length - 1;
+    while (low < high) { const middle = (low + high) >> 1; if (numbers[middle] < line) low = middle + 1; else high = middle; }
+    return low;
+  };
+  const numberOf = row => numbers ? numbers[row] : row + 1;
+  const firstFrame = new Map();
+  for (let i = n - 1; i >= 0; i--) firstFrame.set(arrays.line[i], i);
+  byId("code-size").style.height = ROW * lines.length + "px";
+  byId("code-size").style.minWidth = Math.min(7 + lines.reduce((most, line) => Math.max(most, line.length), 0), 120) + "ch";
+  let lineNow = 0;
+  function drawCode() {
+    const pane = byId("code"), first = Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
+    const last = Math.min(first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
+    for (let row = first; row < last; row++) {
+      const element = document.createElement("div"), number = numberOf(row);
+      const mark = data.marks.find(one => number >= one[0] && number <= one[1]);
+      if (mark) element.className = mark[2];
+      if (number === lineNow) element.setAttribute("aria-current", "true");
+      element.append(text("span", number), " " + lines[row]);
+      element.dataset.line = number;
+      rows.push(element);
+    }
+    byId("code-lines").style.top = first * ROW + "px";
+    byId("code-lines").replaceChildren(...rows);
+  }
+  function showLine(line) {
+    if (line === lineNow) return;
+    lineNow = line;
+    const pane = byId("code"), top = rowOf(line) * ROW;
+    if (line > 0 && (top < pane.scrollTop + ROW || top > pane.scrollTop + pane.clientHeight - 3 * ROW)) pane.scrollTop = top - pane.clientHeight / 2;
+    drawCode();
+  }
+  byId("code").addEventListener("scroll", drawCode);
+  byId("code").addEventListener("click", event => {
+    const row = event.target.closest("[data-line]");
+    if (row) toLine(Number(row.dataset.line));
+  });
+  function toLine(line) {
+    for (let next = line; next <= line + 200; next++) if (firstFrame.has(next)) { setCursor(firstFrame.get(next)); return; }
+  }
+
+  // --- what stands at the cursor ---------------------------------------------------------------------
+  const readout = data.joints.map(joint => {
+    const row = byId("readout").tBodies[0].insertRow(), head = text("th", joint.name);
+    head.scope = "row";
+    row.append(head);
+    const value = row.insertCell(), bar = row.insertCell();
+    let mark = null;
+    if (joint.low !== null && joint.high !== null) {
+      bar.innerHTML = "<div class=travel><i></i></div>";
+      bar.title = `travel ${joint.low} to ${joint.high} ${joint.unit}`;
+      mark = bar.querySelector("i");
+    } else bar.textContent = "no limit";
+    return { row, value, mark, joint };
+  });
+  const pairs = (list, into) => into.replaceChildren(...list.map(([name, value]) => {
+    const cell = document.createElement("div");
+    if (value.length > 18) cell.className = "long";
+    cell.append(text("dt", name), text("dd", value));
+    return cell;
+  }));
+  const shown = (value, digits, unit) => Number.isFinite(value) ? value.toFixed(digits) + unit : "out of reach";
+  function describe(i) {
+    readout.forEach(({ row, value, mark, joint }, k) => {
+      const q = arrays.q[joints * i + k];
+      value.textContent = shown(q, 3, " " + joint.unit);
+      const beyond = joint.low !== null && q < joint.low - 1e-6 || joint.high !== null && q > joint.high + 1e-6;
+      row.classList.toggle("beyond", beyond);
+      if (mark) mark.style.left = 100 * Math.min(Math.max((q - joint.low) / (joint.high - joint.low), 0), 1) + "%";
+    });
+    const list = [["tip on the table", [0, 1, 2].map(k => arrays.tip[3 * i + k].toFixed(2)).join(", ")]];
+    if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", arrays.speed[i].toFixed(2) + " mm/s"]);
+    const name = data.marginNames[arrays.nearest[i]];
+    list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")], ["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
+    if (data.limits.length) list.push(["governs", data.limits[arrays.governing[i]]]);
+    pairs(list, byId("now"));
+    if (arrays.state) pairs(data.modal[arrays.state[i]], byId("modal"));
+    byId("clock").textContent = arrays.x[i].toFixed(data.unit === "s" ? 3 : 2) + " " + data.unit + "  line " + arrays.line[i];
+  }
+
+  // --- scene --------------------------------------------------------------------------------------------
+  let scene = null;
+  if (n) {
+    try { scene = Scene.make(byId("scene"), data, arrays); }
+    catch (error) { byId("note").textContent = "No picture of the machine: this browser does not offer WebGL. " + error.message; }
+  }
+  const trail = arrays["trail.frame"], colours = new Float32Array(3 * trail.length);
+  function paint() {
+    if (!scene) return;
+    const kind = byId("colour").value, margin = arrays["trail.margin"], speed = arrays["trail.speed"];
+    let fastest = 1e-9;
+    for (const value of speed) if (value > fastest) fastest = value;
+    const tools = ["#1c6dd0", "#b36b00", "#007a55", "#a63d86", "#c44900", "#57606a"], used = new Set();
+    const of = k => {
+      if (arrays["trail.bad"][k]) return "#d32f2f";
+      if (kind === "margin") return scaled(MARGIN, Number.isFinite(margin[k]) ? margin[k] : 0);
+      if (kind === "speed") return scaled(SPEED, speed[k] / fastest);
+      const index = (kind === "limit" ? arrays.governing : arrays.tool)[trail[k]];
+      used.add(index);
+      return kind === "limit" ? limitColour(index) || "#9aa7b4" : tools[index % tools.length];
+    };
+    for (let k = 0; k < trail.length; k++) channels(of(k)).forEach((value, c) => { colours[3 * k + c] = value / 255; });
+    scene.paint(colours);
+    scene.draw();
+    const legend = byId("legend"), entry = (colour, name) => { const row = document.createElement("div"), box = document.createElement("i"); box.style.background = colour; row.append(box, name); return row; };
+    if (kind === "margin" || kind === "speed") {
+      const scale = text("span", ""), ends = kind === "margin" ? ["0 at a limit", "1"] : ["0", fastest.toFixed(1) + " mm/s"];
+      scale.className = "scale";
+      scale.style.background = `linear-gradient(90deg, ${(kind === "margin" ? MARGIN : SPEED).join(",")})`;
+      legend.replaceChildren(text("span", kind === "margin" ? "margin to any limit:" : "speed of the tip:"), text("span", ends[0]), scale, text("span", ends[1]));
+    } else legend.replaceChildren(...[...used].sort((a, b) => a - b).map(k => kind === "limit" ? entry(limitColour(k) || "#9aa7b4", data.limits[k]) : entry(tools[k % tools.length], data.toolNumbers[k] ? "tool " + data.toolNumbers[k] : "the tool")));
+    if (arrays["trail.bad"].some(value => value)) legend.append(entry("#d32f2f", "violation"));
+  }
+  if (n && scene) byId("note").textContent = "Assumed sizes: " + data.scene.assumed.join(", ") + ".";
+  const options = byId("colour").options;
+  if (!data.limits.length) { options[1].remove(); options[1].remove(); }
+  byId("colour").addEventListener("change", paint);
+  byId("tool-axes").addEventListener("change", event => scene && scene.showAxes(event.target.checked));
+  byId("solids").addEventListener("change", event => scene && scene.show(event.target.checked));
+  let viewNow = "fit";
+  function view(name) {
+    if (!scene) return;
+    viewNow = name;
+    scene.view(name);
+    for (const button of document.querySelectorAll("[data-view]")) button.setAttribute("aria-pressed", String(button.dataset.view === name));
+  }
+  for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => view(button.dataset.view));
+  let pressed = null;
+  byId("scene").addEventListener("pointerdown", event => { pressed = [event.offsetX, event.offsetY]; });
+  byId("scene").addEventListener("pointerup", event => {
+    if (!scene || !pressed || Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) > 4) return;
+    const point = scene.pick(event.offsetX, event.offsetY);
+    if (point >= 0) setCursor(trail[point]);
+  });
+
+  // --- charts ---------------------------------------------------------------------------------------------
+  const end = n ? arrays.x[n - 1] || 1 : 1, range = { low: 0, high: end, end };
+  const charts = Charts.make(range, data.tick, data.unit, x => setCursor(nearest(x)), () => redraw());
+  const curves = name => data.joints.map((joint, k) => ({ name: joint.name, x: arrays[`${name}.${k}.x`], y: arrays[`${name}.${k}.y`], joint: k })).filter(one => one.x);
+  const single = (name, title, more) => arrays[name + ".0.x"] ? [{ name: title, x: arrays[name + ".0.x"], y: arrays[name + ".0.y"], ...more }] : [];
+  function addChart(title, digits, series, limits) {
+    if (!series.length) return;
+    const canvas = document.createElement("canvas");
+    canvas.className = "chart";
+    canvas.setAttribute("role", "img");
+    byId("charts").append(canvas);
+    charts.add(canvas, { title, digits, series, limits });
+  }
+  let strip = null, bands = null;
+  if (n) {
+    if (data.limits.length) {
+      strip = { title: "limit", runs: [] };
+      charts.add(byId("chart-governing"), strip);
+      charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: [
+        ...single("feed", "programmed", { dash: [6, 4], wide: 1.5, role: "--quiet" }), ...single("speed", "actual", { role: "--focus", wide: 1.5 })] });
+    } else byId("chart-governing").closest("section").remove();
+    for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
+      addChart(title, 1, curves(name), [-100, 100]);
+    }
+    const position = curves("position"), sliders = data.joints.slice(0, joints - 2);
+    if (sliders.length) addChart("Sliders, mm", 3, position.slice(0, joints - 2), [Math.min(...sliders.map(j => j.low ?? -Infinity)), Math.max(...sliders.map(j => j.high ?? Infinity))].map(v => Number.isFinite(v) ? v : null));
+    for (const k of [joints - 2, joints - 1]) addChart(`${data.joints[k].name.toUpperCase()}, ${data.joints[k].unit}`, 3, [position[k]], [data.joints[k].low, data.joints[k].high]);
+    addChart("Margin, 0 at a limit", 3, single("margin", "smallest", { role: "--focus" }), [0]);
+    addChart("Platform tilt, deg", 3, single("alpha", "alpha", { role: "--focus" }), []);
+    if (data.bands.length) {
+      bands = document.createElement("canvas");
+      bands.className = "chart";
+      bands.style.cursor = "default";
+      bands.setAttribute("role", "img");
+      bands.setAttribute("aria-label", "Spectrum of each joint's acceleration");
+      byId("charts").append(bands);
+    }
+    if (data.slice) {
+      byId("slice-title").textContent = data.slice.title;
+      byId("slice").setAttribute("aria-label", "reach of the tip at " + data.slice.title);
+    }
+  } else document.body.classList.add("empty");
+
+  function recolour() {
+    for (const chart of charts.charts) for (const one of chart.series || []) {
+      one.colour = one.role ? getComputedStyle(root).getPropertyValue(one.role).trim() : jointColour(one.joint);
+    }
+    if (strip) {
+      strip.runs = [];
+      for (let i = 0; i < n; i++) {
+        const run = strip.runs[strip.runs.length - 1], colour = limitColour(arrays.governing[i]), to = i + 1 < n ? arrays.x[i + 1] : arrays.x[i];
+        if (run && run.colour === colour) run.to = to; else strip.runs.push({ from: arrays.x[i], to, colour });
+      }
+    }
+    for (const box of document.querySelectorAll("[data-limit]")) {
+      const colour = limitColour(Number(box.dataset.limit));
+      box.style.background = colour || "transparent";
+      box.style.border = colour ? "" : "1px solid currentColor";
+    }
+    if (scene) scene.dark(dark());
+    paint();
+  }
+  let waiting = false;
+  function redraw() {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+      waiting = false;
+      if (!n) return;
+      charts.draw(arrays.x[cursor]);
+      if (bands) {
+        Charts.spectrum(bands, data.bands, data.joints.map((joint, k) => ({
+          name: joint.name, colour: jointColour(k), y: arrays.spectrum.subarray(k * (data.bands.length - 1), (k + 1) * (data.bands.length - 1)) })), "Acceleration by frequency, rms in mm/s² and deg/s²");
+      }
+      if (data.slice) Charts.slice(byId("slice"), data.slice, arrays.reach, data.shapes.reach[0], arrays["trail.tip"], arrays.tip.subarray(3 * cursor, 3 * cursor + 3));
+    });
+  }
+
+  // --- the cursor -------------------------------------------------------------------------------------------
+  let cursor = 0;
+  function frameAt(x) {
+    let low = 0, high = n - 1;
+    while (high > low) { const middle = (low + high + 1) >> 1; if (arrays.x[middle] <= x) low = middle; else high = middle - 1; }
+    return low;
+  }
+  function nearest(x) {
+    const i = frameAt(x);
+    return i + 1 < n && arrays.x[i + 1] - x < x - arrays.x[i] ? i + 1 : i;
+  }
+  function setCursor(i, share = 0) {
+    if (!n) return;
+    cursor = Math.max(0, Math.min(n - 1, Math.round(i)));
+    document.body.dataset.cursor = String(cursor);
+    byId("time").value = String(cursor);
+    showLine(arrays.line[cursor]);
+    describe(cursor);
+    if (scene) {
+      scene.pose(cursor, Math.min(cursor + 1, n - 1), share);
+      byId("unreached").hidden = scene.reached();
+      scene.draw();
+    }
+    for (const button of places) button.setAttribute("aria-current", String(Number(button.dataset.frame) === cursor));
+    redraw();
+  }
+  // the first frame of the next block, or of this one or the one before
+  function step(forward) {
+    let i = cursor;
+    if (forward) { while (i < n - 1 && arrays.line[i] === arrays.line[cursor]) i++; }
+    else {
+      i = Math.max(i - 1, 0);
+      while (i > 0 && arrays.line[i - 1] === arrays.line[i]) i--;
+    }
+    setCursor(i);
+  }
+  const rates = data.unit === "s" ? [["1/10", 0.1], ["1/4", 0.25], ["1 ×", 1], ["4 ×", 4], ["all in 20 s", end / 20]] : [["all in 60 s", end / 60], ["all in 20 s", end / 20], ["all in 5 s", end / 5]];
+  for (const [name, value] of rates) byId("rate").add(new Option(name, value));
+  byId("rate").selectedIndex = data.unit !== "s" ? 1 : end > 60 ? 4 : 2;
+  let playing = false, place = 0, before = 0;
+  function play(on) {
+    playing = on && n > 1;
+    byId("play").textContent = playing ? "pause" : "play";
+    if (!playing) return;
+    if (cursor === n - 1) setCursor(0);
+    place = arrays.x[cursor];
+    before = performance.now();
+    requestAnimationFrame(tick);
+  }
+  function tick(now) {
+    if (!playing) return;
+    // somebody has moved the cursor meanwhile
+    if (frameAt(place) !== cursor) place = arrays.x[cursor];
+    place = Math.min(place + Number(byId("rate").value) * Math.max(now - before, 0) / 1000, end);
+    before = now;
+    const i = frameAt(place), gap = i + 1 < n ? arrays.x[i + 1] - arrays.x[i] : 1;
+    setCursor(i, (place - arrays.x[i]) / gap);
+    if (place >= end) play(false); else requestAnimationFrame(tick);
+  }
+  byId("play").addEventListener("click", () => play(!playing));
+  byId("block-back").addEventListener("click", () => step(false));
+  byId("block-on").addEventListener("click", () => step(true));
+  byId("time").max = String(Math.max(n - 1, 0));
+  byId("time").addEventListener("input", () => setCursor(Number(byId("time").value)));
+  for (const button of places) button.addEventListener("click", () => {
+    play(false);
+    setCursor(Number(button.dataset.frame));
+    if (scene) { scene.look(); for (const other of document.querySelectorAll("[data-view]")) other.setAttribute("aria-pressed", "false"); viewNow = null; }
+  });
+  const keys = {
+    " ": () => play(!playing), ArrowLeft: () => setCursor(cursor - 1), ArrowRight: () => setCursor(cursor + 1), "[": () => step(false), "]": () => step(true),
+    PageUp: () => step(false), PageDown: () => step(true), Home: () => setCursor(0), End: () => setCursor(n - 1), d: () => theme(!dark()), D: () => theme(!dark()),
+    1: () => view("fit"), 2: () => view("part"), 3: () => view("top"), 4: () => view("front"), 5: () => view("tool"),
+  };
+  document.addEventListener("keydown", event => {
+    const tag = event.target.tagName, typed = event.key === " " && (tag === "BUTTON" || tag === "INPUT" && event.target.type === "checkbox");
+    if (event.ctrlKey || event.altKey || event.metaKey || typed || tag === "SELECT" || !keys[event.key]) return;
+    event.preventDefault();
+    keys[event.key]();
+  });
+
+  // --- light and dark -------------------------------------------------------------------------------------------
+  function theme(on) {
+    root.dataset.theme = on ? "dark" : "light";
+    byId("theme").textContent = on ? "light" : "dark";
+    recolour();
+    redraw();
+  }
+  byId("theme").addEventListener("click", () => theme(!dark()));
+  function resized() {
+    if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); }
+    drawCode();
+    redraw();
+  }
+  new ResizeObserver(resized).observe(byId("stage"));
+  new ResizeObserver(redraw).observe(byId("main"));
+  theme(window.matchMedia("(prefers-color-scheme: dark)").matches);
+  if (scene) scene.resize();
+  setCursor(Math.max(data.first, 0));
+  view("fit");
+  drawCode();
+  window.report = { scene, data, arrays, setCursor, charts, view };
+  document.body.dataset.ready = "yes";
+})().catch(error => { document.body.dataset.ready = "failed"; throw error; });

@@ -1,0 +1,275 @@
+// Curves over the program on canvases that share one stretch of it and one cursor. Of many points in a column of pixels the lowest and
+// the highest are drawn, so that no peak is lost.
+const Charts = (() => {
+  const LEFT = 52, RIGHT = 8, TOP = 18, BOTTOM = 18;
+  const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+  function fit(canvas) {
+    const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.font = "11px system-ui, sans-serif";
+    return { context, width, height };
+  }
+  function ticks(low, high, most) {
+    const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map(k => k * power).find(value => value >= rough) || 10 * power, list = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) list.push(k * step);
+    return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  }
+  // first index whose x is at least a value
+  function search(x, value) {
+    let low = 0, high = x.length;
+    while (low < high) { const middle = (low + high) >> 1; if (x[middle] < value) low = middle + 1; else high = middle; }
+    return low;
+  }
+  function bounds(series, limits) {
+    let low = Infinity, high = -Infinity;
+    for (const one of series) for (const value of one.y) if (Number.isFinite(value)) { if (value < low) low = value; if (value > high) high = value; }
+    if (low > high) { low = 0; high = 1; }
+    // a limit that is far from the values would only flatten the curves
+    const near = Math.max(high - low, 1e-6);
+    for (const limit of limits) if (limit !== null && limit > low - near && limit < high + near) { low = Math.min(low, limit); high = Math.max(high, limit); }
+    const border = 0.06 * (high - low || Math.abs(high) || 1);
+    return [low - border, high + border];
+  }
+
+  function make(view, tick, unit, onCursor, onView) {
+    const charts = [];
+    const px = (x, width) => LEFT + (x - view.low) / (view.high - view.low) * (width - LEFT - RIGHT);
+
+    function axes(chart, context, width, height) {
+      context.textBaseline = "middle";
+      context.lineWidth = 1;
+      const across = ticks(view.low, view.high, width / 90);
+      context.textAlign = "center";
+      for (const value of across.list) {
+        const x = Math.round(px(value, width)) + 0.5;
+        context.strokeStyle = style("--grid");
+        context.beginPath(); context.moveTo(x, TOP); context.lineTo(x, height - BOTTOM); context.stroke();
+        context.fillStyle = style("--quiet");
+        context.fillText(value.toFixed(across.digits) + (value === across.list[across.list.length - 1] ? " " + unit : ""), Math.min(x, width - 24), height - 8);
+      }
+      if (!chart.series) return;
+      const up = ticks(...chart.bounds, (height - TOP - BOTTOM) / 28);
+      context.textAlign = "right";
+      for (const value of up.list) {
+        const y = Math.round(py(chart, value, height)) + 0.5;
+        context.strokeStyle = style("--grid");
+        context.beginPath(); context.moveTo(LEFT, y); context.lineTo(width - RIGHT, y); context.stroke();
+        context.fillStyle = style("--quiet");
+        context.fillText(value.toFixed(up.digits), LEFT - 5, y);
+      }
+    }
+    const py = (chart, value, height) => height - BOTTOM - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (height - TOP - BOTTOM);
+
+    function curve(chart, one, context, width, height) {
+      const first = Math.max(search(one.x, view.low / tick) - 1, 0), last = Math.min(search(one.x, view.high / tick) + 1, one.x.length);
+      context.strokeStyle = one.colour;
+      context.lineWidth = one.wide || 1.25;
+      context.setLineDash(one.dash || []);
+      context.beginPath();
+      let open = false, column = null, low = 0, high = 0, end = 0;
+      const put = () => {
+        if (column === null) return;
+        if (!open) context.moveTo(column, low); else context.lineTo(column, low);
+        if (high !== low) context.lineTo(column, high);
+        if (end !== high) context.lineTo(column, end);
+        open = true;
+      };
+      const dense = last - first > 2 * width;
+      for (let k = first; k < last; k++) {
+        const value = one.y[k];
+        if (!Number.isFinite(value)) { put(); column = null; open = false; continue; }
+        const x = px(one.x[k] * tick, width), y = py(chart, value, height), at = dense ? Math.round(x) : x;
+        if (column !== null && at === column) { if (y < low) low = y; if (y > high) high = y; end = y; continue; }
+        put();
+        column = at; low = high = end = y;
+      }
+      put();
+      context.stroke();
+      context.setLineDash([]);
+    }
+
+    function valueAt(one, x) {
+      const k = Math.min(Math.max(search(one.x, x / tick + 0.5) - 1, 0), one.x.length - 1);
+      return one.y[k];
+    }
+    function heading(chart, context, width, cursor) {
+      context.textAlign = "left";
+      context.textBaseline = "alphabetic";
+      context.fillStyle = style("--text");
+      context.font = "600 12px system-ui, sans-serif";
+      context.fillText(chart.title, 4, 12);
+      let x = 10 + context.measureText(chart.title).width;
+      context.font = "12px system-ui, sans-serif";
+      for (const one of chart.series || []) {
+        const value = valueAt(one, cursor), text = one.name + " " + (Number.isFinite(value) ? value.toFixed(chart.digits) : "–");
+        if (x + 20 + context.measureText(text).width > width) break;
+        context.fillStyle = one.colour;
+        context.fillRect(x, 4, 8, 8);
+        context.fillStyle = style("--text");
+        context.fillText(text, x + 12, 12);
+        x += 24 + context.measureText(text).width;
+      }
+    }
+
+    function draw(cursor) {
+      for (const chart of charts) {
+        const { context, width, height } = fit(chart.canvas);
+        if (!width) continue;
+        axes(chart, context, width, height);
+        context.save();
+        context.beginPath(); context.rect(LEFT, TOP - 1, width - LEFT - RIGHT, height - TOP - BOTTOM + 2); context.clip();
+        for (const limit of chart.limits || []) {
+          if (limit === null) continue;
+          const y = py(chart, limit, height);
+          context.strokeStyle = style("--error");
+          context.lineWidth = 1; context.setLineDash([5, 4]);
+          context.beginPath(); context.moveTo(LEFT, y); context.lineTo(width - RIGHT, y); context.stroke(); context.setLineDash([]);
+        }
+        if (chart.runs) {
+          for (const run of chart.runs) {
+            const a = px(run.from, width), b = px(run.to, width);
+            if (b < LEFT || a > width || !run.colour) continue;
+            context.fillStyle = run.colour;
+            context.fillRect(a, TOP, Math.max(b - a, 0.6), height - TOP - BOTTOM);
+          }
+        }
+        for (const one of chart.series || []) curve(chart, one, context, width, height);
+        const x = px(cursor, width);
+        context.strokeStyle = style("--line");
+        context.lineWidth = 1;
+        context.beginPath(); context.moveTo(x, 0); context.lineTo(x, height); context.stroke();
+        context.restore();
+        heading(chart, context, width, cursor);
+      }
+    }
+
+    function listen(canvas) {
+      const at = event => view.low + (event.offsetX - LEFT) / (canvas.clientWidth - LEFT - RIGHT) * (view.high - view.low);
+      let grabbed = null;
+      canvas.addEventListener("wheel", event => {
+        event.preventDefault();
+        const x = at(event), factor = Math.exp(0.0015 * event.deltaY), whole = view.end;
+        const span = Math.min(Math.max((view.high - view.low) * factor, 20 * tick), whole), share = (x - view.low) / (view.high - view.low);
+        move(x - share * span, span);
+      }, { passive: false });
+      canvas.addEventListener("pointerdown", event => { grabbed = { x: event.offsetX, low: view.low, moved: false }; });
+      canvas.addEventListener("pointermove", event => {
+        if (!grabbed || !(event.buttons & 1)) return;
+        if (Math.abs(event.offsetX - grabbed.x) > 3) grabbed.moved = true;
+        if (grabbed.moved) move(grabbed.low - (event.offsetX - grabbed.x) / (canvas.clientWidth - LEFT - RIGHT) * (view.high - view.low), view.high - view.low);
+      });
+      canvas.addEventListener("pointerup", event => { if (grabbed && !grabbed.moved) onCursor(at(event)); grabbed = null; });
+      canvas.addEventListener("dblclick", () => move(0, view.end));
+    }
+    function move(low, span) {
+      view.low = Math.min(Math.max(low, 0), view.end - span);
+      view.high = view.low + span;
+      onView();
+    }
+    function add(canvas, chart) {
+      chart.canvas = canvas;
+      if (chart.series) {
+        chart.bounds = bounds(chart.series, chart.limits || []);
+        const most = chart.series.map(one => one.name + " from " + one.y.reduce((a, b) => b < a ? b : a, Infinity).toFixed(chart.digits) + " to " + one.y.reduce((a, b) => b > a ? b : a, -Infinity).toFixed(chart.digits));
+        canvas.setAttribute("aria-label", chart.title + ": " + most.join(", "));
+      } else canvas.setAttribute("aria-label", chart.title);
+      charts.push(chart);
+      listen(canvas);
+    }
+    return { add, draw, charts };
+  }
+
+  // bands of frequency, both scales logarithmic
+  function spectrum(canvas, edges, series, title) {
+    const { context, width, height } = fit(canvas);
+    if (!width) return;
+    const low = Math.log10(edges[0]), high = Math.log10(edges[edges.length - 1]);
+    let top = 1e-9;
+    for (const one of series) for (const value of one.y) top = Math.max(top, value);
+    const ceiling = Math.log10(top) + 0.15, floor = ceiling - 4;
+    const x = value => LEFT + (Math.log10(value) - low) / (high - low) * (width - LEFT - RIGHT);
+    const y = value => height - BOTTOM - (Math.max(Math.log10(Math.max(value, 1e-12)), floor) - floor) / (ceiling - floor) * (height - TOP - BOTTOM);
+    context.textBaseline = "middle";
+    for (let power = Math.ceil(low); power <= high; power++) {
+      for (const k of [1, 2, 5]) {
+        const value = k * 10 ** power;
+        if (value < edges[0] || value > edges[edges.length - 1]) continue;
+        context.strokeStyle = style("--grid");
+        context.beginPath(); context.moveTo(x(value), TOP); context.lineTo(x(value), height - BOTTOM); context.stroke();
+        context.fillStyle = style("--quiet");
+        context.textAlign = "center";
+        context.fillText(value + (k === 1 && power === Math.ceil(low) ? " Hz" : ""), Math.min(x(value), width - 14), height - 8);
+      }
+    }
+    for (let power = Math.ceil(floor); power <= ceiling; power++) {
+      const at = y(10 ** power);
+      context.strokeStyle = style("--grid");
+      context.beginPath(); context.moveTo(LEFT, at); context.lineTo(width - RIGHT, at); context.stroke();
+      context.fillStyle = style("--quiet");
+      context.textAlign = "right";
+      context.fillText(power < -3 || power > 3 ? "1e" + power : String(+(10 ** power).toPrecision(1)), LEFT - 5, at);
+    }
+    let right = 4;
+    context.textAlign = "left";
+    context.textBaseline = "alphabetic";
+    context.font = "600 12px system-ui, sans-serif";
+    context.fillStyle = style("--text");
+    context.fillText(title, 4, 12);
+    right += 8 + context.measureText(title).width;
+    context.font = "12px system-ui, sans-serif";
+    for (const one of series) {
+      context.strokeStyle = context.fillStyle = one.colour;
+      context.lineWidth = 1.4;
+      context.beginPath();
+      one.y.forEach((value, k) => { context.lineTo(x(edges[k]), y(value)); context.lineTo(x(edges[k + 1]), y(value)); });
+      context.stroke();
+      if (right + 30 + context.measureText(one.name).width > width) continue;
+      context.fillRect(right, 4, 8, 8);
+      context.fillStyle = style("--text");
+      context.fillText(one.name, right + 12, 12);
+      right += 24 + context.measureText(one.name).width;
+    }
+  }
+
+  // a square map of reach, with the path and the cursor in it
+  function slice(canvas, map, reach, side, trail, tip) {
+    const { context, width, height } = fit(canvas);
+    if (!width) return;
+    const room = Math.min(width - LEFT - 150, height - BOTTOM - 8), x0 = LEFT, y0 = 4;
+    let most = 1;
+    for (const value of reach) if (value > most) most = value;
+    const cell = room / side;
+    for (let row = 0; row < side; row++) for (let column = 0; column < side; column++) {
+      const value = reach[row * side + column];
+      context.fillStyle = Number.isFinite(value) ? `hsl(205 60% ${88 - 48 * Math.max(value, 0) / most}%)` : style("--fixed");
+      context.fillRect(x0 + column * cell, y0 + room - (row + 1) * cell, cell + 0.6, cell + 0.6);
+    }
+    const x = value => x0 + (value - map.x[0]) / (map.x[1] - map.x[0]) * room, y = value => y0 + room - (value - map.y[0]) / (map.y[1] - map.y[0]) * room;
+    context.strokeStyle = "#10202e";
+    context.lineWidth = 1;
+    context.beginPath();
+    for (let k = 0; k < trail.length; k += 3) context.lineTo(x(trail[k]), y(trail[k + 1]));
+    context.stroke();
+    context.fillStyle = "#d32f2f";
+    context.beginPath(); context.arc(x(tip[0]), y(tip[1]), 4, 0, 7); context.fill();
+    context.fillStyle = style("--quiet");
+    context.textBaseline = "middle";
+    for (const value of ticks(...map.x, 5).list) { context.textAlign = "center"; context.fillText(String(+value.toFixed(3)), x(value), y0 + room + 10); }
+    for (const value of ticks(...map.y, 5).list) { context.textAlign = "right"; context.fillText(String(+value.toFixed(3)), x0 - 5, y(value)); }
+    context.textAlign = "left";
+    const key = [[`${most.toFixed(0)} mm to a limit`, "hsl(205 60% 40%)"], ["at a limit", "hsl(205 60% 88%)"], ["out of reach", style("--fixed")]];
+    key.forEach(([text, colour], k) => {
+      context.fillStyle = colour; context.fillRect(x0 + room + 10, 10 + 20 * k, 10, 10);
+      context.fillStyle = style("--text"); context.fillText(text, x0 + room + 24, 16 + 20 * k);
+    });
+  }
+  return { make, spectrum, slice };
+})();

@@ -1,0 +1,81 @@
+"""The modal state at moves of a program, in words that hold for every dialect."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode
+from verne_post.model.part_setup import SYSTEM_NAMES
+
+#: A state: what, and its value.
+State = tuple[tuple[str, str], ...]
+_FEED_UNITS: Final = {
+    FeedMode.PER_MINUTE: "/min",
+    FeedMode.INVERSE: "/min (inverse time)",
+    FeedMode.PER_REVOLUTION: "mm/rev",
+}
+_PATH_MODES: Final = {PathMode.EXACT_PATH: "exact path", PathMode.EXACT_STOP: "exact stop", PathMode.BLEND: "blended"}
+
+
+def modal_states(moves: Moves, move: np.ndarray, first_move: int) -> tuple[list[State], np.ndarray]:
+    """Modal states at moves (n,): the different ones, and which of them holds at each (n,); -1 is the approach."""
+    numbers, index = np.unique(move, return_inverse=True)
+    tools = tool_of_moves(numbers, first_move, moves)
+    spindle, coolant = (_last_events(moves, kind, numbers) for kind in ("spindle", "coolant"))
+    states: dict[State, int] = {}
+    of = np.array([
+        states.setdefault(_describe(moves, int(number), int(tool), turns, cools), len(states))
+        for number, tool, turns, cools in zip(numbers, tools, spindle, coolant, strict=True)
+    ], dtype=np.int32)  # fmt: skip
+    return list(states), of[index]
+
+
+def _last_events(moves: Moves, kind: str, number: np.ndarray) -> list[dict[str, object]]:
+    """What the last event of a kind before each move says; nothing where there is none."""
+    found = [event for event in moves.events if event.kind == kind]
+    at = np.searchsorted([event.before for event in found], number, side="right")
+    return [found[k - 1].data if k else {} for k in at.tolist()]
+
+
+def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], coolant: dict[str, object]) -> State:
+    if number < 0:
+        return (("motion", "approach or departure"),)
+    frame = moves.frames[moves.frame[number]]
+    speed = float(moves.spindle[number])
+    turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
+    name = f"T{tool}, " if tool else ""
+    return (
+        ("motion", _motion(moves, number)),
+        ("feed", _feed(moves, number)),
+        ("spindle", turning),
+        ("coolant", str(coolant.get("state", "off"))),
+        ("tool", f"{name}length {frame.tool_length:g} mm"),
+        ("work offset", SYSTEM_NAMES[frame.system] + (", shifted (G92)" if any(frame.g92) else "")),
+        ("plane", "tilted" if frame.feature is not None else "of the part"),
+        ("corners", _corners(moves.controls[moves.control[number]])),
+    )
+
+
+def _motion(moves: Moves, number: int) -> str:
+    kind = MoveKind(moves.kind[number])
+    if kind == MoveKind.ARC:
+        return "arc, counterclockwise" if moves.arcs.turns[moves.arc[number]] > 0 else "arc, clockwise"
+    return {
+        MoveKind.RAPID: "rapid",
+        MoveKind.FEED: "straight feed",
+        MoveKind.DWELL: "dwell",
+        MoveKind.SPLINE: "spline",
+    }[kind]
+
+
+def _feed(moves: Moves, number: int) -> str:
+    feed, kind = float(moves.feed[number]), MoveKind(moves.kind[number])
+    if kind == MoveKind.DWELL:
+        return f"{feed:g} s"
+    return "rapid" if np.isnan(feed) else f"{feed:.6g} {_FEED_UNITS[FeedMode(moves.feed_mode[number])]}"
+
+
+def _corners(control: PathControl) -> str:
+    text = _PATH_MODES[control.mode]
+    return text if control.tolerance is None else f"{text} within {control.tolerance:g} mm"

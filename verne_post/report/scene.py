@@ -1,0 +1,139 @@
+"""The fixed parts of the scene: guides, platform, spindle, tools, table, fixtures and stock, with what of their sizes is assumed."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from verne_post.app.assemble import Program, machine_setup
+from verne_post.base.arrays import Array
+from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, place_box, tool_of_moves
+from verne_post.kinematics.rod_sketch import sketch_rods
+from verne_post.model.findings import InputError
+from verne_post.model.machine import Machine
+from verne_post.model.part_setup import Box
+from verne_post.report.table import Study
+
+#: Sizes for a picture, mm, where the machine file and the options name none.
+_SPINDLE_RADIUS: Final = 42.0
+_SPINDLE_TOP: Final = 190.0
+_ROD_RADIUS: Final = 11.0
+_TOOL_RADIUS: Final = 5.0
+_UP: Final = np.array([1.0, -1.0, -1.0])
+_DIGITS: Final = 4
+
+
+def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
+    """Sizes and places with z up, mm, for the script of the page."""
+    coordinates: Any = machine.coordinates
+    bodies = machine.bodies
+    spindle = bodies.spindle_radius if bodies else None
+    rods = bodies.rod_radius if bodies else None
+    tools, thin = _tools(study)
+    assumed = ["table body and frame", "platform plate"]
+    assumed += [] if spindle else ["spindle"]
+    assumed += [] if rods is not None or not study.rods.shape[1] else ["thickness of the rods"]
+    assumed += ["diameter of the tool"] if thin else []
+    return {
+        "pivot": (np.asarray(coordinates.pivot) * _UP).tolist(),
+        "offset": np.asarray(coordinates.rotary_offset).tolist(),
+        "radius": machine.table_radius,
+        "spindleRadius": spindle or _SPINDLE_RADIUS,
+        "spindleTop": bodies.spindle_top if bodies and spindle else _SPINDLE_TOP,
+        "rodRadius": float(np.max(rods)) if rods is not None else _ROD_RADIUS,
+        "guides": _guides(machine, study),
+        "joints": _joints_on_platform(study),
+        "tools": tools,
+        "boxes": [*map(_box, _boxes(study.program)), *_program_stock(study.program)],
+        "assumed": assumed,
+    }  # fmt: skip
+
+
+def _boxes(program: Program | None) -> tuple[Placed, ...]:
+    """Fixtures and stock on the table."""
+    if program is None:
+        return ()
+    try:
+        frames = machine_setup(program.machine, program.options).frames
+        keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
+    except InputError:  # among the findings already
+        return ()
+    return () if keep_out is None else keep_out.boxes
+
+
+def _program_stock(program: Program | None) -> list[dict[str, Any]]:
+    """The stock that the program itself defines, where the options name none: it is drawn, and nothing keeps out of it."""
+    stock = program.moves.stock if program is not None else None
+    if program is None or stock is None or program.options.stock is not None:
+        return []
+    coordinates = program.machine.coordinates
+    centre = 0.5 * (np.array(stock.low) + np.array(stock.high))
+    middle = coordinates.to_table(np.concatenate([centre, np.zeros(6)]), stock.frame)[0]
+    along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), stock.frame)
+    box = Box("the stock of the program", stock.low, stock.high)
+    placed = _box(place_box(box, middle, float(np.arctan2(along[1], along[0])), stock=True))
+    return [{**placed, "round": stock.round, "bore": 0.5 * stock.bore}]
+
+
+def _box(box: Placed) -> dict[str, Any]:
+    return {"name": box.name, "middle": box.middle.tolist(), "half": box.half.tolist(), "turn": box.turn, "stock": box.stock,
+            "round": False, "bore": 0.0}  # fmt: skip
+
+
+def _tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
+    """Parts of each tool by its number: from and to (mm from the tip, null: up to the gauge line), radius; whether one is assumed."""
+    program = study.program
+    if program is None:
+        return {}, False
+    options, tools, thin = program.options, {}, False
+    for number in np.unique(tool_of_moves(study.move, program.path.first_move, program.moves)).tolist():
+        listed = (options.tools or {}).get(number)
+        begin, parts = 0.0, []
+        for part in options.tool_shapes.get(number, ()):
+            end = None if part.length is None else begin + part.length
+            parts.append([begin, end, 0.5 * part.diameter])
+            begin = begin if end is None else end
+        if not parts and listed is not None and listed.diameter > 0:
+            parts = [[0.0, None, 0.5 * listed.diameter]]
+        thin |= not parts
+        tools[str(number)] = parts or [[0.0, None, _TOOL_RADIUS]]
+    return tools, thin
+
+
+def _guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
+    """Where the sliders of the rods run, from the lower to the upper end of their travel, and the joint of each."""
+    reached = np.flatnonzero(np.isfinite(study.q).all(axis=1))
+    if not len(reached) or not study.rods.shape[1]:
+        return []
+    factor = np.array([column.factor for column in machine.columns])
+    here = study.q[reached[:1]] / factor
+    platform, _ok = machine.five_axis.platform(here)
+    guides: list[dict[str, Any]] = [{} for _rod in range(study.rods.shape[1])]
+    for joint in range(len(machine.columns) - 2):
+        seen = study.q[reached, joint] / factor[joint]
+        ends = [machine.limits.lower[joint], machine.limits.upper[joint]]
+        ends = [
+            value if np.isfinite(value) else most for value, most in zip(ends, (seen.min(), seen.max()), strict=True)
+        ]
+        q = np.repeat(here, 2, axis=0)
+        q[:, joint] = ends
+        both = np.concatenate([_sliders(machine, q[:1], platform), _sliders(machine, q[1:], platform)])
+        for rod in np.flatnonzero(np.abs(both[1] - both[0]).max(axis=1) > 0):
+            guides[rod] = {"joint": joint, "ends": np.round(both[:, rod] * _UP, _DIGITS).tolist()}
+    return guides
+
+
+def _sliders(machine: Machine, q: Array, platform: Any) -> Array:
+    """Where the rods begin (1, k, 3), base frame."""
+    return sketch_rods(machine, q, platform)[:, :, 0]
+
+
+def _joints_on_platform(study: Study) -> list[list[float]]:
+    """Ends of the rods seen from P in the platform frame, z up: they do not move in it."""
+    reached = np.flatnonzero(np.isfinite(study.rods).all(axis=(1, 2, 3)))
+    if not len(reached) or not study.rods.shape[1]:
+        return []
+    k = int(reached[0])
+    x, z = study.basis[k]
+    axes = np.stack([x, np.cross(z, x), z])
+    ends: list[list[float]] = np.round((study.rods[k, :, 1] - study.platform[k]) @ axes.T, _DIGITS).tolist()
+    return ends

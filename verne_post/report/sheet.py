@@ -1,0 +1,253 @@
+"""What a person reads first: the verdict, the worst places, and the set-up sheet, as parts of the page."""
+
+import html
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Event
+from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.output.findings import text_line
+from verne_post.output.summary import facts
+from verne_post.report.table import Governing, Study
+
+#: An offset of the program that differs from the given one by less is the same, mm: noise of two sums.
+_OFFSET_NOISE: Final = 1e-9
+#: Stretches that lose time against the programmed feed, shown among the worst places.
+_SLOW_STRETCHES: Final = 2
+_ACTIONS: Final = {"tool": "put in tool {number}", "input": "input {input} is waited for", "stop": "{stop} stop"}
+Row = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place worth a look: what, how much, and the frame that shows it."""
+
+    what: str
+    value: str
+    frame: int
+
+
+def shown(text: str) -> str:
+    """Replace what cannot be drawn: bytes that are no character, as in some file names, and control characters."""
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
+
+
+def escaped(text: str) -> str:
+    """Escape text for HTML."""
+    return html.escape(shown(text))
+
+
+# --- the verdict --------------------------------------------------------------------------------------
+
+
+def verdict_html(machine: Machine, study: Study) -> str:
+    """Go or no go, how long it takes, and what is assumed."""
+    errors = sum(item.severity == "error" for item in study.findings)
+    warnings = sum(item.severity == "warning" for item in study.findings)
+    said = []
+    if study.timed:
+        assert study.summary is not None
+        said = [("time", f"{study.summary.cycle_time:.3f} s")]
+        if study.governing is not None and study.summary.feed_segments:
+            said.append(("below the feed rate", f"{study.governing.lost.sum():.3f} s lost"))
+    elif len(study.x):
+        said = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
+    else:
+        said = [("program", "cannot be read")]
+    said.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
+    assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
+    said.append(("assumed, not measured", ", ".join(assumed) or "nothing"))
+    word, kind = ("Go", "go") if study.timed else ("No go", "no-go")
+    cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in said)
+    return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+# --- findings and worst places --------------------------------------------------------------------------
+
+
+def findings_html(program: str, study: Study) -> str:
+    """The list of findings; each entry has the frame that a click leads to."""
+    if not study.findings:
+        return "<li>no findings</li>"
+    entries = []
+    for item, frame in zip(study.findings, study.place, strict=True):
+        text = escaped(text_line(program, item))
+        tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
+        tried = "".join(f"<small>tried: {escaped(remedy)}</small>" for remedy in item.remedies)
+        entries.append(f'<li class="{item.severity}"><{tag}{place}>{text}{tried}</{tag}></li>')
+    return "\n".join(entries)
+
+
+def places_html(machine: Machine, study: Study) -> str:
+    """Worst places of the motion, each a button that leads to it."""
+    return "".join(
+        f'<li><button type="button" data-frame="{place.frame}"><span>{escaped(place.what)}</span>'
+        f"<b>{escaped(place.value)}</b></button></li>"
+        for place in worst_places(machine, study)
+    )
+
+
+def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
+    """Where the program is nearest to its limits, and which lines lose most time."""
+    if np.isfinite(study.margin).any():
+        curve = study.curves["margin"][0]
+        at = int(np.nanargmin(curve.values))
+        frame = _frame_of(study, float(curve.x[at]))
+        name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
+        yield Place(f"smallest margin: {name}", f"{curve.values[at]:.3f}", frame)
+    for name in ("velocity", "acceleration", "jerk") if study.timed else ():
+        shares_of = list(shares(machine, study, name))
+        joint = int(np.argmax([np.abs(share).max() for _x, share in shares_of]))
+        x, share = shares_of[joint]
+        at = int(np.abs(share).argmax())
+        yield Place(
+            f"largest {name}: {machine.columns[joint].joint}", f"{abs(share[at]):.1f} %", _frame_of(study, float(x[at]))
+        )
+    if study.governing is not None:
+        yield from _slow_stretches(study, study.governing)
+    if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
+        frame = int(np.nanargmax(np.abs(study.alpha_deg)))
+        yield Place("largest platform tilt", f"{study.alpha_deg[frame]:.2f} deg", frame)
+
+
+def _slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
+    """Stretches without a moment at the feed rate that lose most time against it."""
+    lost = governing.lost_from_frame
+    begins = np.flatnonzero((lost > 0) & ~np.append(False, lost[:-1] > 0))
+    ends = np.flatnonzero((lost > 0) & ~np.append(lost[1:] > 0, False))
+    sums = np.array([lost[begin : end + 1].sum() for begin, end in zip(begins, ends, strict=True)])
+    for k in np.argsort(-sums, kind="stable")[:_SLOW_STRETCHES]:
+        begin, end = int(begins[k]), int(ends[k])
+        frame = begin + int(lost[begin : end + 1].argmax())
+        first, last = study.line[[begin, end]]
+        lines = f"line {first}" if first == last else f"lines {first} to {last}"
+        yield Place(f"{lines} lose: {governing.names[governing.of_frame[frame]]}", f"{sums[k]:.3f} s", frame)
+
+
+def shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
+    """Yield x and per cent of the limit on velocity, acceleration or jerk, joint by joint."""
+    limit: Array = getattr(machine.limits, name)
+    for column, most, curve in zip(machine.columns, limit, study.curves[name], strict=True):
+        yield curve.x, 100.0 * curve.values / (most * abs(column.factor))
+
+
+def _frame_of(study: Study, x: float) -> int:
+    """The last frame at or before x."""
+    return max(int(np.searchsorted(study.x, x, side="right")) - 1, 0)
+
+
+# --- what governs ------------------------------------------------------------------------------------------
+
+
+def governing_html(study: Study) -> str:
+    """Seconds that each limit governs, and what it costs."""
+    governing = study.governing
+    if governing is None:
+        return ""
+    order = [k for k in np.argsort(-governing.seconds) if governing.seconds[k] > 0]
+    rows: list[Row] = [(governing.names[k], f"{governing.seconds[k]:.3f}", f"{governing.rapid[k]:.3f}",
+             f"{governing.lost[k]:.3f}") for k in order]  # fmt: skip
+    rows.append(("all", *(f"{sum(column):.3f}" for column in (governing.seconds, governing.rapid, governing.lost))))
+    keys = [*order, None]
+    body = "".join(
+        f"<tr><th scope=row>{'' if key is None else f'<i data-limit={key}></i>'}{escaped(row[0])}</th>"
+        + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
+        for key, row in zip(keys, rows, strict=True)
+    )  # fmt: skip
+    return _table(("limit", "governs, s", "in rapids, s", "lost, s"), body)
+
+
+# --- set-up sheet ------------------------------------------------------------------------------------------
+
+
+def sheet_html(machine: Machine, study: Study) -> str:
+    """Tools, work offsets, fixtures and stock, start position, and what a person does."""
+    if study.program is None:
+        return "<p>The program cannot be read.</p>"
+    parts = [
+        _titled("Tools", ("tool", "length, mm", "diameter, mm"), _tools(study)),
+        _titled("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _offsets(machine, study)),
+        _titled("Start position", ("joint", "value"), [
+            (column.joint, f"{value:.4f} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
+        ]),
+        _titled("Actions of the operator", ("line", "at", "what"), _actions(study)),
+    ]  # fmt: skip
+    boxes = [box.name for box in study.program.options.keep_out]
+    boxes += [study.program.options.stock.name] if study.program.options.stock else []
+    parts.append(_titled("Fixtures and stock that are kept out of", ("name",), [(name,) for name in boxes]))
+    if study.summary is not None:
+        rows = "".join(
+            f"<div><dt>{escaped(key)}</dt><dd>{escaped(text)}</dd></div>" for key, text in facts(study.summary)
+        )
+        parts.append(f"<details><summary>Summary of the conversion</summary><dl>{rows}</dl></details>")
+    return "".join(parts)
+
+
+def _titled(title: str, heads: Row, rows: Iterable[Row]) -> str:
+    body = "".join("<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<div><h3>{title}</h3>{_table(heads, body) if body else '<p>none</p>'}</div>"
+
+
+def _table(heads: Row, body: str) -> str:
+    return f"<table><thead><tr>{''.join(f'<th scope=col>{head}</th>' for head in heads)}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _tools(study: Study) -> list[Row]:
+    program = study.program
+    assert program is not None
+    numbers = tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
+    pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
+    listed = program.options.tools or {}
+    rows: list[Row] = []
+    for number, length in pairs.tolist():
+        tool = listed.get(int(number))
+        known = tool is not None and tool.diameter > 0
+        rows.append(
+            (
+                f"T{int(number)}" if number else "not named",
+                f"{length:g}",
+                f"{tool.diameter:g}" if tool and known else "not given",
+            )
+        )
+    return rows
+
+
+def _offsets(machine: Machine, study: Study) -> list[Row]:
+    program = study.program
+    assert program is not None
+    move = program.path.move
+    used = np.unique(program.moves.frame[move[move >= 0]]).tolist()
+    rows: dict[Row, None] = {}
+    for frame in sorted((program.moves.frames[index] for index in used), key=lambda frame: frame.system):
+        place = machine.origin_on_table(frame)
+        given = program.options.wcs.get(frame.system)
+        if given is None:
+            source = "the program" if any(place) or frame.part_turn else "nobody: rotary centre on the table face"
+        else:
+            same = max(abs(a - b) for a, b in zip(place, given.origin_mm, strict=True)) <= _OFFSET_NOISE
+            source = "the options" if same else "the program (G10)"
+        rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
+    return list(rows)
+
+
+def _actions(study: Study) -> list[Row]:
+    program = study.program
+    assert program is not None
+    waits = [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
+    rows = {} if study.summary is None else {id(timed.event): timed.row for timed in study.summary.timed}
+    cycle = program.cycle
+
+    def at(event: Event) -> str:
+        return f"{rows[id(event)] * cycle:.3f} s" if id(event) in rows else ""
+
+    return [(str(event.line), at(event), _ACTIONS[event.kind].format(**event.data)) for event in waits]
