@@ -7,7 +7,7 @@ const Scene = (() => {
   };
   const AXES = [["X", 0xc0392b], ["Y", 0x2e8b45], ["Z", 0x2f6fc4]];
   const vector = array => new THREE.Vector3(array[0], array[1], array[2]);
-  const material = (name, more) => new THREE.MeshStandardMaterial({ color: COLOURS[name], metalness: 0.05, roughness: 0.7, ...more });
+  const material = (name, more) => new THREE.MeshLambertMaterial({ color: COLOURS[name], ...more });
   const solid = (geometry, what) => new THREE.Mesh(geometry, what);
   const box = (x, y, z, what) => solid(new THREE.BoxGeometry(x, y, z), what);
 
@@ -225,10 +225,23 @@ const Scene = (() => {
       return line;
     }
     const trail = arrays["trail.tip"], count = trail.length / 3;
-    let path = null;
+    const pathBox = new THREE.Box3().setFromArray(trail), size = pathBox.getSize(new THREE.Vector3()).length() || 50;
+    // the path in levels of detail: without points nearer to the last one than this, mm; from afar a coarse one looks the same
+    const levels = [0, size / 3000, size / 600, size / 120].map(gap => ({ gap, kept: thin(gap), line: null }));
+    function thin(gap) {
+      const kept = [];
+      for (let k = 0, last = -1; k < count; k++) {
+        const far = last < 0 || k === count - 1 || Math.hypot(trail[3 * k] - trail[3 * last], trail[3 * k + 1] - trail[3 * last + 1], trail[3 * k + 2] - trail[3 * last + 2]) >= gap;
+        if (far) { kept.push(k); last = k; }
+      }
+      return kept;
+    }
     function paint(colours) {
-      if (path) { onTable.remove(path); path.geometry.dispose(); lines.splice(lines.indexOf(path), 1); }
-      if (count > 1) path = wideLine(trail, colours, 2.6);
+      for (const level of levels) {
+        if (level.line) { onTable.remove(level.line); level.line.geometry.dispose(); lines.splice(lines.indexOf(level.line), 1); }
+        const pick = from => Float32Array.from(level.kept.flatMap(k => [from[3 * k], from[3 * k + 1], from[3 * k + 2]]));
+        level.line = level.kept.length > 1 ? wideLine(pick(trail), pick(colours), 2.6) : null;
+      }
     }
     const bad = arrays["trail.bad"];
     for (let k = 0; k < count; k++) {
@@ -238,7 +251,6 @@ const Scene = (() => {
       const first = Math.max(begin - 1, 0);
       if (k > first) wideLine(trail.slice(3 * first, 3 * k + 3), null, 6, { color: COLOURS.bad });
     }
-    const pathBox = new THREE.Box3().setFromArray(trail), size = pathBox.getSize(new THREE.Vector3()).length() || 50;
     const dots = [];
     for (let k = 0; k < arrays.worst.length; k += 3) {
       if (!Number.isFinite(arrays.worst[k])) continue;
@@ -405,6 +417,9 @@ const Scene = (() => {
       // marks keep their size on the screen
       const perPixel = 2 * Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) / height;
       for (const dot of dots) dot.scale.setScalar((dot === tip ? 4 : 6) * perPixel * dot.getWorldPosition(spare).distanceTo(camera.position));
+      const pixel = perPixel * tip.getWorldPosition(spare).distanceTo(camera.position);
+      const level = levels.filter(one => one.gap <= 0.7 * pixel).pop();
+      for (const one of levels) if (one.line) one.line.visible = one === level;
       for (const line of lines) line.material.resolution.set(width, height);
       renderer.setViewport(0, 0, width, height);
       renderer.clear();
@@ -431,6 +446,7 @@ const Scene = (() => {
 
     // the point of the path under a place of the canvas, -1 where none is near
     function pick(x, y) {
+      camera.updateMatrixWorld();
       const near = 14, point = new THREE.Vector3();
       let best = -1, least = near * near;
       for (let k = 0; k < count; k++) {
@@ -440,13 +456,18 @@ const Scene = (() => {
       }
       return best;
     }
-    // corners of what the machine fills now, in the canvas: -1 to 1
-    const project = () => corners(machineBox()).map(p => p.project(camera).toArray());
+    // points in the canvas: -1 to 1
+    function onScreen(points) {
+      camera.updateMatrixWorld();
+      return points.map(point => point.project(camera).toArray());
+    }
 
     return {
-      pose, draw, paint, resize, pick, project, look, camera, tipInScene, reached: () => reached,
+      pose, draw, render, paint, resize, pick, look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
       dark: on => { tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
+      machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0],
+      pathOnScreen: () => onScreen(corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))),
       toolEnds: () => [tool.getWorldPosition(new THREE.Vector3()).toArray(), tipInScene().toArray()],
     };
   }

@@ -1,0 +1,480 @@
+"""The report page in a real browser: nothing is cropped, one cursor moves everything, and everybody can read it."""
+
+import io
+import json
+import re
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Box, WorkOffset
+
+from ..builders import SAMPLES
+from .test_report import NASTY_PROGRAM, ONE_IN_3000, embedded
+
+pytest.importorskip("jupyter_threejs_sage")
+webdriver = pytest.importorskip("selenium.webdriver")
+
+WHOLE_MACHINE = ("fit", "top", "front", "tool")
+SIZES = {"desktop": (1400, 900), "tablet": (1024, 768), "phone": (390, 844)}
+
+
+@cache
+def page_of(name: str) -> str:
+    """The page of one of the programs below."""
+    from verne_post.report.page import page
+    from verne_post.report.study import study
+
+    text, machine, options = PROGRAMS[name]
+    source = text if isinstance(text, bytes) else text.encode()
+    place = verne_post.load_machine(machine)
+    return page(name, source, place, study(source, place, options))
+
+
+def sample(name: str, tool: float, place: tuple[float, float, float], **more: Any) -> tuple[bytes, str, Options]:
+    return (SAMPLES / name).read_bytes(), "verne", Options(tool_length=tool, wcs={1: WorkOffset(place)}, **more)
+
+
+PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
+    "pocket": sample("pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))),
+    "blade": sample("blade_5axis.nc", 120.0, (0.0, 0.0, 10.0)),
+    "travel": sample("violates_slider_travel.nc", 50.0, (0.0, 0.0, 420.0)),
+    "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
+    "klartext": sample("two_faces.h", 80.0, (0.0, 0.0, 40.0)),
+    "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
+    "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
+    "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
+    "nasty": (NASTY_PROGRAM, "verne", Options(tool_length=60.0)),
+    "many": (ONE_IN_3000, "verne", Options(tool_length=60.0)),
+    "unreadable": ("G21 G90\nG1 X\nM2\n", "verne", Options()),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Debian's chromium without a screen; skipped where it is not installed (.ci/run installs it)."""
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        pytest.skip("needs chromium and chromedriver")
+    options = webdriver.ChromeOptions()
+    for argument in (
+        "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+        "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
+        "--hide-scrollbars", f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+    ):  # fmt: skip
+        options.add_argument(argument)
+    options.binary_location = chromium
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    running.set_script_timeout(60)
+    yield running
+    running.quit()
+
+
+@pytest.fixture
+def show(browser: Any, tmp_path: Path) -> Iterator[Callable[..., dict[str, Any]]]:
+    """Open the page of a program; at the end of the test there must have been no error and no request."""
+
+    def opened(name: str, size: str = "desktop", scheme: str = "light") -> dict[str, Any]:
+        (tmp_path / "r.html").write_text(page_of(name), "utf-8")
+        width, height = SIZES[size]
+        screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": size == "phone"}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        browser.get((tmp_path / "r.html").as_uri())
+        until(
+            lambda: browser.execute_script("return document.body.dataset.ready") == "yes",
+            "the page does not become ready",
+        )
+        return embedded(page_of(name))
+
+    browser.get_log("browser")
+    browser.get_log("performance")
+    yield opened
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    asked = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    sent = [one["params"] for one in asked if one["method"] == "Network.requestWillBeSent"]
+    # what the browser asks for by itself while it starts belongs to no page of ours
+    urls = {one["request"]["url"] for one in sent if one["documentURL"].startswith("file:")}
+    assert urls
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in urls)
+    assert len(browser.window_handles) == 1
+
+
+def until(holds: Callable[[], bool], failure: str) -> None:
+    """Wait until something holds."""
+    begin = time.monotonic()
+    while not holds():
+        assert time.monotonic() - begin < 90, failure
+        time.sleep(0.05)
+
+
+def js(browser: Any, script: str, *words: Any) -> Any:
+    return browser.execute_script("return " + script, *words)
+
+
+def cursor(browser: Any) -> int:
+    return int(js(browser, "document.body.dataset.cursor"))
+
+
+def press(browser: Any, *keys: str) -> None:
+    """Press keys while no control has the focus."""
+    js(browser, "document.activeElement.blur()")
+    for key in keys:
+        browser.find_element("tag name", "body").send_keys(key)
+
+
+def settle(browser: Any) -> None:
+    """Wait until what was asked to be drawn is drawn."""
+    browser.execute_async_script(
+        "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 0)))"
+    )
+
+
+def pixels(browser: Any, name: str) -> np.ndarray:
+    """What an element shows, RGB from 0 to 1."""
+    import matplotlib.image
+
+    settle(browser)
+    raw = browser.find_element("id", name).screenshot_as_png
+    return np.asarray(matplotlib.image.imread(io.BytesIO(raw)))[..., :3]
+
+
+def canvas_pixels(browser: Any) -> np.ndarray:
+    """The scene alone, RGBA from 0 to 1: alpha is 0 where nothing is drawn."""
+    import base64
+
+    import matplotlib.image
+
+    settle(browser)
+    raw = js(browser, "document.getElementById('scene').toDataURL('image/png')").partition(",")[2]
+    return np.asarray(matplotlib.image.imread(io.BytesIO(base64.b64decode(raw))))
+
+
+def count_red(picture: np.ndarray) -> int:
+    """Pixels in the colour of violations, outside of the corner with the triad."""
+    picture = np.concatenate(
+        [picture[:-110].reshape(-1, picture.shape[-1]), picture[-110:, 110:].reshape(-1, picture.shape[-1])]
+    )
+    return int(((picture[..., 0] > 0.7) & (picture[..., 1:3].max(axis=-1) < 0.3)).sum())
+
+
+# --- the scene ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "size"), [("blade", "desktop"), ("pocket", "phone"), ("tilt", "tablet"), ("serial", "phone"), ("delta", "desktop")])  # fmt: skip
+def test_the_whole_machine_is_in_every_view(browser: Any, show: Callable[..., Any], name: str, size: str) -> None:
+    data = show(name, size)
+    for frame in (0, data["frames"] // 2, data["frames"] - 1):
+        for view in WHOLE_MACHINE:
+            js(browser, "report.setCursor(arguments[0])", frame)
+            js(browser, "report.view(arguments[0])", view)
+            corners = np.array(js(browser, "report.scene.machineOnScreen()"))
+            assert np.abs(corners[:, :2]).max() < 1.0, (view, frame)
+            # and it is as large as the canvas allows
+            assert np.abs(corners[:, :2]).max() > 0.6, (view, frame)
+    # what the camera says is what is drawn: nothing touches the border, much is inside
+    for view in WHOLE_MACHINE:
+        js(browser, "report.view(arguments[0])", view)
+        alpha = canvas_pixels(browser)[..., 3]
+        assert max(alpha[0].max(), alpha[-1].max(), alpha[:, 0].max(), alpha[:, -1].max()) == 0.0, view
+        assert (alpha > 0).mean() > 0.04, view
+    js(browser, "report.view('part')")
+    path = np.array(js(browser, "report.scene.pathOnScreen()"))
+    assert np.abs(path[:, :2]).max() < 1.0
+    assert canvas_pixels(browser)[..., :3].std() > 0.02
+
+
+def test_the_machine_stands_where_the_kinematics_say(browser: Any, show: Callable[..., Any]) -> None:
+    """The drawn tool ends where the path, carried by the drawn table, has its point; rods keep their length."""
+    data = show("blade")
+    for frame in (0, 700, data["frames"] - 1):
+        js(browser, "report.setCursor(arguments[0])", frame)
+        nose, tip = np.array(js(browser, "report.scene.toolEnds()"))
+        assert np.linalg.norm(nose - tip) == pytest.approx(120.0, abs=1e-2)
+        direction = -data["basis"][frame, 1]  # the tool hangs along the platform's z
+        assert np.abs(nose + 120.0 * direction - tip).max() < 1e-2
+    lengths = np.linalg.norm(data["rods"][:, :, 1] - data["rods"][:, :, 0], axis=-1)
+    assert np.abs(lengths - [850, 850, 950, 950, 950, 950]).max() < 1e-2
+    # sliders run on their guides
+    for rod, guide in enumerate(data["scene"]["guides"]):
+        low, high = np.array(guide["ends"])
+        travel = data["q"][:, guide["joint"]] - data["joints"][guide["joint"]]["low"]
+        along = (high - low) / np.linalg.norm(high - low)
+        assert np.abs(low + travel[:, None] * along - data["rods"][:, rod, 0]).max() < 1e-2
+    # the platform's joints do not move in it
+    x, z = data["basis"][:, 0], data["basis"][:, 1]
+    axes = np.stack([x, np.cross(z, x), z], axis=1)
+    ends = data["platform"][:, None] + np.array(data["scene"]["joints"]) @ axes
+    assert np.abs(ends - data["rods"][:, :, 1]).max() < 1e-2
+
+
+def test_stock_is_where_it_stands(show: Callable[..., Any]) -> None:
+    [box] = show("pocket")["scene"]["boxes"]
+    assert box["stock"]
+    assert np.allclose(box["middle"], [-5.0, 15.0, 50.0])
+    assert np.allclose(box["half"], [35.0, 35.0, 10.0])
+    [box] = show("klartext")["scene"]["boxes"]  # BLK FORM, at the work offset
+    assert np.allclose(box["middle"], [0.0, 0.0, 37.5])
+    assert np.allclose(box["half"], [40.0, 30.0, 7.5])
+
+
+def test_a_finding_leads_to_its_place(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("travel")
+    entries = browser.find_elements("css selector", "#findings button")
+    assert [re.search(r"VP101 error: (rho\d)", entry.text)[1] for entry in entries] == ["rho2", "rho3"]  # type: ignore[index]
+    for entry, worst in zip(entries, (10, 9), strict=True):
+        press(browser, "1")
+        js(browser, "report.setCursor(0)")
+        before = js(browser, "report.scene.camera.position.toArray()")
+        entry.click()
+        assert data["line"][cursor(browser)] == worst
+        assert data["margin"][cursor(browser)] < 0
+        assert entry.get_attribute("aria-current") == "true"
+        assert np.linalg.norm(np.subtract(js(browser, "report.scene.camera.position.toArray()"), before)) > 100
+        tip = js(browser, "report.scene.tipOnScreen()")
+        assert np.abs(tip[:2]).max() < 0.05  # in the middle of the picture
+        assert browser.find_element("css selector", "#readout .beyond").text.startswith("rho")
+        assert count_red(pixels(browser, "scene")) > 50
+    # worst places are buttons as well, and nothing is red where nothing is wrong
+    data = show("pocket")
+    press(browser, "2")
+    assert count_red(canvas_pixels(browser)[..., :3]) == 0
+    for entry in browser.find_elements("css selector", "#places button"):
+        entry.click()
+        assert cursor(browser) == int(entry.get_attribute("data-frame"))
+
+
+def test_a_pose_out_of_reach_says_so(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("out of reach")
+    js(browser, "report.setCursor(arguments[0])", data["frames"] - 1)
+    assert browser.find_element("id", "unreached").is_displayed()
+    js(browser, "report.setCursor(0)")
+    assert not browser.find_element("id", "unreached").is_displayed()
+
+
+def test_the_path_is_coloured_and_picked(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("blade")
+    press(browser, "2")
+    seen = []
+    for kind in ("margin", "speed", "limit", "tool"):
+        js(
+            browser,
+            "(s => { s.value = arguments[0]; s.dispatchEvent(new Event('change')); })(document.getElementById('colour'))",
+            kind,
+        )
+        seen.append(canvas_pixels(browser))
+        assert browser.find_element("id", "legend").text
+    # one tool: the whole path has its colour, which no other scale has as a whole
+    tool = [
+        int((np.abs(picture[..., :3] - np.array([0x1C, 0x6D, 0xD0]) / 255).max(axis=-1) < 0.02).sum())
+        for picture in seen
+    ]
+    assert tool[3] > 500
+    assert max(tool[:3]) < 0.5 * tool[3]
+    # a click on the path: the point under the tip is of the frame at the cursor
+    js(browser, "report.setCursor(900)")
+    at = js(browser, "report.scene.tipOnScreen()")
+    width, height = js(
+        browser, "[document.getElementById('scene').clientWidth, document.getElementById('scene').clientHeight]"
+    )
+    point = js(
+        browser,
+        "report.scene.pick(arguments[0], arguments[1])",
+        (at[0] + 1) / 2 * width,
+        (1 - at[1]) / 2 * height,
+    )
+    assert np.linalg.norm(data["trail.tip"][point] - data["tip"][900]) < 0.5
+    assert js(browser, "report.scene.pick(5, 5)") == -1
+
+
+# --- the cursor --------------------------------------------------------------------------------------
+
+
+def test_one_cursor_moves_everything(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("pocket")
+    before = {name: pixels(browser, name) for name in ("scene", "chart-speed", "slice")}
+    js(browser, "(t => { t.value = 1500; t.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
+    assert cursor(browser) == 1500
+    line = int(data["line"][1500])
+    assert browser.find_element("css selector", "#code [aria-current=true]").get_attribute("data-line") == str(line)
+    text = (SAMPLES / "pocket_3axis.nc").read_text().splitlines()[line - 1]
+    assert text in browser.find_element("css selector", "#code [aria-current=true]").text
+    assert f"line {line}" in browser.find_element("id", "clock").text
+    shown = [row.text.split()[1] for row in browser.find_elements("css selector", "#readout tr")]
+    assert np.abs(np.array(shown, dtype=float) - data["q"][1500]).max() <= 0.51e-3
+    modal = browser.find_element("id", "modal").text
+    assert "G54" in modal
+    assert "T1, length 80 mm" in modal
+    assert "12000/min clockwise" in modal
+    for name, old in before.items():
+        browser.execute_script("document.getElementById(arguments[0]).scrollIntoView()", name)
+        assert np.abs(pixels(browser, name) - old).max() > 0.1, name
+    # a click on a line leads to its first frame
+    row = browser.find_element("css selector", "#code [data-line='20']")
+    browser.execute_script("arguments[0].click()", row)
+    assert cursor(browser) == int(np.flatnonzero(data["line"] == 20)[0])
+
+
+def test_play_and_keys(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("pocket")
+    line, last = data["line"], data["frames"] - 1
+    browser.find_element("id", "play").click()
+    until(lambda: cursor(browser) > 20, "it does not play")
+    press(browser, " ")
+    assert browser.find_element("id", "play").text == "play"
+    stopped = cursor(browser)
+    settle(browser)
+    assert cursor(browser) == stopped
+    press(browser, "\ue012")  # left
+    assert cursor(browser) == stopped - 1
+    press(browser, "\ue014", "\ue014")  # right
+    assert cursor(browser) == stopped + 1
+    press(browser, "\ue010")
+    assert cursor(browser) == last
+    press(browser, "[")  # to the first frame of this block
+    assert line[cursor(browser)] == line[last]
+    assert line[cursor(browser) - 1] != line[last]
+    press(browser, "\ue011")
+    assert cursor(browser) == 0
+    # block by block through the whole program, none is left out
+    lines = [int(line[0])]
+    while cursor(browser) < last:
+        press(browser, "]")
+        lines.append(int(line[cursor(browser)]))
+    changes = np.append(True, line[1:] != line[:-1])
+    assert lines[: int(changes.sum())] == line[changes].tolist()
+    for key, view in (("2", "part"), ("3", "top"), ("4", "front"), ("5", "tool"), ("1", "fit")):
+        press(browser, key)
+        assert browser.find_element("css selector", "#views [aria-pressed=true]").get_attribute("data-view") == view
+    for scheme in ("dark", "light"):
+        press(browser, "d")
+        assert js(browser, "document.documentElement.dataset.theme") == scheme
+
+
+def test_a_program_of_many_lines_has_few_rows_in_the_page(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("many")
+    assert data["line"][cursor(browser)] in (1504, 1505, 1506)  # it opens at its worst place
+    for frame in (0, 1000, data["frames"] - 1):
+        js(browser, "report.setCursor(arguments[0])", frame)
+        rows = browser.find_elements("css selector", "#code [data-line]")
+        assert len(rows) < 80
+        current = browser.find_element("css selector", "#code [aria-current=true]")
+        assert current.get_attribute("data-line") == str(data["line"][frame])
+    assert len(js(browser, "report.arrays['trail.frame']")) < 30_000
+
+
+def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[..., Any]) -> None:
+    show("unreadable")
+    assert "No go" in browser.find_element("id", "verdict").text
+    assert "VP001" in browser.find_element("id", "findings").text
+    assert "G1 X" in browser.find_element("id", "code").text
+    assert not browser.find_element("id", "scene").is_displayed()
+
+
+def test_nasty_texts_stay_texts(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("nasty")
+    lines = NASTY_PROGRAM.split("\n")
+    for frame in np.unique(data["line"], return_index=True)[1].tolist():
+        js(browser, "report.setCursor(arguments[0])", frame)
+        shown = js(browser, "document.querySelector('#code [aria-current=true]').textContent")
+        assert shown == f"{data['line'][frame]} {lines[data['line'][frame] - 1].strip()}"
+    assert js(browser, "document.querySelectorAll('img, a, form, iframe, [onmouseover]').length") == 0
+    assert js(browser, "window.open('about:blank')") is None
+
+
+# --- for everybody -----------------------------------------------------------------------------------
+
+#: Texts whose contrast is below 4.5 (3 for large ones), as the guidelines for web content ask.
+_LOW_CONTRAST = """
+const number = text => text.match(/[\\d.]+/g).map(Number);
+const light = rgb => { const [r, g, b] = rgb.slice(0, 3).map(v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+const behind = element => { for (let at = element; at; at = at.parentElement) { const c = number(getComputedStyle(at).backgroundColor); if (c.length < 4 || c[3] > 0.9) return c; } return [255, 255, 255]; };
+const low = [];
+let seen = 0;
+for (const element of document.querySelectorAll('body *')) {
+  if (![...element.childNodes].some(node => node.nodeType === 3 && node.textContent.trim()) || !element.getClientRects().length || element.closest('.unseen') || element.tagName === 'SCRIPT') continue;
+  const style = getComputedStyle(element), a = light(number(style.color)), b = light(behind(element));
+  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), size = parseFloat(style.fontSize);
+  seen++;
+  if (ratio < (size >= 24 || size >= 18.66 && Number(style.fontWeight) >= 700 ? 3 : 4.5)) low.push([element.tagName, element.textContent.slice(0, 30), ratio]);
+}
+return [seen, low];
+"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["travel", "pocket"])
+def test_texts_have_contrast(browser: Any, show: Callable[..., Any], name: str, scheme: str) -> None:
+    show(name, scheme=scheme)
+    assert js(browser, "document.documentElement.dataset.theme") == scheme
+    seen, low = browser.execute_script(_LOW_CONTRAST)
+    assert seen > 60
+    assert low == []
+    # curves too: 3 against the panel, as the guidelines ask of graphics
+    ratios = browser.execute_script(
+        _LOW_CONTRAST.split("const low")[0]
+        + "const panel = light(number(getComputedStyle(document.getElementById('machine')).backgroundColor));"
+        "return report.charts.charts.flatMap(c => c.series || []).map(s => { const x = light([1, 3, 5].map(k => parseInt(s.colour.slice(k, k + 2), 16)));"
+        "return (Math.max(x, panel) + 0.05) / (Math.min(x, panel) + 0.05); });"
+    )
+    assert len(ratios) > 5
+    assert min(ratios) >= 3.0
+
+
+@pytest.mark.parametrize("size", list(SIZES))
+@pytest.mark.parametrize("name", ["travel", "pocket"])
+def test_it_fits_its_window_and_its_controls_have_names(
+    browser: Any, show: Callable[..., Any], name: str, size: str
+) -> None:
+    show(name, size)
+    assert js(browser, "document.documentElement.scrollWidth - window.innerWidth") <= 0
+    for label in ("#verdict strong", "#scene", "#transport"):
+        assert browser.find_element("css selector", label).is_displayed()
+    # the verdict is in the first screen, and so is the bar that moves the cursor
+    for label in ("verdict", "transport"):
+        box = js(browser, "document.getElementById(arguments[0]).getBoundingClientRect().toJSON()", label)
+        assert 0 <= box["top"] < box["bottom"] <= SIZES[size][1] + 1, label
+    nameless = js(
+        browser,
+        "[...document.querySelectorAll('button, select, input, canvas, [role]')].filter(e => e.getClientRects().length"
+        " && !(e.getAttribute('aria-label') || (e.labels && e.labels.length && e.labels[0].textContent.trim()) || e.textContent.trim())).map(e => e.outerHTML)",
+    )
+    assert nameless == []
+
+
+def test_curves_are_drawn_with_every_peak(browser: Any, show: Callable[..., Any]) -> None:
+    """A peak of one point between two frames is as high on the canvas as its value: the jerk of the blade touches 100 per cent."""
+    show("blade")
+    drawn = js(
+        browser,
+        "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), c.bounds])",
+    )
+    assert any(title.startswith("Jerk") for title, _name, _bounds in drawn)
+    for _title, name, _bounds in drawn:
+        browser.execute_script("document.getElementById(arguments[0]).scrollIntoView()", name)
+        assert pixels(browser, name).std() > 0.02, name
+
+
+def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
+    show("blade")
+    chart = browser.find_element("id", "chart-speed")
+    browser.execute_script("arguments[0].scrollIntoView()", chart)
+    before = pixels(browser, "chart-speed")
+    browser.execute_script(
+        "arguments[0].dispatchEvent(new WheelEvent('wheel', { deltaY: -1500, clientX: 300, bubbles: true, cancelable: true }))",
+        chart,
+    )
+    zoomed = pixels(browser, "chart-speed")
+    assert np.abs(zoomed - before).max() > 0.1
+    browser.execute_script("arguments[0].dispatchEvent(new MouseEvent('dblclick'))", chart)
+    assert np.abs(pixels(browser, "chart-speed") - before).max() < 0.01
