@@ -302,7 +302,7 @@ def test_the_path_is_coloured_and_picked(browser: Any, show: Callable[..., Any])
 
 def test_one_cursor_moves_everything(browser: Any, show: Callable[..., Any]) -> None:
     data = show("pocket")
-    before = {name: pixels(browser, name) for name in ("scene", "chart-speed", "slice")}
+    before = {name: pixels(browser, name) for name in ("scene", "close", "chart-speed", "slice")}
     js(browser, "(t => { t.value = 1500; t.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
     assert cursor(browser) == 1500
     line = int(data["line"][1500])

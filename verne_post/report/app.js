@@ -126,7 +126,7 @@
   // --- scene --------------------------------------------------------------------------------------------
   let scene = null;
   if (n) {
-    try { scene = Scene.make(byId("scene"), data, arrays); }
+    try { scene = Scene.make(byId("scene"), byId("close"), data, arrays); }
     catch (error) { byId("note").textContent = "No picture of the machine: this browser does not offer WebGL. " + error.message; }
   }
   const trail = arrays["trail.frame"], colours = new Float32Array(3 * trail.length);
@@ -170,13 +170,15 @@
     for (const button of document.querySelectorAll("[data-view]")) button.setAttribute("aria-pressed", String(button.dataset.view === name));
   }
   for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => view(button.dataset.view));
-  let pressed = null;
-  byId("scene").addEventListener("pointerdown", event => { pressed = [event.offsetX, event.offsetY]; });
-  byId("scene").addEventListener("pointerup", event => {
-    if (!scene || !pressed || Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) > 4) return;
-    const point = scene.pick(event.offsetX, event.offsetY);
-    if (point >= 0) setCursor(trail[point]);
-  });
+  for (const [canvas, isClose] of [[byId("scene"), false], [byId("close"), true]]) {
+    let pressed = null;
+    canvas.addEventListener("pointerdown", event => { pressed = [event.offsetX, event.offsetY]; });
+    canvas.addEventListener("pointerup", event => {
+      if (!scene || !pressed || Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) > 4) return;
+      const point = scene.pick(event.offsetX, event.offsetY, isClose);
+      if (point >= 0) setCursor(trail[point]);
+    });
+  }
 
   // --- charts ---------------------------------------------------------------------------------------------
   const end = n ? arrays.x[n - 1] || 1 : 1, range = { low: 0, high: end, end };
@@ -196,8 +198,10 @@
     if (data.limits.length) {
       strip = { title: "limit", runs: [] };
       charts.add(byId("chart-governing"), strip);
-      charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: [
-        ...single("feed", "programmed", { dash: [6, 4], wide: 1.5, role: "--quiet" }), ...single("speed", "actual", { role: "--focus", wide: 1.5 })] });
+      const speeds = [...single("feed", "programmed", { dash: [6, 4], wide: 1.5, role: "--quiet" }), ...single("speed", "actual", { role: "--focus", wide: 1.5 })];
+      const [most, fastest] = speeds.map(one => one.y.reduce((a, b) => b > a ? b : a, 0)), beyond = most > 0 && fastest > 2 * most;
+      // rapids would flatten the feed moves, which are compared here
+      charts.add(byId("chart-speed"), { title: "Tip, mm/s" + (beyond ? " (rapids go beyond)" : ""), digits: 2, series: speeds, bounds: beyond ? [0, 1.4 * most] : null });
     } else byId("chart-governing").closest("section").remove();
     for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
       addChart(title, 1, curves(name), [-100, 100]);
@@ -247,6 +251,7 @@
     requestAnimationFrame(() => {
       waiting = false;
       if (!n) return;
+      if (strip) strip.title = data.limits[arrays.governing[cursor]];
       charts.draw(arrays.x[cursor]);
       if (bands) {
         Charts.spectrum(bands, data.bands, data.joints.map((joint, k) => ({

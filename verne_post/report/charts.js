@@ -177,7 +177,7 @@ const Charts = (() => {
     function add(canvas, chart) {
       chart.canvas = canvas;
       if (chart.series) {
-        chart.bounds = bounds(chart.series, chart.limits || []);
+        chart.bounds = chart.bounds || bounds(chart.series, chart.limits || []);
         const most = chart.series.map(one => one.name + " from " + one.y.reduce((a, b) => b < a ? b : a, Infinity).toFixed(chart.digits) + " to " + one.y.reduce((a, b) => b > a ? b : a, -Infinity).toFixed(chart.digits));
         canvas.setAttribute("aria-label", chart.title + ": " + most.join(", "));
       } else canvas.setAttribute("aria-label", chart.title);

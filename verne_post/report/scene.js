@@ -2,7 +2,7 @@
 const Scene = (() => {
   const COLOURS = {
     guide: 0xb7c0c9, slider: 0x5580ab, rod: 0xe3e7eb, ball: 0x76818c, platform: 0x6f93b5, spindle: 0xa9b1b9, nose: 0x6a747e,
-    cutter: 0xe0b23c, holder: 0x7b848d, table: 0x93abc1, groove: 0x5f7386, cradle: 0x7c90a4, base: 0xc3cbd2, stock: 0xd9a066,
+    cutter: 0xe0b23c, holder: 0x7b848d, table: 0xb7c2cc, groove: 0x97a5b1, cradle: 0x7c90a4, base: 0xc3cbd2, stock: 0xd9a066,
     fixture: 0x3f9c8f, bad: 0xd32f2f,
   };
   const AXES = [["X", 0xc0392b], ["Y", 0x2e8b45], ["Z", 0x2f6fc4]];
@@ -188,7 +188,7 @@ const Scene = (() => {
     return { scene, camera: new THREE.OrthographicCamera(-1.7, 1.7, 1.7, -1.7, 0.1, 10) };
   }
 
-  function make(canvas, data, arrays) {
+  function make(canvas, close, data, arrays) {
     const model = data.scene, rodCount = data.shapes.rods[1];
     const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     renderer.autoClear = false;
@@ -196,6 +196,9 @@ const Scene = (() => {
     const camera = new THREE.PerspectiveCamera(28, 1, 1, 20000);
     camera.up.set(0, 0, 1);
     const controls = new THREE.OrbitControls(camera, canvas);
+    // the close-up goes with the tip; its picture is drawn by the same renderer and copied
+    const follower = camera.clone(), following = new THREE.OrbitControls(follower, close), paper = close.getContext("2d");
+    following.enablePan = false;
     scene.add(new THREE.HemisphereLight(0xffffff, 0xa9b1b9, 0.8));
     for (const [place, strength] of [[[1.5, -2, 2.5], 0.45], [[-2, -1, 0.8], 0.2]]) {
       const light = new THREE.DirectionalLight(0xffffff, strength);
@@ -390,40 +393,63 @@ const Scene = (() => {
       for (const part of carriers) part.traverse(one => {
         if (!one.material) return;
         Object.assign(one.material, { transparent: on, opacity: on ? 0.16 : 1, depthWrite: !on });
-        one.material.needsUpdate = true;
       });
     }
-    const standBack = (direction, upright) => { glass(false); frameUp(corners(whole), direction, upright); };
+    let through = false;
+    const standBack = (direction, upright) => { through = false; frameUp(corners(whole), direction, upright); };
     const VIEWS = {
       fit: () => standBack(new THREE.Vector3(0.8, -1.3, 0.28)),
-      part: () => { glass(true); frameUp(pathPoints(), new THREE.Vector3(0.7, -1.2, 0.7)); },
+      part: () => { through = true; frameUp(pathPoints(), new THREE.Vector3(0.7, -1.2, 0.7)); },
       // looking down, y is upright until the scene is turned
       top: () => standBack(new THREE.Vector3(0, -0.0001, 1), [0, 1, 0]),
       front: () => standBack(new THREE.Vector3(0, -1, 0)),
       tool: () => standBack(reached ? blend("basis", frameNow, frameNow, 0, 3, 6).add(new THREE.Vector3(0, -0.0001, 0)) : new THREE.Vector3(0, -0.0001, 1), [0, 1, 0]),
     };
     function look() {
-      glass(true);
+      through = true;
       camera.up.set(0, 0, 1);
       stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
     }
+    function follow() {
+      const step = tipInScene().sub(following.target);
+      following.target.add(step);
+      follower.position.add(step);
+    }
+    follower.position.set(0.75, -1.2, 0.6).normalize().multiplyScalar(Math.min(Math.max(2.4 * size, 240), 900));
+    follower.near = 1;
 
     let waiting = false;
     function draw() { if (!waiting) { waiting = true; requestAnimationFrame(render); } }
-    function render() {
-      waiting = false;
-      const width = canvas.clientWidth, height = canvas.clientHeight;
-      if (!width || !height) return;
-      // marks keep their size on the screen
-      const perPixel = 2 * Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) / height;
-      for (const dot of dots) dot.scale.setScalar((dot === tip ? 4 : 6) * perPixel * dot.getWorldPosition(spare).distanceTo(camera.position));
-      const pixel = perPixel * tip.getWorldPosition(spare).distanceTo(camera.position);
+    function picture(eye, seeThrough, width, height) {
+      glass(seeThrough);
+      // marks keep their size on the screen, and of the path there is as much as the screen shows
+      const perPixel = 2 * Math.tan(THREE.MathUtils.degToRad(eye.fov / 2)) / height;
+      for (const dot of dots) dot.scale.setScalar((dot === tip ? 4 : 6) * perPixel * dot.getWorldPosition(spare).distanceTo(eye.position));
+      const pixel = perPixel * tip.getWorldPosition(spare).distanceTo(eye.position);
       const level = levels.filter(one => one.gap <= 0.7 * pixel).pop();
       for (const one of levels) if (one.line) one.line.visible = one === level;
       for (const line of lines) line.material.resolution.set(width, height);
       renderer.setViewport(0, 0, width, height);
       renderer.clear();
-      renderer.render(scene, camera);
+      renderer.render(scene, eye);
+    }
+    function render() {
+      waiting = false;
+      const width = canvas.clientWidth, height = canvas.clientHeight, wide = Math.min(close.clientWidth, width), high = Math.min(close.clientHeight, height);
+      if (!width || !height) return;
+      if (wide && high) {
+        follow();
+        follower.aspect = wide / high;
+        follower.far = follower.position.distanceTo(following.target) + 4000;
+        follower.updateProjectionMatrix();
+        follower.lookAt(following.target);
+        picture(follower, true, wide, high);
+        const ratio = renderer.getPixelRatio(), w = Math.round(wide * ratio), h = Math.round(high * ratio);
+        if (close.width !== w || close.height !== h) { close.width = w; close.height = h; }
+        paper.clearRect(0, 0, w, h);
+        paper.drawImage(canvas, 0, canvas.height - h, w, h, 0, 0, w, h);
+      }
+      picture(camera, through, width, height);
       renderer.clearDepth();
       const side = Math.min(96, 0.3 * width);
       renderer.setViewport(6, 6, side, side);
@@ -442,16 +468,18 @@ const Scene = (() => {
       draw();
     }
     controls.addEventListener("change", draw);
+    following.addEventListener("change", draw);
     controls.addEventListener("start", () => camera.up.set(0, 0, 1));
 
-    // the point of the path under a place of the canvas, -1 where none is near
-    function pick(x, y) {
-      camera.updateMatrixWorld();
+    // the point of the path under a place of the picture, or of the close-up; -1 where none is near
+    function pick(x, y, isClose = false) {
+      const [eye, element] = isClose ? [follower, close] : [camera, canvas];
+      eye.updateMatrixWorld();
       const near = 14, point = new THREE.Vector3();
       let best = -1, least = near * near;
       for (let k = 0; k < count; k++) {
-        point.set(trail[3 * k], trail[3 * k + 1], trail[3 * k + 2]).applyMatrix4(carrier.matrix).project(camera);
-        const dx = (point.x + 1) / 2 * canvas.clientWidth - x, dy = (1 - point.y) / 2 * canvas.clientHeight - y, d = dx * dx + dy * dy;
+        point.set(trail[3 * k], trail[3 * k + 1], trail[3 * k + 2]).applyMatrix4(carrier.matrix).project(eye);
+        const dx = (point.x + 1) / 2 * element.clientWidth - x, dy = (1 - point.y) / 2 * element.clientHeight - y, d = dx * dx + dy * dy;
         if (d < least) { least = d; best = k; }
       }
       return best;

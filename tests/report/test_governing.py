@@ -1,0 +1,182 @@
+"""Which limit governs and what it costs, the spectrum, the modal state and the set-up sheet: each by a route of its own."""
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool, WorkOffset
+from verne_post.report.governing import OTHERS
+from verne_post.report.modal import modal_states
+from verne_post.report.sheet import sheet_html, verdict_html, worst_places
+from verne_post.report.spectrum import spectrum
+from verne_post.report.study import study
+from verne_post.report.table import Study
+
+from ..builders import MACHINE, SAMPLES
+
+CYCLE = MACHINE.cycle
+
+
+def study_of(text: str | bytes, **options: Any) -> Study:
+    source = text if isinstance(text, bytes) else text.encode()
+    return study(source, MACHINE, Options(**{"tool_length": 80.0, "wcs": {1: WorkOffset((0.0, 0.0, 40.0))}, **options}))
+
+
+def test_a_slow_straight_move_is_governed_by_its_feed() -> None:
+    """10 mm at 60 mm/min: ten seconds, of which next to nothing is lost."""
+    seen = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F60\nM2\n")
+    assert seen.governing is not None
+    by_name = dict(zip(seen.governing.names, seen.governing.seconds, strict=True))
+    assert by_name["programmed feed"] == pytest.approx(10.0, abs=0.1)
+    assert seen.governing.lost.sum() < 0.1
+    assert seen.governing.seconds.sum() == pytest.approx(seen.x[-1] + CYCLE, abs=1e-9)  # every row once
+    feed = seen.curves["feed"][0].values
+    assert np.nanmax(np.abs(feed - 1.0)) < 1e-12
+
+
+def test_a_turn_faster_than_the_table_costs_what_it_takes_longer() -> None:
+    """C by 90 degrees in 0.1 s is asked for; C does 180 deg/s and 1000 deg/s2."""
+    seen = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG93 G1 C90 F600\nM2\n")
+    assert seen.governing is not None
+    by_name = dict(zip(seen.governing.names, seen.governing.seconds, strict=True))
+    lost = dict(zip(seen.governing.names, seen.governing.lost, strict=True))
+    assert max(by_name, key=lambda name: by_name[name]) == "velocity of c"
+    assert by_name["acceleration of c"] > 0.2
+    assert by_name["jerk of c"] > 0.02
+    assert sum(by_name[name] for name in by_name if name.endswith("of c")) > 0.95 * seen.x[-1]
+    # everything beyond the 0.1 s that the program asks for is lost, to its limits
+    assert sum(lost.values()) == pytest.approx(seen.x[-1] - 0.1, abs=0.005)
+    assert seen.governing.lost_from_frame.sum() == pytest.approx(sum(lost.values()))
+
+
+def test_dwells_stand_still_and_rapids_lose_nothing() -> None:
+    seen = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG4 P0.5\nG0 X60\nM2\n")
+    assert seen.governing is not None
+    rest, moving = OTHERS.index("standstill") - len(OTHERS), seen.governing.rapid
+    assert seen.governing.seconds[rest] == pytest.approx(0.5, abs=0.01)
+    assert seen.governing.lost.sum() == 0.0
+    assert moving.sum() == pytest.approx(seen.governing.seconds.sum())
+    assert np.isnan(seen.curves["feed"][0].values).all()
+
+
+def test_seconds_below_the_feed_are_those_of_the_verification() -> None:
+    """The verification measures progress along the program by projection of the rows, and counts the same seconds."""
+    source = (SAMPLES / "blade_5axis.nc").read_bytes()
+    seen = study_of(source, tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))})
+    assert seen.summary is not None
+    assert seen.summary.verification is not None
+    assert seen.governing is not None
+    slow = seen.summary.verification.slow
+    own = dict(zip(seen.governing.names, seen.governing.seconds - seen.governing.rapid, strict=True))
+    for name in ("velocity of c", "acceleration of c", "jerk of c"):
+        assert own[name] == pytest.approx(slow[name], rel=0.05, abs=0.02), name
+    # what the strip shows adds up to the table, stretch by stretch: half of a stretch at most is another limit's
+    shown = np.bincount(
+        seen.governing.of_frame, np.diff(np.append(seen.x, seen.x[-1] + CYCLE)), len(seen.governing.names)
+    )
+    assert np.abs(shown - seen.governing.seconds).max() < 0.2
+
+
+# --- the spectrum ----------------------------------------------------------------------------------
+
+
+def test_a_sine_is_in_its_band() -> None:
+    n, cycle, hertz, amplitude = 20_000, 0.001, 30.0, 0.02
+    t = cycle * np.arange(n + 1)
+    values = np.stack([amplitude * np.sin(2 * np.pi * hertz * t), 0 * t], axis=1)
+    seen = spectrum(values, cycle)
+    assert seen is not None
+    band = int(np.searchsorted(seen.edges, hertz, side="right")) - 1
+    # half the square of the amplitude of the acceleration; differences over a cycle see a sine a little smaller
+    expected = amplitude * (2 * np.sin(np.pi * hertz * cycle) / cycle) ** 2 / np.sqrt(2)
+    assert seen.rms[0, band] == pytest.approx(expected, rel=1e-2)
+    assert np.delete(seen.rms[0], band).max() < 0.05 * expected
+    assert not seen.rms[1].any()
+
+
+@pytest.mark.parametrize("n", [4000, 4001])
+def test_bands_add_up_to_the_whole(n: int) -> None:
+    rng = np.random.default_rng(7)
+    values = np.cumsum(np.cumsum(rng.normal(size=(n + 1, 2)), axis=0), axis=0) * 1e-6
+    seen = spectrum(values, 0.001)
+    assert seen is not None
+    acceleration = np.diff(values, 2, axis=0, prepend=values[:1]) / 0.001**2
+    lines = np.fft.rfft(acceleration, axis=0) / n
+    below = np.fft.rfftfreq(n, 0.001) < seen.edges[0]
+    slow = (np.abs(lines[below]) ** 2 * np.where(np.arange(below.sum()) == 0, 1.0, 2.0)[:, None]).sum(axis=0)
+    assert (seen.rms**2).sum(axis=1) + slow == pytest.approx((acceleration**2).mean(axis=0), rel=1e-9)
+    assert seen.edges[-1] == pytest.approx(500.0)
+
+
+def test_too_short_for_a_spectrum() -> None:
+    assert spectrum(np.zeros((100, 5)), 0.001) is None
+
+
+# --- words -------------------------------------------------------------------------------------------
+
+STATES = "G21 G90 G64 P0.02\nT3 M6\nG43 H3\nG54\nS900 M3\nM8\nG0 X0 Y0 Z20 A0 C0\nG1 X5 F300\nG2 X10 Y5 I5 J0\nM4\nM9\nG55\nG61\nG0 Z30\nM2\n"
+
+
+def test_modal_states_are_those_of_the_text() -> None:
+    tools = {3: Tool(3, 1, (0.0, 0.0, 70.0, 0, 0, 0, 0, 0, 0), 8.0)}
+    options = {
+        "tools": tools,
+        "tool_length": None,
+        "wcs": {1: WorkOffset((0.0, 0.0, 40.0)), 2: WorkOffset((1.0, 2.0, 45.0))},
+    }
+    seen = study_of(STATES, **options)
+    assert seen.program is not None
+    states, of = modal_states(seen.program.moves, seen.move, seen.program.path.first_move)
+    said = {int(line): dict(states[of[np.flatnonzero(seen.line == line)[-1]]]) for line in np.unique(seen.line) if line}
+    assert said[8] == {
+        "motion": "straight feed", "feed": "300 /min", "spindle": "900/min clockwise", "coolant": "flood", "tool": "T3, length 70 mm",
+        "work offset": "G54", "plane": "of the part", "corners": "blended within 0.02 mm",
+    }  # fmt: skip
+    assert said[9]["motion"] == "arc, clockwise"
+    assert said[14]["motion"] == said[14]["feed"] == "rapid"
+    assert said[14]["spindle"] == "900/min counterclockwise"
+    assert said[14]["coolant"] == "off"
+    assert said[14]["work offset"] == "G55"
+    assert said[14]["corners"] == "exact path"
+    sheet = re.sub("<[^>]*>", " ", sheet_html(MACHINE, seen))
+    assert re.search(r"T3\s+70\s+8 ", sheet)
+    assert re.search(r"G54\s+0\s+0\s+40\s+0\s+the options", sheet)
+    assert re.search(r"G55\s+1\s+2\s+45", sheet)
+    assert re.search(r"2\s+.*put in tool 3", sheet)
+    assert f"{seen.q[0, 0]:.4f} mm" in sheet
+
+
+def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
+    good, bad = (
+        study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n"),
+        study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 A99 F600\nM2\n"),
+    )
+    for seen, word in ((good, "Go"), (bad, "No go")):
+        text = re.sub("<[^>]*>", "|", verdict_html(MACHINE, seen))
+        assert text.startswith(f"|{word}|")
+        assert "spindle, table, limits" in text
+    assert f"{good.x[-1]:.3f} s" in verdict_html(MACHINE, good)
+    assert "1 error, " in verdict_html(MACHINE, bad)
+
+
+def test_worst_places_are_where_the_rows_are_worst() -> None:
+    source = (SAMPLES / "pocket_3axis.nc").read_bytes()
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
+    seen = study(source, MACHINE, options)
+    rows = verne_post.convert(source, MACHINE, options).setpoints
+    assert rows is not None
+    places = {place.what.split(":")[0]: place for place in worst_places(MACHINE, seen)}
+    values = np.pad(rows.values, ((3, 0), (0, 0)), mode="edge")
+    for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+        limit = getattr(MACHINE.limits, name) * np.abs([column.factor for column in MACHINE.columns])
+        share = np.abs(np.diff(values, order, axis=0)[3 - order :]) / CYCLE**order / limit
+        place = places[f"largest {name}"]
+        assert place.value == f"{100 * share.max():.1f} %"
+        row = int(np.unravel_index(share.argmax(), share.shape)[0])
+        assert seen.x[place.frame] <= row * CYCLE + 1e-9
+        assert row * CYCLE < seen.x[min(place.frame + 1, len(seen.x) - 1)] + CYCLE
+    assert float(places["smallest margin"].value) == pytest.approx(np.nanmin(seen.curves["margin"][0].values), abs=5e-4)
