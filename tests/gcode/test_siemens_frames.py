@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post import gcode
+from verne_post import convert, gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.gcode.read import state_after
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
+from verne_post.output.summary import paragraph
 
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 LENGTH, ORIGIN = 80.0, (7.0, -9.0, 42.0)
@@ -305,3 +306,28 @@ def test_the_state_after_a_line_is_that_of_the_interpreter_of_all_dialects(machi
     states = [state_after(text, setup, moves, line) for line in (1, 2, 3)]
     assert [(state.motion, state.plane) for state in states] == [(0, 0), (10, 1), (30, 1)]
     assert [round(state.position[0], 9) for state in states] == [0.0, 5.0, 8.0]
+
+
+@pytest.mark.parametrize(("name", "shown"), [("DRILL 8", 'tool "DRILL 8"'), ("KNOWN", 'tool 7 "KNOWN"')])
+def test_tools_by_name_are_shown_by_name(machine, name, shown):
+    options = Options(
+        tool_length=80.0,
+        wcs={1: WorkOffset((0.0, 0.0, 40.0))},
+        dialect="siemens",
+        split_at_stops=True,
+        control={"siemens": {"tools": {"KNOWN": 7}}},
+    )
+
+    def program(other):
+        return f'T="{name}" M6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nX5\nT="{other}" M6\nX9\nM30'.encode()
+
+    summary = convert(program(name), machine, options).summary
+    assert [event.data["name"] for event in summary.events if event.kind == "tool"] == [name, name]
+    said = " ".join(paragraph(summary).split())
+    assert f"Tool length: {shown} 80 mm" in said
+    assert f"line 5 {shown}" in said
+    assert "100001" not in said
+    findings = convert(program("MILL"), machine, options).findings
+    assert f'"{name}" and "MILL"' in findings[0].message
+    findings = convert(program(name).replace(b"X9", b"G41 G1 X9 F99"), machine, options).findings
+    assert f"the diameter of {shown}" in findings[0].message

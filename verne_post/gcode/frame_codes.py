@@ -87,8 +87,8 @@ class FrameCodes:
         if self.setup.tool_length is not None and state.only_tool not in (None, tool):
             raise BlockError(
                 "VP018",
-                f"--tool-length holds for one tool, but the program uses T{state.only_tool} and T{tool}; "
-                "use --tool-table instead",
+                f"--tool-length holds for one tool, but the program uses {_tool(state, state.only_tool)} and "
+                f"{_tool(state, tool)}; use --tool-table instead",
             )
         state.only_tool = tool
 
@@ -301,3 +301,8 @@ class FrameCodes:
 def _directions(frame: Frame) -> tuple[object, ...]:
     """What decides the directions of the program's X, Y, Z."""
     return frame.turn, frame.part_turn, frame.feature
+
+
+def _tool(state: State, number: int | None) -> str:
+    """A tool as the program calls it."""
+    return f'"{state.tool_names[number]}"' if number in state.tool_names else f"T{number}"

@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import FrameCodes, whole
-from verne_post.gcode.state import Saved
+from verne_post.gcode.state import Saved, tool_facts
 from verne_post.model.moves import FeedMode
 
 #: Codes of the group "spindle" that are the spindle's; the others save and restore modes.
@@ -93,11 +93,11 @@ class MachineCodes(FrameCodes):
         ):  # the tool stays beside the contour that G40 has left
             state.position, state.centre = state.centre, None
         if code == 61:  # no tool is changed: only the number is set
-            self.recorder.event(block.line, "tool number", number=tool)
+            self.recorder.event(block.line, "tool number", **tool_facts(state, tool))
             return
         self._refuse_compensation("M6")
         state.spindle_on = False
-        self.recorder.event(block.line, "tool", number=tool)
+        self.recorder.event(block.line, "tool", **tool_facts(state, tool))
 
     def _switch_spindle(self, line: int, *, on: bool, backwards: bool = False) -> None:
         state = self.state

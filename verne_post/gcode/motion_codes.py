@@ -15,6 +15,7 @@ from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.frame_codes import MAX_LENGTH_MM, whole
 from verne_post.gcode.machine_codes import MachineCodes
 from verne_post.model.moves import AXES, FeedMode, MoveKind
+from verne_post.model.part_setup import tool_text
 
 _X, _Y, _Z = 0, 1, 2
 _A, _C = 3, 5
@@ -330,11 +331,13 @@ class MotionCodes(MachineCodes):
         if state.tools is None or number not in state.tools:
             raise block.error(
                 "VP012",
-                f"the diameter of tool {number} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
+                f"the diameter of {tool_text(number, state.tool_names)} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
                 "D",
             )
         if state.tools[number].diameter <= 0:
-            raise block.error("VP012", f"tool {number} has no diameter in the tool table (D)", "D")
+            raise block.error(
+                "VP012", f"{tool_text(number, state.tool_names)} has no diameter in the tool table (D)", "D"
+            )
         return state.tools[number].diameter
 
     def _check_compensated(self, start: list[float], end: list[float]) -> None:

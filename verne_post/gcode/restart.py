@@ -8,7 +8,7 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
+from verne_post.gcode.state import State, tool_facts
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Event, Moves
 
@@ -98,7 +98,7 @@ def _active_functions(state: State, line: int) -> tuple[Event, ...]:
     """Tool, spindle, coolant and overrides that hold, as events before the first move."""
     functions: list[tuple[str, dict[str, object]]] = []
     if state.loaded_tool is not None:
-        functions.append(("tool", {"number": state.loaded_tool}))
+        functions.append(("tool", tool_facts(state, state.loaded_tool)))
     if state.spindle_on:
         direction = "counterclockwise" if state.spindle_reversed else "clockwise"
         functions.append(("spindle", {"direction": direction, "speed": state.spindle_speed}))

@@ -137,6 +137,8 @@ class State:
     vectors: bool = False
     #: The tool axis that holds (unit, program directions); None where A and C words hold.
     tool_axis: tuple[float, float, float] | None = None
+    #: Number -> name, of tools that the program has named.
+    tool_names: dict[int, str] = field(default_factory=dict)
     #: The tool whose length is --tool-length, once one is loaded or named by H.
     only_tool: int | None = None
     #: Axes that the program never names, while its start position is computed.
@@ -152,3 +154,8 @@ class State:
             yield
         finally:
             self.control = control
+
+
+def tool_facts(state: State, number: int) -> dict[str, object]:
+    """What an event says of a tool: its number, and its name where the program has given one."""
+    return {"number": number} | ({"name": state.tool_names[number]} if number in state.tool_names else {})

@@ -1,5 +1,6 @@
 """What stands on the machine for one part: tools, work offsets, fixtures and stock. Plain data, cheap to import."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,6 +18,8 @@ SYSTEM_NAMES: Final = dict(zip(WORK_SYSTEMS, (
 SYSTEM_NUMBERS: Final = {name: number for number, name in SYSTEM_NAMES.items()}
 #: Parts of a tool, from the tip upwards.
 TOOL_PARTS: Final = ("cutter", "shank", "holder")
+#: Numbers that tools get which a program names and no table numbers: from here on.
+FIRST_NAMED_TOOL: Final = 100_001
 #: Places beyond this are mistakes, mm and degrees.
 MAX_PLACE: Final = 1e5
 #: Lengths and diameters of tools beyond this are mistakes, mm.
@@ -40,6 +43,13 @@ class Tool:
     pocket: int
     offset: Vector9
     diameter: float = 0.0
+
+
+def tool_text(number: int, names: Mapping[int, str]) -> str:
+    """A tool as a person knows it: by its number, and by the name that the program gives it."""
+    if number not in names:
+        return f"tool {number}"
+    return f'tool "{names[number]}"' if number >= FIRST_NAMED_TOOL else f'tool {number} "{names[number]}"'
 
 
 @dataclass(frozen=True)

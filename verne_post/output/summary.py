@@ -1,7 +1,7 @@
 """What commands say: the summary of a conversion as keys and values, the verdict on a file, the evaluation of a log."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.moves import Event
+from verne_post.model.part_setup import SYSTEM_NAMES, tool_text
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import rounding_noise
@@ -133,10 +134,11 @@ def _restart(summary: Summary) -> Facts:
     """Where a restart begins, and what must be as the skipped blocks would have left it."""
     if summary.options.from_line is None:
         return []
-    forms = {"tool": "tool {number}", "spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
+    forms = {"spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [forms[event.kind].format(line=event.line, **event.data) for event in summary.switched]
+    states = [_tool_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, **event.data)
+              for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
 
@@ -258,9 +260,21 @@ def _setup(summary: Summary) -> Facts:
     return [("tool length", _tools(summary)), ("work offset", _offsets(summary)), *_stock(summary), *_keep_out(summary)]
 
 
+def _tool_names(events: Iterable[Event]) -> dict[int, str]:
+    """Number -> name of the tools that the program names."""
+    return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
+
+
+def _tool_event(event: Event) -> str:
+    return tool_text(int(str(event.data["number"])), _tool_names([event]))
+
+
 def _tools(summary: Summary) -> str:
     """Lengths of the tools, and where they are from when nobody may have given one."""
-    lengths = [(f"tool {number} " if number else "") + f"{length:g} mm" for number, length in summary.tools]
+    names = _tool_names(summary.events)
+    lengths = [
+        (f"{tool_text(number, names)} " if number else "") + f"{length:g} mm" for number, length in summary.tools
+    ]
     source = " (--tool-length)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
         source = " (no length is in force: G49, or none was given)"
@@ -293,7 +307,8 @@ def _keep_out(summary: Summary) -> Facts:
         return []
     used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
     tools = options.tools or {}
-    thin = [f"tool {number}" if number else "the tool" for number in sorted(used)
+    named = _tool_names(summary.events)
+    thin = [tool_text(number, named) if number else "the tool" for number in sorted(used)
             if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
     unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
                if not size]  # fmt: skip
@@ -325,7 +340,7 @@ def _manual_stops(summary: Summary) -> Facts:
         for event in summary.events
         if id(event) not in skipped and event.waits(optional_stop=summary.options.optional_stop)
     ]
-    forms = {"tool": "tool {number}", "input": "wait for input {input}", "stop": "{stop} stop"}
+    forms = {"input": "wait for input {input}", "stop": "{stop} stop"}
     between = {id(event) for part in summary.parts[:-1] for event in part.then}
     last = {id(event) for part in summary.parts[-1:] for event in part.then}
     groups: dict[str, list[str]] = {
@@ -336,7 +351,8 @@ def _manual_stops(summary: Summary) -> Facts:
     heads = list(groups)
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
-        groups[head].append(f"line {event.line} {forms[event.kind].format(**event.data)}")
+        what = _tool_event(event) if event.kind == "tool" else forms[event.kind].format(**event.data)
+        groups[head].append(f"line {event.line} {what}")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 
 

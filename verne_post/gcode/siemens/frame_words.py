@@ -3,23 +3,15 @@
 import numpy as np
 
 from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import rotation_about
 from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.words import Words
-from verne_post.gcode.state import State
 from verne_post.model.moves import AXES
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 
 class SiemensFrameWords(SiemensPlaces):
     """Places, and the words that change where they are."""
-
-    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
-        super().__init__(setup, state, recorder)
-        #: Tools that programs name, where no tool table does: name -> number.
-        self.tool_names: dict[str, int] = {}
 
     @staticmethod
     def system_number(number: int) -> int:

@@ -11,6 +11,7 @@ from verne_post.gcode.frame_codes import MAX_DWELL_S
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
+from verne_post.model.part_setup import FIRST_NAMED_TOOL
 
 #: A quarter of the distance from the corner at which blending may begin (ADIS): about how far a right-angled blend of that
 #: length leaves the corner.
@@ -18,7 +19,6 @@ _SHARE_OF_ADIS: Final = 0.25
 #: Motion of the interpreter of all dialects, for those who look at its state.
 _MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 _FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
-_FIRST_NAMED_TOOL: Final = 100_001
 
 
 class SiemensInterpreter(SiemensSplines):
@@ -158,14 +158,18 @@ class SiemensInterpreter(SiemensSplines):
             if abs(number - round(number)) > WHOLE_NUMBER or number < 0:
                 raise word.error("VP007", f"T{number:g}: a tool number is whole and not negative")
             return round(number)
+        names = self.state.tool_names
         if name in self.keys.tools:
+            names[self.keys.tools[name]] = name
             return self.keys.tools[name]
         if self.state.tools is not None:
             raise word.error(
                 "VP012",
                 f'T="{name}": the tool table knows numbers; give this name one in the settings file, under [siemens.tools]',
             )
-        return self.tool_names.setdefault(name, _FIRST_NAMED_TOOL + len(self.tool_names))
+        given = next((number for number, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
+        names[given] = name
+        return given
 
     def _select_edge(self, words: Words, *, loaded: bool) -> None:
         """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away."""
