@@ -113,6 +113,62 @@ def test_generated_programs_on_the_machine(machine, source, length):
     assert usual == general
 
 
+def arc_words(draw, here, there, plane, wrong):
+    """Words of an arc between two points of a plane, by its centre or its radius."""
+    u, v, normal = {0: ("X", "Y", "Z"), 1: ("Z", "X", "Y"), 2: ("Y", "Z", "X")}[plane]
+    ends = f"{u}{there[0]} {v}{there[1]}"
+    ends = draw(st.sampled_from([ends, ends, f"{ends} {normal}7", f"{ends} A3 C{draw(st.integers(-9, 9))}"]))
+    first, second = ({"X": "I", "Y": "J", "Z": "K"}[letter] for letter in (u, v))
+    half = [(b - a) / 2 for a, b in zip(here, there, strict=True)]
+    lean = draw(st.sampled_from([0, 0, 0.5, -3, 1e-4]))
+    center = f"{first}{half[0] - lean * half[1]:.9f} {second}{half[1] + lean * half[0]:.9f}"
+    chord = 2 * (half[0] ** 2 + half[1] ** 2) ** 0.5
+    radius = f"R{draw(st.sampled_from([-1, 1])) * chord * draw(st.sampled_from([0.5, 0.500001, 0.7, 4])):.9f}"
+    if wrong:
+        return draw(
+            st.sampled_from(
+                [f"{ends} {center} {radius}", ends, f"{ends} R0", f"{ends} R1", f"{ends} {first}2", f"R{chord}"]
+            )
+        )
+    return f"{ends} {draw(st.sampled_from([center, radius]))}"
+
+
+@st.composite
+def arc_programs(draw):
+    """Arcs and lines in one plane, in states that allow arcs and in others; in some words of arcs where they mean nothing."""
+    plane, wrong = draw(st.integers(0, 2)), draw(st.sampled_from([0, 0, 1]))
+    u, v, letter = {0: "XYI", 1: "ZXK", 2: "YZJ"}[plane]
+    lines, here, straight = [f"G{17 + plane} G49 F300", "G0 X0 Y0 Z0 A0 C0"], (0, 0), True
+    others = [["G90.1", "G91.1"], ["G93", "G94 F100"], ["#1=2"], ["M8"], [f"{letter}1"]]
+    others += [["G20"], ["G18"], ["G0 I5"], ["G41.1 D1", "G40"], ["P2"], ["G90.1"]] * wrong
+    for _ in range(draw(st.integers(4, 24))):
+        there = (here[0] + draw(st.sampled_from([-7.5, 2, 4, 31])), draw(st.sampled_from([0, 0, 5, -7.25])))
+        code = draw(st.sampled_from(["G2 ", "G3 ", "G2 ", "g03 F50", "N5 G2 ", "", "", "G1 "]))
+        straight = code == "G1 " or (straight and not code)
+        odd = wrong and draw(st.integers(0, 9)) == 0
+        lines.append(code + (f"{u}{there[0]} {v}{there[1]}" if straight else arc_words(draw, here, there, plane, odd)))
+        here = there
+        more = draw(st.sampled_from([[]] * 30 + others))
+        lines += [] if straight and letter in more[:1] else more
+    return "\n".join([*lines, "M2"]).encode()
+
+
+@settings(SETTINGS, max_examples=250)
+@given(arc_programs())
+def test_generated_arcs_as_an_interpreter(source):
+    fast, usual, general = fast_and_general(as_interpreter, source)
+    assert fast == general
+    assert usual == general
+
+
+@settings(SETTINGS, max_examples=100)
+@given(arc_programs())
+def test_generated_arcs_on_the_machine(machine, source):
+    fast, usual, general = fast_and_general(as_machine, source, machine, tool_length=60.0)
+    assert fast == general
+    assert usual == general
+
+
 # --- states in which the fast path may not be fast ------------------------------------------------
 
 PLAIN = "X1 Y2 Z3 F100\nX2\nY3 F200\nN5 Z4\nG0 X0\nG1 X.1\nA10 C20\nF50\nX7 Y8\nX3\nG0\nX4\nG1\nC30\n"

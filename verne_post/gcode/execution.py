@@ -184,21 +184,21 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
 def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[BlockError]:
     """Execute a line; with recovery its errors are returned, without the first is raised."""
     text, line, interpreter = flow.text, flow.line, flow.interpreter
-    moves, errors = interpreter.recorder.count, []
-    row = line - chunk.first_line
+    moves, row = interpreter.recorder.count, line - chunk.first_line
+    errors: list[BlockError] = []
     flow.line += 1
     interpreter.parameters.line = line
     block = chunk.block(row, line) if interpreter.reads_plain_words else None
     try:
         if block is not None:
             errors = _execute_block(flow, block, line, recovery)
-        elif line != text.opening and _is_executed(chunk.raw[row], interpreter.setup):
-            errors = _read_and_execute(flow, decode_line(chunk.raw[row]), line, recovery)
+        elif line != text.opening and _is_executed(raw := chunk.raw(row), interpreter.setup):
+            errors = _read_and_execute(flow, decode_line(raw), line, recovery)
     except BlockError as error:
-        _find_column(error, chunk.raw[row])
+        _find_column(error, chunk.raw(row))
         raise
     for found in errors:
-        _find_column(found, chunk.raw[row])
+        _find_column(found, chunk.raw(row))
     flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
     return errors
 

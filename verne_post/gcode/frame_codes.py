@@ -22,6 +22,7 @@ from verne_post.model.part_setup import Tool, Vector9
 
 #: Axes whose words are lengths.
 LINEAR: Final = "XYZUVW"
+_NUMBER_OF_AXIS: Final = {letter: axis for axis, letter in enumerate(AXES)}
 #: Coordinates beyond this are mistakes, not motion: 100 m, and nearly 300 turns.
 MAX_LENGTH_MM: Final = 1e5
 MAX_ANGLE_DEG: Final = 1e5
@@ -62,13 +63,15 @@ class FrameCodes:
 
     def _axis_value(self, block: Block, axis: int) -> float:
         letter = AXES[axis]
-        value = self._length(block.words[letter]) if letter in LINEAR else block.words[letter]
+        value = block.words[letter]
+        if self.state.inch and letter in LINEAR:
+            value *= MM_PER_INCH
         if self.setup.machine and abs(value) > (MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG):
             raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
         return value
 
     def _named_axes(self, block: Block) -> list[int]:
-        return [axis for axis, letter in enumerate(AXES) if letter in block.words]
+        return sorted([_NUMBER_OF_AXIS[letter] for letter in block.words if letter in _NUMBER_OF_AXIS])
 
     def _require_known(self, block: Block, axes: list[int], why: str) -> None:
         for axis in axes:

@@ -1,10 +1,12 @@
-"""Long stretches of plain straight moves, vectorised. Must agree with the general interpreter to the last bit.
+"""Long stretches of plain moves, vectorised. Must agree with the general interpreter to the last bit.
 
-A line is taken here when it has only N, G0 or G1, axis words and F, each at most once, and the modal
-state is one in which such a line is nothing but a straight move in absolute coordinates.
+A line is taken here when it has only N, G0 to G3, axis words, F and the words of an arc, each at most once, and the modal
+state is one in which such a line is nothing but a straight move or an arc in absolute coordinates.
 """
 
-from functools import cached_property
+import math
+from bisect import bisect_left
+from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
@@ -12,9 +14,11 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode import plain_arcs
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.motion_codes import MotionCodes, effective_feed, line_lengths
+from verne_post.gcode.plain_arcs import PlainArcs
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.gcode.words import WordTable
@@ -25,45 +29,59 @@ MIN_LINES: Final = 8
 #: Stretches of so many lines gain nothing from the short way of those that are alike.
 _LONG_STRETCH: Final = 1_000
 _C, _F, _G, _N = 5, 9, 10, 11
+#: What a line names, in one number: a bit for each axis, F and G.
+_BITS: Final = 1 << np.arange(_G + 1)
+_NOT_ALIKE: Final = (0, 0)
 _ROTARY: Final = [3, 4, 5]
+_IS_ARC_WORD: Final = np.isin(np.arange(256), [ord(letter) for letter in plain_arcs.WORDS])
 _LINEAR: Final = [0, 1, 2, 6, 7, 8]
 
 
 class PlainLines:
     """The plain lines of one chunk as dense tables, computed once for all stretches of it.
 
-    The columns are the nine axes, F, G and N. ``plain`` is True for lines that may be executed from here; ``row`` is,
+    The columns are the nine axes, F, G and N; ``offsets`` (n, 4) has I, J, K and R of each line itself, NaN where it has
+    none, and is None where no line has any, or arcs are not to be read. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
     True for lines that make a move (G0 or G1 alone: where ``bare_codes`` do), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
     """
 
-    def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True) -> None:
+    def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True, arcs: bool = False) -> None:
         column = np.full(256, -1, dtype=np.int8)
         for place, letter in enumerate(AXES):
             if letter in setup.axes:
                 column[ord(letter)] = place
         column[[ord("F"), ord("G"), ord("N")]] = _F, _G, _N
+        arcs = arcs and bool(_IS_ARC_WORD[words.letter].any())
+        if arcs:
+            column[_IS_ARC_WORD] = range(_N + 1, _N + 5)
         which = column[words.letter]
         usable = which >= 0
-        values = np.full((words.n_lines, 12), np.nan)
+        values = np.full((words.n_lines, 16 if arcs else 12), np.nan)
         values[words.row[usable], which[usable]] = words.value[usable]
         present = ~np.isnan(values)
         count = np.bincount(words.row, minlength=words.n_lines)
         plain = words.plain & (present.sum(axis=1) == count)  # no other letter, none twice
         g = values[:, _G]
-        plain &= ~present[:, _G] | (g == 0) | (g == 1)
+        plain &= ~present[:, _G] | (g == 0) | (g == 1) | (arcs & ((g == 2) | (g == 3)))
         with np.errstate(invalid="ignore"):
             size = np.abs(values)
             plain &= ~(values[:, _F] < 0) & ~(values[:, _N] < 0) & ~(size > MAX_NUMBER).any(axis=1)
             turned = (size[:, _ROTARY] > MAX_ANGLE_DEG).any(axis=1)
-            self.beyond_mm = turned | (size[:, _LINEAR] > MAX_LENGTH_MM).any(axis=1)
-            self.beyond_inch = turned | (size[:, _LINEAR] > MAX_LENGTH_MM / MM_PER_INCH).any(axis=1)
+            linear = [*_LINEAR, *range(_N + 1, values.shape[1])]
+            self.beyond_mm = turned | (size[:, linear] > MAX_LENGTH_MM).any(axis=1)
+            self.beyond_inch = turned | (size[:, linear] > MAX_LENGTH_MM / MM_PER_INCH).any(axis=1)
         # N must be the first word of its line
         has_n = np.flatnonzero(present[:, _N])
         first_word = np.searchsorted(words.row, has_n)
         plain[has_n[words.letter[first_word] != ord("N")]] = False
         self.plain, self.first_line = plain, words.first_line
         self.moves = present[:, :9].any(axis=1) | (present[:, _G] & bare_codes)
+        self.offsets = values[:, _N + 1 :] if arcs else None
+        self.has_offsets = present[:, _N + 1 :].any(axis=1)
+        if arcs:
+            self.moves |= present[:, _N + 1 : _N + 4].any(axis=1)
+            values, present = values[:, : _N + 1], present[:, : _N + 1]
         self.row = np.where(present, np.arange(words.n_lines, dtype=np.int32)[:, None], np.int32(-1))
         np.maximum.accumulate(self.row, axis=0, out=self.row)
         self.filled = np.take_along_axis(values, np.maximum(self.row, 0), axis=0)
@@ -71,13 +89,40 @@ class PlainLines:
         self._first_g = present[:, _G]
 
     @cached_property
-    def alike(self) -> list[int]:
-        """For every line the first one after it that makes no move, has another G code, or goes beyond any machine."""
+    def alike(self) -> dict[int, tuple[int, int]]:
+        """Stretches with one G code, one feed rate, and no axis that the first line does not name.
+
+        First line -> line after the last, and what the first line names, as :data:`_BITS`.
+        """
         g = self.filled[:, _G]
-        other = ~self.moves | self.beyond
+        other = ~self.moves | self.beyond | self._curved
         other[1:] |= self._first_g[1:] & ~(g[1:] == g[:-1])
-        stops = np.append(np.flatnonzero(other), len(other))
-        return stops[np.searchsorted(stops, np.arange(len(other)), side="right")].tolist()
+        begin = np.flatnonzero(self.plain & np.append(True, ~self.plain[:-1]))
+        end = np.append(np.flatnonzero(~self.plain), len(self.plain))
+        end = end[np.searchsorted(end, begin)]
+        odd = np.append(np.flatnonzero(other), len(other))
+        odd = odd[np.searchsorted(odd, begin + 1)]
+        here, there = self.row[begin] == begin[:, None], self.row[end - 1] >= begin[:, None]
+        good = ~other[begin] | (self._first_g[begin] & self.moves[begin] & ~self.beyond[begin] & ~self._curved[begin])
+        good &= (odd >= end) & (here[:, :_F] == there[:, :_F]).all(axis=1)
+        good &= (self.row[end - 1, _F] <= begin) & (here[:, _G] | ~there[:, _G])
+        named = here[good, : _G + 1] @ _BITS
+        return dict(zip(begin[good].tolist(), zip(end[good].tolist(), named.tolist(), strict=True), strict=True))
+
+    @cached_property
+    def _curved(self) -> Mask:
+        """Lines that have words of an arc, or its code."""
+        return (
+            self.has_offsets if self.offsets is None else self.has_offsets | (self._first_g & (self.filled[:, _G] >= 2))
+        )
+
+    @cached_property
+    def _curves(self) -> list[int]:
+        return [*np.flatnonzero(self._curved).tolist(), len(self.plain)]
+
+    def next_curved(self, first: int) -> int:
+        """The first line from ``first`` on that has words of an arc, or its code."""
+        return self._curves[bisect_left(self._curves, first)]
 
     def ends(self) -> NDArray[np.intp]:
         """For every line the end (exclusive) of the stretch of plain lines that it stands in."""
@@ -85,11 +130,19 @@ class PlainLines:
         return stops[np.searchsorted(stops, np.arange(len(self.plain)))]
 
 
+@cache
+def _named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
+    """Axes that a line names, as a mask and as numbers, and whether it has F and G; from :data:`_BITS`."""
+    named = np.array([bits >> column & 1 for column in range(_G + 1)], dtype=bool)
+    return named[:_F], tuple(np.flatnonzero(named[:_F]).tolist()), bool(named[_F]), bool(named[_G])
+
+
 def is_ready(state: State, lines: PlainLines, row: int) -> bool:
-    """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves."""
+    """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves and arcs."""
+    arcs = lines.offsets is not None and plain_arcs.may_execute(state)
     return (
         state.absolute
-        and (state.motion in (0, 10) or bool(lines.row[row, _G] == row))
+        and (state.motion in (0, 10) or (arcs and state.motion in (20, 30)) or bool(lines.row[row, _G] == row))
         and state.held is None
         and not state.vectors
         and state.tool_axis is None
@@ -109,6 +162,10 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
     if last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
         return last
     setup, state, recorder = codes.setup, codes.state, codes.recorder
+    if lines.offsets is not None and not plain_arcs.may_execute(state):
+        last = min(last, lines.next_curved(first))
+        if last == first:
+            return first
     if not all(state.known[AXES.index(letter)] for letter in setup.axes):
         last = _until_known(lines, first, last, setup, state)
     scaled = state.inch and state.feed_mode != FeedMode.INVERSE
@@ -118,27 +175,22 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
     angular = np.where(given[:, _F], filled[:, _F], state.feed_angular)
     feed = np.where(given[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
     moves = lines.moves[first:last]
-    feeds = moves & (motion == 1)
-    bad = _find_refused(lines, first, last, setup, state, feeds, feed)
-    if bad is not None and bad.any():
-        n = int(np.argmax(bad))  # the general interpreter names the error
-        if n == 0:
-            return first
-        last = first + n
-        given, filled, motion, moves, feed, angular = (
-            given[:n],
-            filled[:n],
-            motion[:n],
-            moves[:n],
-            feed[:n],
-            angular[:n],
-        )
-
+    feeds = moves & (motion >= 1)
     words = filled[:, :9]
     if state.inch:
         words = words.copy()
         words[:, _LINEAR] *= MM_PER_INCH
     end = np.where(given[:, :9], words, state.position)
+    bad = _find_refused(lines, first, last, setup, state, feeds, feed)
+    arcs = _find_arcs(lines, first, last, moves, motion, end, state)
+    if arcs is not None:
+        bad = arcs[1] if bad is None else bad | arcs[1]
+    if bad is not None and bad.any():
+        n = int(np.argmax(bad))  # the general interpreter names the error
+        if n == 0:
+            return first
+        last = first + n
+        given, motion, moves, feed, angular, end = (column[:n] for column in (given, motion, moves, feed, angular, end))
     shown = feed
     # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
     if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
@@ -148,6 +200,12 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
     number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
     kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)
     shown = np.where(rapid, np.nan, shown)
+    straight, curves = len(kind) > 0, None
+    if arcs is not None:
+        curved = motion >= 2
+        kind[curved], shown[curved] = MoveKind.ARC, feed[curved]
+        straight = bool((moves & ~curved).any())
+        curves = arcs[0].before(len(motion), state.plane)
     if not moves.all():
         number = number[moves] if number is not None else None
         kind, shown, moved = kind[moves], shown[moves], end[moves]
@@ -155,11 +213,11 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
         moved = end
     if number is None:
         number = np.full(len(kind), shown_line)
-    recorder.add_many(state, number, kind, moved, shown)
+    recorder.add_many(state, number, kind, moved, shown, curves)
     if recorder.fixes_c is None and given[-1, _C]:
         named = int(lines.first_line + first + np.argmax(given[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)
-    state.arc_may_follow = state.arc_may_follow or len(kind) > 0
+    state.arc_may_follow = state.arc_may_follow or straight
     state.motion, state.cycle = 10 * int(motion[-1]), None
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
@@ -169,36 +227,47 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
     return last
 
 
+def _find_arcs(
+    lines: PlainLines, first: int, last: int, moves: Mask, motion: Array, end: Array, state: State
+) -> tuple[PlainArcs, Mask] | None:
+    """Arcs among lines, and the lines that only the general interpreter may execute; None where there is neither."""
+    if lines.offsets is None or (lines.next_curved(first) >= last and state.motion in (0, 10)):
+        return None
+    curved = moves & (motion >= 2)
+    offsets = lines.offsets[first:last]
+    arcs = plain_arcs.find_arcs(offsets[curved], motion[curved] == 2, np.flatnonzero(curved), end, state)
+    bad = ~curved & lines.has_offsets[first:last]
+    bad[arcs.row] = arcs.refused
+    if not state.arc_may_follow:
+        bad |= curved & (np.cumsum(moves & ~curved) == 0)
+    return arcs, bad
+
+
 def _execute_alike(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None) -> bool:
     """Execute lines with one G code, one feed rate, and no axis that the first of them does not name; False for any others.
 
     Stretches between other lines are often so, and too short for what :func:`execute` looks at.
     """
-    state, recorder = codes.state, codes.recorder
-    here, there = lines.row[first].tolist(), lines.row[last - 1].tolist()
-    given = [row >= first for row in there]
+    state = codes.state
+    end_of_alike, bits = lines.alike.get(first, _NOT_ALIKE)
     if (
-        lines.alike[first] < last or lines.beyond[first] or not lines.moves[first]
-        or [row == first for row in here[:_F]] != given[:_F] or (given[_F] and there[_F] != first) or (given[_G] and here[_G] != first)
-        or False in state.known or state.inch or state.feed_mode != FeedMode.PER_MINUTE
+        end_of_alike < last or False in state.known or state.inch or state.feed_mode != FeedMode.PER_MINUTE
         or (codes.setup.machine and not state.length_given)
     ):  # fmt: skip
         return False
-    motion = 10 * int(lines.filled[first, _G]) if given[_G] else state.motion or 0
-    feed = float(lines.filled[first, _F]) if given[_F] else state.feed
-    if (motion == 10 and feed == 0.0) or (not given[_F] and feed != state.feed_angular):
+    mask, axes, has_feed, has_code = _named_words(bits)
+    motion = 10 * int(lines.filled[first, _G]) if has_code else state.motion or 0
+    feed = float(lines.filled[first, _F]) if has_feed else state.feed
+    if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
         return False
-    end = lines.filled[first:last, :_F].copy()
-    for axis, named in enumerate(given[:_F]):
-        if named:
-            state.placed = state.named[axis] = True
-        else:
-            end[:, axis] = state.position[axis]
-    kind, shown = (MoveKind.RAPID, np.nan) if motion == 0 else (MoveKind.FEED, feed)
+    end = np.where(mask, lines.filled[first:last, :_F], state.position)
+    for axis in axes:
+        state.placed = state.named[axis] = True
+    kind, shown = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
-    recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
-    if given[_C]:
-        recorder.fix_c(line)
+    codes.recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
+    if _C in axes:
+        codes.recorder.fix_c(line)
     state.arc_may_follow = True
     state.motion, state.cycle = motion, None
     state.feed = state.feed_angular = feed

@@ -3,6 +3,7 @@
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
@@ -17,8 +18,6 @@ from verne_post.model.splines import GrowingSplines, Splines
 
 #: In place of a tool axis where A and C words hold.
 _NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)
-#: Runs of so many moves are written one by one.
-_LONG_RUN: Final = 300
 #: Types of the columns after line, kind, end and feed, which a block of moves may share.
 _SHARED_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
@@ -39,6 +38,14 @@ class Modes(Protocol):
     spindle_speed: float
     spindle_on: bool
     tool_axis: tuple[float, float, float] | None
+
+
+class ArcRows(NamedTuple):
+    """Arcs of one plane and one turn each: centres (n, 3), sweeps in degrees (n,), number of the plane."""
+
+    center: Array
+    sweep: Array
+    plane: int
 
 
 class Row(NamedTuple):
@@ -71,24 +78,17 @@ class _Run(NamedTuple):
 
 
 def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> None:
-    """Write runs into the columns of a table that begins with the move ``first``."""
+    """Write runs into the columns of a table that begins with the move ``first``; what stands between them is not kept."""
     others = [name for name in part if name not in ("line", "end")]
-    lengths = np.array([len(run.end) for run in runs])
-    if lengths.mean() > _LONG_RUN:
-        for run, n in zip(runs, lengths.tolist(), strict=True):
-            rows = slice(run.place - first, run.place - first + n)
-            part["line"][rows] = np.arange(run.line, run.line + n) if run.counted else run.line
-            part["end"][rows] = run.end
-            for name, value in zip(others, run.shared, strict=True):
-                part[name][rows] = value
-        return
-    within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    place, line, counted = (np.repeat(np.array(column), lengths) for column in list(zip(*runs, strict=True))[:3])
-    at = place - first + within
-    part["line"][at] = line + counted * within
-    part["end"][at] = np.concatenate([run.end for run in runs])
-    for name, values in zip(others, zip(*(run.shared for run in runs), strict=True), strict=True):
-        part[name][at] = np.repeat(np.array(values, part[name].dtype), lengths, axis=0)
+    for shared, group in groupby(runs, key=lambda run: run.shared):
+        alike = list(group)
+        rows = slice(alike[0].place - first, alike[-1].place + len(alike[-1].end) - first)
+        for name, value in zip(others, shared, strict=True):
+            part[name][rows] = value
+        for place, line, counted, end, _shared in alike:
+            rows = slice(place - first, place - first + len(end))
+            part["line"][rows] = np.arange(line, line + len(end)) if counted else line
+            part["end"][rows] = end
 
 
 @dataclass
@@ -175,19 +175,39 @@ class Recorder:
         )
         self.arcs.append(arc)
 
-    def add_many(self, modes: Modes, line: NDArray[np.int_], kind: NDArray[np.int_], end: Array, feed: Array) -> None:
-        """Record straight moves that share the modal state, as arrays."""
+    def add_many(
+        self,
+        modes: Modes,
+        line: NDArray[np.int_],
+        kind: NDArray[np.int_],
+        end: Array,
+        feed: Array,
+        arcs: ArcRows | None = None,
+    ) -> None:
+        """Record moves that share the modal state, as arrays; those of the kind ARC belong to ``arcs``, in order."""
         n = len(line)
         if n == 0:
             return
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (*self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS)
+        shared = (*self._modes(modes), self._keep_arcs(kind, arcs), -1, modes.tool_axis or _NO_TOOL_AXIS)
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n
         if self.count - self.settled >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
             self._settle()
+
+    def _keep_arcs(self, kind: NDArray[np.int_], arcs: ArcRows | None) -> NDArray[np.int64] | int:
+        """Keep arcs, none of which is ever amended; for every move the row of its arc, -1 for none."""
+        if arcs is None or not len(arcs.sweep):
+            return -1
+        self._flush(len(self.rows))  # arcs are in the order of the moves
+        n, curved = len(arcs.sweep), kind == MoveKind.ARC
+        turns = np.where(arcs.sweep < 0, -1, 1).astype(np.int32)
+        self.arc_table.extend(plane=np.full(n, arcs.plane, np.int8), center=arcs.center, turns=turns, sweep=arcs.sweep)
+        row = np.where(curved, self.settled_arcs + np.cumsum(curved) - 1, -1)
+        self.settled_arcs += n
+        return row
 
     def add_run(self, modes: Modes, line: int, kind: MoveKind, end: Array, feed: float, *, counted: bool) -> None:
         """Record straight moves that share all but their ends: of the lines from ``line`` on (``counted``), or all of that line."""
@@ -245,8 +265,11 @@ class Recorder:
         self._flush(len(self.rows) - kept)
         first, end = self.settled, self.places[0] if self.places else self.count
         part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
+        settled = [run for run in self.runs if run.place < end]
+        _fill_runs(part, settled, first)
+        del self.runs[: len(settled)]
         later = []
-        for block in self.blocks:
+        for block in self.blocks:  # over what runs have left between them
             place, *columns, shared = block
             if (place.start if isinstance(place, slice) else place[0]) >= end:
                 later.append(block)
@@ -254,10 +277,6 @@ class Recorder:
             at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
             for name, values in zip(part, (*columns, *shared), strict=True):
                 part[name][at] = values
-        settled = [run for run in self.runs if run.place < end]
-        if settled:
-            _fill_runs(part, settled, first)
-            del self.runs[: len(settled)]
         self.table.extend(**part)
         self.blocks, self.settled = later, end
         release_memory()  # the text so far

@@ -26,7 +26,7 @@ from verne_post.gcode.expressions import (
 #: A value, computed from the numbers of the line and the parameters.
 Node = Callable[[list[float], Values], float]
 
-_NUMBER: Final = re.compile(r"\d+\.?\d*|\.\d+")
+_NUMBER: Final = re.compile(r"(\d+\.?\d*|\.\d+)")
 #: Comments, names, polar words and whatever else only the exact reader reads; and ``?``, which stands for a number here.
 _OTHER: Final = re.compile(r"[^\t\r A-Za-z0-9.+\-*/=#\[\]]")
 _BLANKS: Final = str.maketrans("", "", " \t\r")
@@ -56,22 +56,21 @@ class _Template(NamedTuple):
     settings: list[tuple[Node, Node, int]]
 
 
-_templates: dict[tuple[str, bool], _Template | None] = {}
+#: By what stands between the numbers of a line.
+_templates: dict[tuple[str | bool, ...], _Template | None] = {}
 
 
 def read_by_template(text: str, values: Values) -> Words | None:
     """The words of a line; None where only the exact reader can read it."""
-    if _OTHER.search(text):
-        return None
-    text = text.translate(_BLANKS).upper()
-    numbers = _NUMBER.findall(text)
-    key = _NUMBER.sub("?", text), values.custom_macro
+    parts = _NUMBER.split(text)
+    numbers = parts[1::2]
+    key = (*parts[::2], values.custom_macro)
     if key not in _templates:
         if len(_templates) >= _KEPT:
             _templates.clear()
-        _templates[key] = _compile(*key)
+        _templates[key] = _find_template(text, len(numbers), values.custom_macro)
     template = _templates[key]
-    if template is None or any(len(number) > _MAX_DIGITS for number in numbers):
+    if template is None or (len(text) > _MAX_DIGITS and any(len(number) > _MAX_DIGITS for number in numbers)):
         return None
     n = [float(number) for number in numbers]
     try:
@@ -82,11 +81,21 @@ def read_by_template(text: str, values: Values) -> Words | None:
         ]
     except (BlockError, ArithmeticError, ValueError):
         return None
-    if any(abs(value) > MAX_NUMBER for value in words.values()) or any(
-        abs(value) > MAX_NUMBER for _, value, _at in codes
-    ):
-        return None
+    for value in words.values():
+        if abs(value) > MAX_NUMBER:
+            return None
+    for _letter, value, _at in codes:
+        if abs(value) > MAX_NUMBER:
+            return None
     return Words(codes, words, {letter: -at for letter, _node, at in template.words}, settings)
+
+
+def _find_template(text: str, count: int, custom_macro: bool) -> _Template | None:
+    """The template of a line with so many numbers; None where there is none, or where blanks stand inside a number."""
+    if _OTHER.search(text):
+        return None
+    text = text.translate(_BLANKS).upper()
+    return _compile(_NUMBER.sub("?", text), custom_macro) if len(_NUMBER.findall(text)) == count else None
 
 
 def word_columns(text: str) -> list[int]:

@@ -53,9 +53,14 @@ class Chunk:
     words: WordTable | None = None
 
     @cached_property
-    def raw(self) -> list[bytes]:
-        """The lines themselves."""
-        return self.text.split(b"\n")
+    def _ends(self) -> list[int]:
+        """Where each line begins, and after the last."""
+        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n")) + 1
+        return [0, *ends.tolist(), len(self.text) + 1]
+
+    def raw(self, row: int) -> bytes:
+        """A line itself, counted from 0."""
+        return self.text[self._ends[row] : self._ends[row + 1] - 1]
 
     @cached_property
     def _starts(self) -> list[int]:
@@ -113,6 +118,8 @@ class ProgramText:
 
     #: G0 and G1 alone are moves of no length.
     bare_codes: ClassVar[bool] = True
+    #: Lines with G2, G3 and I, J, K or R mean the same in the scanner as in the interpreter.
+    reads_arcs: ClassVar[bool] = True
 
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         self.source, self.setup, self.name, self.language = source, setup, name, language
@@ -122,9 +129,17 @@ class ProgramText:
         self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
+        self._last: Chunk | None = None
 
     def chunk(self, line: int) -> Chunk | None:
         """The chunk that holds a line; None after the end of the text."""
+        last = self._last
+        if last is not None and last.first_line <= line < last.first_line + len(last.ends):
+            return last
+        self._last = self._find_chunk(line)
+        return self._last
+
+    def _find_chunk(self, line: int) -> Chunk | None:
         for kept in reversed(self._kept.values()):
             if kept.first_line <= line < kept.first_line + len(kept.ends):
                 return kept
@@ -142,7 +157,7 @@ class ProgramText:
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
         words = self.read_words(first, text)
-        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes)
+        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, arcs=self.reads_arcs)
         chunk = Chunk(first, text, lines, lines.ends().tolist(), words)
         self._kept[first] = chunk
         if len(self._kept) > _KEPT_CHUNKS:
@@ -156,7 +171,7 @@ class ProgramText:
     def line(self, line: int) -> bytes:
         """One line."""
         chunk = self.chunk(line)
-        return b"" if chunk is None else chunk.raw[line - chunk.first_line]
+        return b"" if chunk is None else chunk.raw(line - chunk.first_line)
 
     @cached_property
     def structure(self) -> Structure:

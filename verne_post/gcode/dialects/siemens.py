@@ -72,7 +72,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             restart = may_restart(state) and executor.modal is None and executor.interpreter.draft is None
             last = execute_stretch(flow, chunk, _last_line(stop, line) if in_main else None)
             if last is None:
-                flow.step(chunk.raw[line - chunk.first_line])
+                flow.step(chunk.raw(line - chunk.first_line))
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last or line + 1, may_restart=restart)
         except BlockError as error:

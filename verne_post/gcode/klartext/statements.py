@@ -118,7 +118,7 @@ class KlartextText:
     def raw(self, line: int) -> bytes | None:
         """One line; None after the end of the text."""
         chunk = self.chunk(line)
-        return None if chunk is None else chunk.raw[line - chunk.first_line]
+        return None if chunk is None else chunk.raw(line - chunk.first_line)
 
     def parts(self, line: int) -> list[str]:
         """The lines of the statement that begins in a line, without comments.

@@ -130,6 +130,7 @@ class SiemensText(ProgramText):
     """One file: its lines in chunks, and the programs in it."""
 
     bare_codes: ClassVar[bool] = False
+    reads_arcs: ClassVar[bool] = False
 
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         super().__init__(source, setup, Language, name)

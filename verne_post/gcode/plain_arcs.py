@@ -1,0 +1,137 @@
+"""Arcs among long stretches of plain lines, vectorised. To the last bit what :mod:`verne_post.gcode.arcs` makes of one block.
+
+Square roots of sums and arc tangents come from the same functions of the C library, called one by one; the rest are
+operations that every processor rounds alike.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.tolerances import (
+    ARC_CHORD_MM,
+    ARC_HALF_CIRCLE_SHARE,
+    ARC_R_TOO_SMALL_MM,
+    ARC_RADIUS_INCH_MM,
+    ARC_RADIUS_MM,
+    ARC_RADIUS_SHARE,
+)
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.recorder import ArcRows
+from verne_post.gcode.state import State
+from verne_post.model.moves import FeedMode
+
+#: Columns of the words of arcs: I, J, K, R.
+WORDS = "IJKR"
+_R = 3
+
+
+@dataclass(frozen=True, eq=False)
+class PlainArcs:
+    """Arcs of some lines of a stretch, in order.
+
+    Attributes
+    ----------
+    row : ndarray of int, shape (n,)
+        Their lines, counted from the first of the stretch.
+    center : ndarray, shape (n, 3)
+        Program coordinates, mm.
+    sweep : ndarray, shape (n,)
+        Degrees, counter-clockwise positive.
+    refused : ndarray of bool, shape (n,)
+        The general interpreter has to say what is wrong; the other columns mean nothing there.
+    """
+
+    row: Ints
+    center: Array
+    sweep: Array
+    refused: Mask
+
+    def before(self, last: int, plane: int) -> "ArcRows":
+        """Those of the lines before ``last``, as they are recorded."""
+        n = int(np.searchsorted(self.row, last))
+        return ArcRows(self.center[:n], self.sweep[:n], plane)
+
+
+def may_execute(state: State) -> bool:
+    """True where words of arcs are nothing but an incremental centre or a radius, and feed rates those of the tip."""
+    return not state.absolute_centers and state.feed_mode != FeedMode.INVERSE and False not in state.known
+
+
+def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State) -> PlainArcs:
+    """Centres and sweeps.
+
+    Parameters
+    ----------
+    words : ndarray, shape (n, 4)
+        I, J, K, R in the unit of the program; NaN where a line lacks one.
+    clockwise : ndarray of bool, shape (n,)
+        G2.
+    row : ndarray of int, shape (n,)
+    end : ndarray, shape (m, 9)
+        Where every line of the stretch ends, mm and degrees.
+    state : State
+        That before the stretch.
+    """
+    first, second, normal, *_letters = PLANES[state.plane]
+    words = words * MM_PER_INCH if state.inch else words
+    start, stop = np.where((row > 0)[:, None], end[row - 1], state.position), end[row]
+    given = ~np.isnan(words)
+    by_radius, by_center = given[:, _R], given[:, :_R].any(axis=1)
+    refused = (by_radius == by_center) | given[:, normal]
+    center, swept = np.empty((len(row), 3)), np.empty(len(row))
+    center[:, normal] = start[:, normal]
+    plane, columns = np.array([first, second]), np.array([first, second, _R])
+    for which, solve in ((by_center, _solve_centers), (by_radius & ~by_center, _solve_radii)):
+        at = np.flatnonzero(which)
+        if len(at):
+            center[np.ix_(at, plane)], swept[at], wrong = solve(
+                start[np.ix_(at, plane)],
+                stop[np.ix_(at, plane)],
+                words[np.ix_(at, columns)],
+                clockwise[at],
+                state.inch,
+            )
+            refused[at] |= wrong
+    sweep = np.where(clockwise, -1, 1) * np.degrees(swept)
+    return PlainArcs(row, center, sweep, refused)
+
+
+def _map(function: Callable[[float, float], float], first: Array, second: Array) -> Array:
+    """A function of the C library for every row."""
+    return np.fromiter(map(function, first.tolist(), second.tolist()), np.float64, len(first))
+
+
+def _solve_centers(start: Array, end: Array, words: Array, clockwise: Mask, inch: bool) -> tuple[Array, Array, Mask]:
+    """Centre (n, 2), radians (n,) and whether refused (n,), from I, J, K in the plane."""
+    tolerance = ARC_RADIUS_INCH_MM if inch else ARC_RADIUS_MM
+    center = start + np.where(np.isnan(words[:, :2]), 0.0, words[:, :2])
+    (s1, s2), (e1, e2) = (start - center).T, (end - center).T
+    r1, r2 = _map(math.hypot, s1, s2), _map(math.hypot, e1, e2)
+    allowed = np.minimum(np.maximum(tolerance, ARC_RADIUS_SHARE * np.maximum(r1, r2)), 100 * tolerance)
+    refused = (r1 < ARC_R_TOO_SMALL_MM) | (r2 < ARC_R_TOO_SMALL_MM) | (np.abs(r1 - r2) > allowed)
+    turned = _map(math.atan2, e2, e1) - _map(math.atan2, s2, s1)
+    swept = np.where(clockwise, -turned, turned) % (2 * math.pi)
+    return center, np.where(swept * r1 < ARC_CHORD_MM, 2 * math.pi, swept), refused
+
+
+def _solve_radii(start: Array, end: Array, words: Array, clockwise: Mask, _inch: bool) -> tuple[Array, Array, Mask]:
+    """As :func:`_solve_centers`, from R."""
+    d1, d2 = (end - start).T
+    radius, half = words[:, 2], 0.5 * _map(math.hypot, d1, d2)
+    size = np.abs(radius)
+    refused = (2 * half < ARC_CHORD_MM) | (half - size > ARC_R_TOO_SMALL_MM) | (radius == 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        short = half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * size
+        height = np.where(short, np.sqrt(radius * radius - half * half), 0.0)
+        side = np.where(clockwise == (radius < 0), 1.0, -1.0)
+        middle = 0.5 * (start + end)
+        center = np.column_stack(
+            [middle[:, 0] - side * height * d2 / (2 * half), middle[:, 1] + side * height * d1 / (2 * half)]
+        )
+    swept = 2 * _map(math.atan2, half, height)
+    return center, np.where(radius > 0, swept, 2 * math.pi - swept), refused
