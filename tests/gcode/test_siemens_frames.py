@@ -13,7 +13,7 @@ from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.output.summary import paragraph
+from verne_post.output.summary import facts
 
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 LENGTH, ORIGIN = 80.0, (7.0, -9.0, 42.0)
@@ -323,10 +323,10 @@ def test_tools_by_name_are_shown_by_name(machine, name, shown):
 
     summary = convert(program(name), machine, options).summary
     assert [event.data["name"] for event in summary.events if event.kind == "tool"] == [name, name]
-    said = " ".join(paragraph(summary).split())
-    assert f"Tool length: {shown} 80 mm" in said
-    assert f"line 5 {shown}" in said
-    assert "100001" not in said
+    said = facts(summary)
+    assert [text for key, text in said if key == "tool length"] == [f"{shown} 80 mm (--tool-length)"]
+    assert any(f"line 5 {shown}" in text for _key, text in said)
+    assert "100001" not in str(said)
     findings = convert(program("MILL"), machine, options).findings
     assert f'"{name}" and "MILL"' in findings[0].message
     findings = convert(program(name).replace(b"X9", b"G41 G1 X9 F99"), machine, options).findings

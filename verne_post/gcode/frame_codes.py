@@ -18,7 +18,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, Frame
-from verne_post.model.part_setup import Tool, Vector9
+from verne_post.model.part_setup import Tool, Vector9, tool_word
 
 #: Axes whose words are lengths.
 LINEAR: Final = "XYZUVW"
@@ -87,11 +87,11 @@ class FrameCodes:
     def _check_one_tool(self, tool: int) -> None:
         """--tool-length is the length of one tool."""
         state = self.state
-        if self.setup.tool_length is not None and state.only_tool not in (None, tool):
+        if self.setup.tool_length is not None and state.only_tool is not None and state.only_tool != tool:
             raise BlockError(
                 "VP018",
-                f"--tool-length holds for one tool, but the program uses {_tool(state, state.only_tool)} and "
-                f"{_tool(state, tool)}; use --tool-table instead",
+                f"--tool-length holds for one tool, but the program uses {tool_word(state.only_tool, state.tool_names)} and "
+                f"{tool_word(tool, state.tool_names)}; use --tool-table instead",
             )
         state.only_tool = tool
 
@@ -304,8 +304,3 @@ class FrameCodes:
 def _directions(frame: Frame) -> tuple[object, ...]:
     """What decides the directions of the program's X, Y, Z."""
     return frame.turn, frame.part_turn, frame.feature
-
-
-def _tool(state: State, number: int | None) -> str:
-    """A tool as the program calls it."""
-    return f'"{state.tool_names[number]}"' if number in state.tool_names else f"T{number}"

@@ -5,7 +5,7 @@ with tool offset and G92 taken out, mm and degrees whatever the program's units,
 X Y Z A B C U V W. Every row knows its source line.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Final
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
-from verne_post.model.part_setup import SYSTEM_NAMES, Vector9
+from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, tool_text
 from verne_post.model.splines import Splines, no_splines
 
 AXES: Final = "XYZABCUVW"
@@ -186,6 +186,16 @@ class Event:
         if self.kind == "stop":
             return self.data["stop"] != "optional" or optional_stop
         return self.kind == "tool" or (self.kind == "input" and self.data["wait"] != 0)
+
+
+def tool_names(events: Iterable[Event]) -> dict[int, str]:
+    """Number -> name of the tools that a program names."""
+    return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
+
+
+def tool_of_event(event: Event) -> str:
+    """The tool of a tool change, as a person knows it."""
+    return tool_text(int(str(event.data["number"])), tool_names([event]))
 
 
 @dataclass(frozen=True)

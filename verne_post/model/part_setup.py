@@ -52,6 +52,11 @@ def tool_text(number: int, names: Mapping[int, str]) -> str:
     return f'tool "{names[number]}"' if number >= FIRST_NAMED_TOOL else f'tool {number} "{names[number]}"'
 
 
+def tool_word(number: int, names: Mapping[int, str]) -> str:
+    """The same as a program writes it: its T word, or its name."""
+    return tool_text(number, names).removeprefix("tool ") if number in names else f"T{number}"
+
+
 @dataclass(frozen=True)
 class WorkOffset:
     """Where the part's zero is on the table (mm, table frame) and how far the part is turned about C (deg)."""

@@ -1,7 +1,7 @@
 """What commands say: the summary of a conversion as keys and values, the verdict on a file, the evaluation of a log."""
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event
+from verne_post.model.moves import tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, tool_text
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
@@ -137,7 +137,7 @@ def _restart(summary: Summary) -> Facts:
     forms = {"spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [_tool_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, **event.data)
+    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, **event.data)
               for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
@@ -260,18 +260,9 @@ def _setup(summary: Summary) -> Facts:
     return [("tool length", _tools(summary)), ("work offset", _offsets(summary)), *_stock(summary), *_keep_out(summary)]
 
 
-def _tool_names(events: Iterable[Event]) -> dict[int, str]:
-    """Number -> name of the tools that the program names."""
-    return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
-
-
-def _tool_event(event: Event) -> str:
-    return tool_text(int(str(event.data["number"])), _tool_names([event]))
-
-
 def _tools(summary: Summary) -> str:
     """Lengths of the tools, and where they are from when nobody may have given one."""
-    names = _tool_names(summary.events)
+    names = tool_names(summary.events)
     lengths = [
         (f"{tool_text(number, names)} " if number else "") + f"{length:g} mm" for number, length in summary.tools
     ]
@@ -307,7 +298,7 @@ def _keep_out(summary: Summary) -> Facts:
         return []
     used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
     tools = options.tools or {}
-    named = _tool_names(summary.events)
+    named = tool_names(summary.events)
     thin = [tool_text(number, named) if number else "the tool" for number in sorted(used)
             if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
     unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
@@ -351,7 +342,7 @@ def _manual_stops(summary: Summary) -> Facts:
     heads = list(groups)
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
-        what = _tool_event(event) if event.kind == "tool" else forms[event.kind].format(**event.data)
+        what = tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(**event.data)
         groups[head].append(f"line {event.line} {what}")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 

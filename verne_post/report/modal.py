@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 from verne_post.kinematics.checks.keep_out import tool_of_moves
-from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, tool_names
+from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
 
 #: A state: what, and its value.
 State = tuple[tuple[str, str], ...]
@@ -44,7 +44,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     frame = moves.frames[moves.frame[number]]
     speed = float(moves.spindle[number])
     turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
-    name = f"T{tool}, " if tool else ""
+    name = f"{tool_word(tool, tool_names(moves.events))}, " if tool else ""
     return (
         ("motion", _motion(moves, number)),
         ("feed", _feed(moves, number)),

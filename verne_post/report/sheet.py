@@ -10,8 +10,8 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.moves import Event, tool_names, tool_of_event
+from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
 from verne_post.output.findings import text_line
 from verne_post.output.summary import facts
 from verne_post.report.table import Governing, Study
@@ -20,7 +20,7 @@ from verne_post.report.table import Governing, Study
 _OFFSET_NOISE: Final = 1e-9
 #: Stretches that lose time against the programmed feed, shown among the worst places.
 _SLOW_STRETCHES: Final = 2
-_ACTIONS: Final = {"tool": "put in tool {number}", "input": "input {input} is waited for", "stop": "{stop} stop"}
+_ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 Row = tuple[str, ...]
 
 
@@ -208,13 +208,14 @@ def _tools(study: Study) -> list[Row]:
     numbers = tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
     pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
     listed = program.options.tools or {}
+    names = tool_names(program.moves.events)
     rows: list[Row] = []
     for number, length in pairs.tolist():
         tool = listed.get(int(number))
         known = tool is not None and tool.diameter > 0
         rows.append(
             (
-                f"T{int(number)}" if number else "not named",
+                tool_word(int(number), names) if number else "not named",
                 f"{length:g}",
                 f"{tool.diameter:g}" if tool and known else "not given",
             )
@@ -250,4 +251,7 @@ def _actions(study: Study) -> list[Row]:
     def at(event: Event) -> str:
         return f"{rows[id(event)] * cycle:.3f} s" if id(event) in rows else ""
 
-    return [(str(event.line), at(event), _ACTIONS[event.kind].format(**event.data)) for event in waits]
+    def action(event: Event) -> str:
+        return f"put in {tool_of_event(event)}" if event.kind == "tool" else _ACTIONS[event.kind].format(**event.data)
+
+    return [(str(event.line), at(event), action(event)) for event in waits]
