@@ -126,11 +126,13 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     return call
 
 
-@pytest.fixture
-def environment() -> dict[str, str]:
-    """Environment in which a new interpreter finds the package under test from any folder."""
+@pytest.fixture(scope="session")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Environment in which a new interpreter finds the package under test from any folder, compiled once a session."""
     package = str(Path(verne_post.__file__).parents[1])
-    return {**os.environ, "PYTHONPATH": package}
+    compiled = tmp_path_factory.mktemp("compiled")
+    kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    return {**kept, "PYTHONPATH": package, "PYTHONPYCACHEPREFIX": str(compiled)}
 
 
 @pytest.fixture

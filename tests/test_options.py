@@ -212,6 +212,8 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "remap": remapped,
     "control": controls,
     "max_repeats": number(0, math.inf, whole=True),
+    "max_megabytes": number(1, math.inf, whole=True),
+    "max_rows": number(2, math.inf, whole=True),
     "smoothing": words("spline", "blend", "off"),
     "tolerance": number(1e-6, 10, none=True),
     "orientation_tolerance_deg": number(1e-6, 10, none=True),

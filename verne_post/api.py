@@ -15,6 +15,7 @@ from verne_post.app.convert import convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.result import Progress, Result, Setpoints, Sink
+from verne_post.app.source_text import without_mark
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.config import load_machine
@@ -182,7 +183,7 @@ def _read(source: Source, what: str) -> Text:
     """Bytes of a text, or of a file."""
     if isinstance(source, os.PathLike):
         try:
-            return Path(source).read_bytes()
+            return without_mark(Path(source).read_bytes())
         except OSError as error:
             raise UsageError(what, f"{source}: {error.strerror or error}") from None
     if isinstance(source, str):

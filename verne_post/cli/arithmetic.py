@@ -7,6 +7,7 @@ threshold takes one step more or less. All rows are legal, but files that differ
 
 import os
 import platform
+import warnings
 from typing import Final
 
 #: Kernels that every processor of a kind has; a conversion takes no longer with them.
@@ -31,3 +32,5 @@ def same_everywhere() -> None:
     """Choose the kernels of this process and of those that it starts; before numpy is first imported."""
     os.environ.pop("NPY_ENABLE_CPU_FEATURES", None)  # numpy refuses to have both
     os.environ.update(settings())
+    # a release warns of the names that others know; under -W error it would not even load
+    warnings.filterwarnings("ignore", r"\s*During parsing environment variable.*NPY_DISABLE", ImportWarning)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from verne_post.base.printable import printable
 from verne_post.cli.common import load, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
@@ -91,7 +92,9 @@ def command(
     for one in outcomes:
         for name in one.left:
             click.echo(
-                f"{name}: not removed: batch did not make this file, or it was changed since; it is not of {one.program} as it is now",
+                printable(
+                    f"{name}: not removed: batch did not make this file, or it was changed since; it is not of {one.program} as it is now"
+                ),
                 err=True,
             )
     if junit is not None or sarif is not None:  # only they read every program once more
@@ -225,18 +228,19 @@ _ORDER = (_WORDS[ExitStatus.CLEAN], "as before", *list(_WORDS.values())[1:])
 
 def table(outcomes: "Sequence[Outcome]") -> str:
     """A line a program, and how many of each."""
-    width = max([len("program"), *(len(one.program) for one in outcomes)]) if outcomes else 7
+    names = [printable(one.program) for one in outcomes]
+    width = max(map(len, ["program", *names]))
     lines = [f"{'program':<{width}}  {'result':<10} {'time s':>10} {'rows':>10}  first finding"]
     counts: dict[str, int] = {}
-    for one in outcomes:
+    for name, one in zip(names, outcomes, strict=True):
         word = "as before" if one.again and one.status == 0 else _WORDS.get(one.status, str(one.status))
         counts[word] = counts.get(word, 0) + 1
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         rows = "-" if one.rows is None else str(one.rows)
         first = next((item for item in one.findings if item.severity == "error"), None)
         where = "" if first is None or first.line is None else f" line {first.line}"
-        reason = "" if first is None else f"{first.code}{where}: {first.message}"
-        lines.append(f"{one.program:<{width}}  {word:<10} {time:>10} {rows:>10}  {reason}".rstrip())
+        reason = "" if first is None else f"{first.code}{where}: {printable(first.message)}"
+        lines.append(f"{name:<{width}}  {word:<10} {time:>10} {rows:>10}  {reason}".rstrip())
     lines.append(
         f"{len(outcomes)} programs: " + ", ".join(f"{counts[word]} {word}" for word in _ORDER if word in counts)
     )

@@ -116,7 +116,7 @@ def command(
                 result = refused(InputError(finding("VP022", str(error))))
         time = result.summary.cycle_time if result.summary else None
         remarked = tuple(remarks(result.summary)) if result.summary else ()
-        everything.append(Report(shown, result.findings, time, source, remarked))
+        everything.append(Report("<stdin>" if name == "-" else name, result.findings, time, source, remarked))
         reports.append(apply_policy(everything[-1], policy))
         status = status_of(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from verne_post.base.printable import printable
 from verne_post.cli.colour import say
 from verne_post.cli.files import RunFiles, reading
 from verne_post.model.verdict import status_of
@@ -49,7 +50,7 @@ def program_text(
     from verne_post.config.subprograms import subprograms_of
     from verne_post.model.findings import InputError, UsageError, finding
 
-    source = _text(files, name)
+    source = _text(files, name, options.max_megabytes)
     check_source_text(source, shown_name(name))
     if source.startswith(b"t_s,"):
         raise InputError(finding("VP022", f"{shown_name(name)} is a setpoint file, not a program"))
@@ -72,20 +73,36 @@ def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
     return load_machine(name, lambda path: files.reads(path, what))
 
 
-def _text(files: RunFiles, name: str) -> "Text":
-    """A program's text, from standard input for ``-``; a long one in a copy, so that it stays what was there."""
+def _text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
+    """A program's text, from standard input for ``-``; a long one in a copy, so that it stays what was there.
+
+    Raises
+    ------
+    InputError
+        VP022: what begins as no text is not read on, nor more megabytes than allowed.
+    """
+    from verne_post.app.source_text import check_source_begin, without_mark
     from verne_post.base.columns import temporary_storage
     from verne_post.base.long_text import text_in
+    from verne_post.model.findings import InputError, finding
 
     with files.opened(name, PROGRAM) as file:
         with reading(name):
             part = file.read(LONG_TEXT)
         if len(part) < LONG_TEXT:
-            return part
+            return without_mark(part)
+        check_source_begin(part, shown_name(name))
+        part, read = without_mark(part), 0
         with temporary_storage():
             copy = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
         with copy:
             while part:
+                read += len(part)
+                if read > max_megabytes * 1_000_000:
+                    text = (
+                        f"{shown_name(name)} has more than {max_megabytes} MB; if it is meant to, raise --max-megabytes"
+                    )
+                    raise InputError(finding("VP022", text))
                 with temporary_storage():
                     copy.write(part)
                     copy.flush()
@@ -96,7 +113,7 @@ def _text(files: RunFiles, name: str) -> "Text":
 
 def shown_name(name: str) -> str:
     """How an input is called in messages."""
-    return "<stdin>" if name == "-" else name
+    return "<stdin>" if name == "-" else printable(name)
 
 
 def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:

@@ -2,7 +2,6 @@
 
 import importlib.util
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from verne_post.cli.files import RunFiles
+from verne_post.cli.temporary import temporary_folder
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -150,12 +150,12 @@ def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "S
     from verne_post.model.findings import InputError
     from verne_post.output.parts import index_path, index_text, is_derived, part_path, parts_of
 
-    with tempfile.TemporaryDirectory(prefix=f".{output.name}.", dir=output.resolve().parent) as folder:
+    with temporary_folder(output.resolve().parent) as folder:
         names = [part_path(output, number) for number in range(1, len(summary.parts) + 1)]
         for name, part in zip(names, summary.parts, strict=True):
             files.claims(name, "-o")
             text = FORMATS["csv"].write(rows.part(part.first_row, part.last_row))
-            files.write(Path(folder) / name.name, "-o", text)
+            files.write(folder / name.name, "-o", text)
         old: list[Path] = []
         if index_path(output).exists():
             try:
@@ -167,5 +167,5 @@ def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "S
             if is_derived(path, output):
                 path.unlink(missing_ok=True)
         for name in names:
-            files.place(Path(folder) / name.name, name, "-o")
+            files.place(folder / name.name, name, "-o")
     files.write(index_path(output), "-o", [index_text(output, summary)])

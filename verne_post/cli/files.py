@@ -3,15 +3,19 @@
 This module knows nothing of options and of the command line: whoever calls says what a file is for, and shows the message of an error.
 """
 
+import errno
 import os
 import re
 import stat
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import IO, Any, Final
+
+from verne_post.base.bounded import read_bounded
+from verne_post.base.printable import printable
+from verne_post.cli.temporary import temporary_file
 
 #: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
@@ -21,6 +25,9 @@ _Name = str | Path
 
 class FileError(Exception):
     """A file cannot be used as asked: the message names it and says what would be right. Exit status 2."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
 
 
 class Unreadable(FileError):
@@ -49,6 +56,8 @@ class RunFiles:
 
     def reads(self, name: _Name, what: str) -> None:
         """Name a file that the run reads; "-" is standard input."""
+        if "\0" in str(name):
+            raise FileError(f"{_show(what, name)}: a file name has no zero byte")
         for key in _stream_keys(sys.stdin) if name == "-" else _keys(name):
             other, where = self._written.get(key, (what, name))
             if other != what:
@@ -65,7 +74,7 @@ class RunFiles:
     def read(self, name: _Name, what: str) -> bytes:
         """The bytes of a file, or of standard input for "-"."""
         with self.opened(name, what) as file, reading(name):
-            return file.read()
+            return read_bounded(file)
 
     # --- writing -----------------------------------------------------------------------------------
 
@@ -75,6 +84,9 @@ class RunFiles:
             return
         if path.is_dir():
             raise FileError(f"{_show(what, path)}: is a folder")
+        if os.path.islink(os.path.realpath(path)):
+            raise FileError(f"{_show(what, path)}: symbolic links lead from one to another in a circle")
+        _refuse_read_only(path, what)
         for key in _keys(path):
             for known in (self._read, self._written):
                 other, _where = known.get(key, (what, path))
@@ -101,17 +113,16 @@ class RunFiles:
         if not folder.is_dir():
             raise FileError(f"{_show(what, path)}: the folder does not exist")
         try:
-            handle, probe = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
+            with temporary_file(folder):
+                pass
         except OSError as error:
             raise FileError(f"{_show(what, path)}: cannot be written: {error.strerror}") from None
-        os.close(handle)
-        Path(probe).unlink()
 
     def write(self, path: Path, what: str, parts: Iterable[str] | Iterable[bytes]) -> None:
         """Write a file so that it is whole or untouched: a temporary name in the same folder, then a rename.
 
-        Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps pointing where it does; devices, pipes and streams are
-        written through.
+        Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps pointing where it does, a file keeps its permissions;
+        devices, pipes and streams are written through.
         """
         self.claims(path, what)
         if _is_stream(path):
@@ -120,22 +131,23 @@ class RunFiles:
                 stream.writelines(_encode(parts))
             return
         target = Path(os.path.realpath(path))
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
+        with temporary_file(target.parent) as (handle, temporary):
+            with os.fdopen(handle, "wb", closefd=False) as file:
                 file.writelines(_encode(parts))
             umask = os.umask(0)
             os.umask(umask)
-            Path(temporary).chmod(0o666 & ~umask)
-            self.place(Path(temporary), path, what)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+            temporary.chmod(0o666 & ~umask)
+            self.place(temporary, path, what)
 
     def place(self, made: Path, path: Path, what: str) -> None:
         """Put a file that has been written under another name, in the same file system, where it belongs."""
         self.claims(path, what)
-        made.replace(os.path.realpath(path))
+        target = os.path.realpath(path)
+        with suppress(OSError):  # what is there keeps its permissions; only root can keep its owner
+            before = os.stat(target)
+            made.chmod(stat.S_IMODE(before.st_mode))
+            os.chown(made, before.st_uid, before.st_gid)
+        made.replace(target)
         # the inode of what was there may now be given to any new file
         self._written = {
             key: purpose for key, purpose in self._written.items() if purpose != (what, path) or isinstance(key, str)
@@ -162,7 +174,8 @@ def reading(name: _Name) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise Unreadable(f"{name}: {error.strerror or error}") from None
+        why = "is closed" if name == "-" and error.errno == errno.EBADF else error.strerror or error
+        raise Unreadable(f"{'standard input' if name == '-' else name}: {why}") from None
 
 
 def _keys(name: _Name) -> tuple[object, ...]:
@@ -195,9 +208,20 @@ def _is_stream(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
+def _refuse_read_only(path: Path, what: str) -> None:
+    """Refuse to replace a file that somebody has made read-only; root, too, who could write it."""
+    try:
+        writable = path.stat().st_mode & 0o222 and os.access(path, os.W_OK)
+    except OSError:  # not there yet
+        return
+    if not writable:
+        raise FileError(f"{_show(what, path)}: is read-only; choose another name, or make it writable")
+
+
 def _encode(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
     for part in parts:
-        yield part.encode("utf-8") if isinstance(part, str) else part
+        # a file name that is no UTF-8 is shown by its bytes
+        yield part.encode("utf-8", "backslashreplace") if isinstance(part, str) else part
 
 
 def _show(what: str, name: _Name) -> str:

@@ -3,18 +3,21 @@
 import hashlib
 import json
 import os
-import tempfile
+import threading
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, replace
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
+from verne_post.base.bounded import read_file
+from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
+from verne_post.cli.temporary import remove_all, temporary_folder, tidy_up_when_ended
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.verdict import ExitStatus, status_of
 
@@ -126,6 +129,10 @@ def run_job(job: Job) -> Outcome:
         raise
     except FileError as error:
         return _failure(job, finding("VP022", str(error)))
+    except OSError as error:  # a full disk, a folder that cannot be written
+        return _failure(job, finding("VP022", f"{error.filename or job.output}: {error.strerror or error}"))
+    except MemoryError:
+        return _failure(job, finding("VP022", f"{job.program}: memory is used up"))
     except Exception as error:
         return _failure(job, finding("VP902", f"internal error: {type(error).__name__}: {error}"))
 
@@ -158,15 +165,15 @@ def _outcome(job: Job) -> Outcome:
     if key is None:
         return replace(done, left=_unknown_files(job, record, ()))
     job.output.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{job.output.name}.", dir=job.output.parent) as folder:
-        outputs = Outputs(Path(folder) / job.output.name, job.file_format, meta=Path(folder) / job.side_car.name)
+    with temporary_folder(job.output.parent) as folder:
+        outputs = Outputs(folder / job.output.name, job.file_format, meta=folder / job.side_car.name)
         result, _said = convert_to_files(source, job.machine, options, outputs, files)
         summary = result.summary if result.ok else None
         done = Outcome(
             job.program, result.exit_code, result.findings,
             None if summary is None else summary.cycle_time, None if summary is None else summary.n_rows,
         )  # fmt: skip
-        made = {(job.place.parent / path.name).as_posix(): path for path in sorted(Path(folder).iterdir())}
+        made = {(job.place.parent / path.name).as_posix(): path for path in sorted(folder.iterdir())}
         for name in made:
             job.claim_one(files, job.root / name)
         if done.status != ExitStatus.INTERNAL_ERROR:
@@ -198,7 +205,7 @@ def _record(job: Job) -> Record | None:
     from verne_post.output.parts import index_path, is_derived
 
     try:
-        raw = job.record.read_bytes()
+        raw = read_file(job.record)
         json.dumps(json.loads(raw), allow_nan=False)  # pydantic lets endless numbers pass
         record = TypeAdapter(Record).validate_json(raw, strict=True)
         paths = [job.root / name for name in record.files]
@@ -248,7 +255,7 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             yield run_job(job)
         return
     alone: list[Job] = []
-    with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=get_context("spawn")) as pool:
+    with _pool(min(workers, len(jobs))) as pool:
         futures: dict[Future[Outcome], Job] = {pool.submit(run_job, job): job for job in jobs}
         try:
             for future in as_completed(futures):
@@ -260,11 +267,30 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             pool.shutdown(cancel_futures=True)
             raise
     for job in alone:
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        with _pool(1) as pool:
             try:
                 yield pool.submit(run_job, job).result()
             except BrokenProcessPool:
                 yield _failure(job, finding("VP902", "the process that converted this program was killed"))
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_follow_parent)
+
+
+def _follow_parent() -> None:
+    """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
+    same_everywhere()
+    tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
+    parent = parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        remove_all()
+        os._exit(ExitStatus.INTERRUPTED)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:

@@ -4,6 +4,7 @@ Heavy modules are imported by the commands that need them, so that --help and --
 """
 
 import difflib
+import errno
 import importlib
 import io
 import os
@@ -13,8 +14,11 @@ from typing import Any, Final
 import click
 
 from verne_post import __version__
+from verne_post.base.printable import printable, printable_lines
 from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.files import FileError
+from verne_post.cli.streams import drop, prepare_streams
+from verne_post.cli.temporary import tidy_up_when_ended
 from verne_post.model.verdict import ExitStatus
 
 #: Command -> module of :mod:`verne_post.cli` that defines it.
@@ -43,6 +47,13 @@ class DefaultGroup(click.Group):
         module = importlib.import_module(f"verne_post.cli.{COMMANDS[cmd_name]}")
         command: click.Command = module.command
         return command
+
+    def make_context(self, *arguments: Any, **settings: Any) -> click.Context:
+        """Read the command line; help and version are printed here, perhaps to a reader that has gone."""
+        try:
+            return super().make_context(*arguments, **settings)
+        except BrokenPipeError as error:
+            raise PipeClosed from error
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a reader that has gone is reported past click, which would exit with 1."""
@@ -91,8 +102,8 @@ def cli() -> None:
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     same_everywhere()
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(encoding="utf-8", newline="\n")  # the same bytes on every platform
+    prepare_streams()
+    tidy_up_when_ended()
     sys.exit(main(sys.argv[1:]))
 
 
@@ -106,7 +117,9 @@ def main(arguments: list[str]) -> int:
     except click.Abort:
         return ExitStatus.INTERRUPTED
     except click.ClickException as error:
-        error.show()
+        shown = io.StringIO()
+        error.show(shown)
+        click.echo(printable_lines(shown.getvalue()), nl=False, err=True)
         return ExitStatus.UNUSABLE
     except FileError as error:
         click.echo(f"Error: {error}", err=True)
@@ -114,12 +127,16 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         return ExitStatus.INTERRUPTED
     except OSError as error:  # a full disk, a device that went away
-        click.echo(f"verne-post: {error.filename or 'output'}: {error.strerror or error}", err=True)
+        why = "is closed" if error.errno == errno.EBADF else error.strerror or error
+        click.echo(f"verne-post: {printable(str(error.filename or 'standard output'))}: {why}", err=True)
+        drop(sys.stdout)
         return ExitStatus.UNUSABLE
     except PipeClosed:
-        # the reader has gone; do not let the interpreter's own flush complain about it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop(sys.stdout)
         return ExitStatus.BROKEN_PIPE
+    except MemoryError:
+        click.echo("verne-post: memory is used up; nothing more was written", err=True)
+        return ExitStatus.UNUSABLE
     except Exception as error:
         if os.environ.get("VERNE_POST_TRACEBACK"):
             raise

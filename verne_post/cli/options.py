@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Union, get_args, get_orig
 
 import click
 
+from verne_post.base.printable import printable
 from verne_post.cli.files import RunFiles
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import check_box, system_number
@@ -25,8 +26,19 @@ if TYPE_CHECKING:
 
     from verne_post.config.settings import SettingsFile
 
+
+class _FileName(click.Path):
+    """The name of a file; an empty one, as from a variable of the shell that is not set, is refused."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Check a name."""
+        if value == "":
+            self.fail("the name is empty", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 #: Type of an option that names a file.
-FILE: Final = click.Path(dir_okay=False, path_type=Path)
+FILE: Final = _FileName(dir_okay=False, path_type=Path)
 #: Options that only matter to commands that write or verify setpoints.
 WRITING: Final = ("decimals", "accept_rounding")
 
@@ -175,7 +187,7 @@ def build_options(files: RunFiles, name: str, **given: Any) -> Options:
     InputError
         For what stands in a file.
     """
-    settings = settings_of(files, given.get("settings"))
+    settings = settings_of(files, given.get("settings"), tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
         values = {**settings.options, "remap": dict(settings.remap), "control": {"siemens": settings.siemens}}
@@ -296,15 +308,32 @@ def numbers_of(text: str, what: str) -> list[float]:
     return values
 
 
-def settings_of(files: RunFiles, path: Path | None) -> "SettingsFile | None":
-    """The settings file in force."""
+def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "SettingsFile | None":
+    """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
     from verne_post.config.settings import load_settings
 
     found = _nearest_settings(Path.cwd()) if path is None else path
     if found is None:
         return None
     files.reads(found, "--settings")
-    return load_settings(found)
+    settings = load_settings(found)
+    if tell:
+        hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))
+        click.echo(printable(f"verne-post: settings of {found.absolute()}{hidden}"), err=True)
+    return settings
+
+
+def _what_is_hidden(settings: "SettingsFile") -> list[str]:
+    """What [check] of a settings file takes out of the findings of `check`."""
+    check, found = settings.check, []
+    if check.select:
+        found.append(f"check looks only at {', '.join(check.select)}")
+    if check.ignore:
+        found.append(f"check ignores {', '.join(check.ignore)}")
+    found += [f"check weighs {code} as {level}" for code, level in check.severity.items() if level != "error"]
+    if check.baseline:
+        found.append(f"check does not count what {check.baseline} lists")
+    return found
 
 
 def _nearest_settings(folder: Path) -> Path | None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
+from verne_post.base.bounded import read_file
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.as_built import build_as_built, read_as_built
 from verne_post.config.kinds import KINDS, Kind
@@ -78,7 +79,7 @@ def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], Non
 
 def _read(path: Path, what: str, hint: str) -> bytes:
     try:
-        return path.read_bytes()
+        return read_file(path)
     except OSError as error:
         raise InputError(finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None
 

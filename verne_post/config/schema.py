@@ -17,9 +17,11 @@ from pydantic import (
 
 from verne_post.model.drives import STEEPEST_ERROR
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+#: No length, limit or count of a machine is larger: squares and products of such numbers stay finite.
+_LARGEST: Final = 1e12
+Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False)]
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Pose = Annotated[list[Number], Field(min_length=5, max_length=5)]
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -30,7 +32,8 @@ Source = Annotated[str, StringConstraints(pattern=r"^(identified|assumed|measure
 class Group(BaseModel):
     """A table of the file: no unknown keys, no numbers in quotes."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    #: Schemas are built when a file is first read with them: a command needs few of them.
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
 
 def ordered(value: list[float]) -> list[float]:

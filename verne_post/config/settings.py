@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from verne_post.base.bounded import read_file
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
 from verne_post.model.control_keys import read_keys
@@ -26,7 +27,7 @@ Point = Annotated[list[Annotated[float, Field(ge=-1e5, le=1e5)]], Field(min_leng
 class BoxFile(BaseModel):
     """[keep_out.NAME] and [stock]: a box in the table frame, or in a work system as --wcs gives it."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     min: Point
     max: Point
@@ -56,7 +57,7 @@ class BoxFile(BaseModel):
 class CheckFile(BaseModel):
     """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     select: list[str] = Field(default_factory=list)
     ignore: list[str] = Field(default_factory=list)
@@ -68,7 +69,7 @@ class CheckFile(BaseModel):
 class SettingsFile(BaseModel):
     """Content of the file."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     options: dict[str, Any] = Field(default_factory=dict)
     remap: dict[str, Meaning] = Field(default_factory=dict)
@@ -84,7 +85,7 @@ def find_settings(folder: Path) -> Path | None:
         if (place / FILE_NAME).is_file():
             return place / FILE_NAME
         project = place / PROJECT_FILE
-        if project.is_file() and b"[tool.verne-post" in project.read_bytes():
+        if project.is_file() and b"[tool.verne-post" in read_file(project):
             return project
     return None
 
@@ -98,7 +99,7 @@ def load_settings(path: Path) -> SettingsFile:
         With one finding (VP503) a mistake.
     """
     try:
-        data = tomllib.loads(path.read_bytes().decode("utf-8"))
+        data = tomllib.loads(read_file(path).decode("utf-8"))
         if path.name == PROJECT_FILE:
             data = data.get("tool", {}).get("verne-post", {})
         settings = SettingsFile.model_validate(data)

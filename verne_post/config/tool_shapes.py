@@ -15,7 +15,7 @@ Size = Annotated[float, Field(gt=0, le=1e4)]
 class PartFile(BaseModel):
     """One cylinder; without a length it goes up to the gauge line."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     diameter: Size
     length: Size | None = None
@@ -24,7 +24,7 @@ class PartFile(BaseModel):
 class ToolFile(BaseModel):
     """[tool.N], parts from the tip upwards."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     cutter: PartFile
     shank: PartFile | None = None
@@ -34,7 +34,7 @@ class ToolFile(BaseModel):
 class ShapesFile(BaseModel):
     """Content of the file."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     tool: dict[str, ToolFile]
 

@@ -53,4 +53,7 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     elif letter in "XY":
         sought += rb"|[@^]"
     texts = (text for whole in (source, *setup.subroutines.values()) for text in whole_lines(whole))
-    return any(re.search(sought, re.sub(rb"\([^)\n]*\)|;[^\n]*", b"", text).upper()) for text in texts)
+    return any(
+        re.search(sought, re.sub(rb"\([^)\n]*(?:\)|$)|;[^\n]*", b"", text, flags=re.MULTILINE).upper())
+        for text in texts
+    )

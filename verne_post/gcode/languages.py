@@ -25,23 +25,23 @@ class _Language:
 
 
 _LANGUAGES: Final = (
-    _Language("Heidenhain Klartext", rb"^[ \t]*\d*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
-              rb"|^[ \t]*\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
-    _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*\*.*$"),
-    _Language("Siemens", rb"^[ \t]*;\$PATH=.*$|^%_N_.*$|^[ \t]*(?:N\d+[ \t]*)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI[A-Z]{2,}"
+    _Language("Heidenhain Klartext", rb"^[ \t]*+\d*+[ \t]*+(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*+(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
+              rb"|^[ \t]*+\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
+    _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*+\*.*$"),
+    _Language("Siemens", rb"^[ \t]*+;\$PATH=.*$|^%_N_.*$|^[ \t]*+(?:N\d+[ \t]*+)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*+\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI[A-Z]{2,}"
               rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
-    _Language("APT", rb"^[ \t]*(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI)\b[^=\n]*$", "aptcl"),
-    _Language("a custom macro of a Fanuc control", rb"^[ \t]*(?:N\d+[ \t]*)?(?:IF[ \t]*\[|WHILE[ \t]*\[|GOTO[ \t]*\d|G6[56]\b).*$", "fanuc"),
-    _Language("Okuma OSP", rb"^[ \t]*(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),
-    _Language("Fagor", rb"^[ \t]*(?:N\d+[ \t]*)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
-    _Language("NUM", rb"^[ \t]*(?:N\d+[ \t]*)?(?:\$\d|E[68]\d{4}[ \t]*=|G79[ \t]+(?:N\d|[LE]\d+)|L\d+[ \t]*=).*$"),
-    _Language("a robot language (KRL or RAPID)", rb"^[ \t]*(?:&ACCESS|DEF[ \t]+\w+[ \t]*\(|MODULE[ \t]+\w+|PTP[ \t]|LIN[ \t]|Move[LJC][ \t]|PROC[ \t]+\w+\().*$"),
-    _Language("a 3D printer's G-code (Marlin and its like)", rb"^[ \t]*(?:M10[49]|M1[49]0)[ \t]+S\d.*$"),
+    _Language("APT", rb"^[ \t]*+(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI)\b[^=\n]*$", "aptcl"),
+    _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc"),
+    _Language("Okuma OSP", rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),
+    _Language("Fagor", rb"^[ \t]*+(?:N\d+[ \t]*+)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
+    _Language("NUM", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:\$\d|E[68]\d{4}[ \t]*+=|G79[ \t]+(?:N\d|[LE]\d+)|L\d+[ \t]*+=).*$"),
+    _Language("a robot language (KRL or RAPID)", rb"^[ \t]*+(?:&ACCESS|DEF[ \t]+\w+[ \t]*+\(|MODULE[ \t]+\w+|PTP[ \t]|LIN[ \t]|Move[LJC][ \t]|PROC[ \t]+\w+\().*$"),
+    _Language("a 3D printer's G-code (Marlin and its like)", rb"^[ \t]*+(?:M10[49]|M1[49]0)[ \t]+S\d.*$"),
     _Language("Excellon (drilling of circuit boards)", rb"^(?:METRIC|INCH)(?:,[LT]Z)?.*$"),
     _Language("Gerber", rb"\A(?:G0?4[^\n]*\n)*%(?:FS|MO|AD|LP|TF)[A-Z].*\*%?.*$"),
     _Language("STEP (ISO 10303)", rb"^ISO-10303-21;.*$"),
-    _Language("DXF", rb"^[ \t]*0[ \t\r]*\n[ \t]*SECTION[ \t\r]*$"),
-    _Language("STL", rb"\A(?:solid\b|[ \t]*facet[ \t]+normal\b).*$"),
+    _Language("DXF", rb"^[ \t]*+0[ \t\r]*\n[ \t]*+SECTION[ \t\r]*$"),
+    _Language("STL", rb"\A(?:solid\b|[ \t]*+facet[ \t]+normal\b).*$"),
     _Language("HPGL", rb"\A[ \t\r\n]*(?:IN;|PU-?\d*,?-?\d*;|SP\d;).*$"),
     _Language("XML", rb"\A[ \t\r\n]*<(?:\?xml|!DOCTYPE|html|svg)\b.*$"),
     _Language("JSON", rb"\A[ \t\r\n]*[{\[][ \t\r\n]*[\"\[{].*$"),

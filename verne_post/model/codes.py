@@ -247,6 +247,13 @@ CODES: Final[dict[str, Code]] = _table(
         "The program cuts with a tool of no length: G49 is in force, and no --tool-length was given.",
         "Write G43 with a tool table, or give --tool-length; where the gauge line is meant, --tool-length 0.",
     ),
+    (
+        "VP035",
+        "motion takes too long",
+        "error",
+        "At its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate in another unit.",
+        "Correct F or the dwell; where the program is meant to take so long, raise --max-rows.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
@@ -498,6 +505,7 @@ PARAMETERS: Final[dict[str, str]] = {
     "VP012": "--tool-length, --tool-table",
     "VP014": "--optional-stop (for M1)",
     "VP015": "home.g28, home.g30, home.park of the machine file",
+    "VP035": "--max-rows; control.cycle_s of the machine file, or --cycle",
     "VP101": "limits.rho_mm of the machine file (limits.xyz_mm of a serial machine); --wcs and --tool-length move the part and the platform",
     "VP102": "limits.a_deg of the machine file",
     "VP103": "limits.c_deg of the machine file; unlimited without it",

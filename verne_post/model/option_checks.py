@@ -24,7 +24,7 @@ from verne_post.model.part_setup import (
 )
 
 #: A G or M code without leading zeros.
-CODE: Final = re.compile(r"G(?:0|[1-9][0-9]*)(?:\.[1-9])?|M(?:0|[1-9][0-9]*)")
+CODE: Final = re.compile(r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})")
 _LARGEST: Final = math.nextafter(math.inf, 0.0)
 #: What a user-defined code may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]

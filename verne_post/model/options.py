@@ -160,6 +160,11 @@ class Options(BaseModel):
         in_settings=False)] = Field(default_factory=dict)
     max_repeats: Annotated[int, Field(ge=0), About(
         "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000
+    max_megabytes: Annotated[int, Field(ge=1), About(
+        "Size of a program beyond which it is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB")] = 4096
+    max_rows: Annotated[int, Field(ge=2), About(
+        "Rows beyond which a program is refused: at a cycle of 1 ms the default is 28 hours, and 6 GB as CSV.", Group.PROGRAM,
+        Changes.CHECKS, metavar="N")] = 100_000_000
 
     # --- contouring ---
     smoothing: Annotated[Literal["spline", "blend", "off"], About(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from verne_post.base.long_text import Text, line_of
+from verne_post.base.printable import printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import concerns_pose, concerns_text
@@ -24,6 +25,8 @@ class Report:
         Its text, of which lines are quoted.
     remarks : tuple of str
         What a person must compare with the machine.
+    errors_not_counted : int
+        Errors that a policy took out of the findings, or weighed as less.
     """
 
     program: str
@@ -31,12 +34,14 @@ class Report:
     cycle_time_s: float | None = None
     source: Text = b""
     remarks: tuple[str, ...] = ()
+    errors_not_counted: int = 0
 
 
 def text_line(program: str, item: Finding) -> str:
     """``FILE:LINE: CODE severity: message``, with the stretch when it is longer than one line."""
-    where = program if item.line is None else f"{program}:{item.line}"
-    text = f"{where}: {item.code} {item.severity}: {item.message}"
+    name = printable(program)
+    where = name if item.line is None else f"{name}:{item.line}"
+    text = f"{where}: {item.code} {item.severity}: {printable(item.message)}"
     if item.column is not None:
         text += f" (column {item.column})"
     if item.count > 1 and concerns_text(item.code):
@@ -73,7 +78,7 @@ def quote_line(item: Finding, source: Text, program: str) -> list[str]:
         lines.append(f"  {blank} = {code.title}: {code.remedy}")
     else:
         lines += [f"  {blank} = tried: {text}" for text in item.remedies]
-        lines.append(f"  {blank} = `verne-post explain {program}:{at}` says how much is needed")
+        lines.append(f"  {blank} = `verne-post explain {printable(program)}:{at}` says how much is needed")
     return lines
 
 

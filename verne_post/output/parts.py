@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from verne_post.base.bounded import read_file
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
@@ -67,7 +68,7 @@ def parts_of(index_file: Path) -> list[Path]:
         VP020: not an index.
     """
     try:
-        names = [str(part["file"]) for part in json.loads(index_file.read_text("utf-8"))["parts"]]
+        names = [str(part["file"]) for part in json.loads(read_file(index_file))["parts"]]
         if any("\0" in name for name in names):
             raise ValueError("a name has a zero byte")
         return [index_file.parent / Path(name).name for name in names]

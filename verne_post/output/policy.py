@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -50,22 +51,25 @@ def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Ma
 def apply_policy(report: Report, policy: Policy) -> Report:
     """Keep the findings that count, with the severity of the policy; a remark says how many do not."""
     counts: Counter[str] = Counter()
-    kept, ignored, known = [], 0, 0
+    kept, ignored, known, hidden = [], 0, 0, 0
     for item in report.findings:
         fingerprint = fingerprint_of(report, item, counts)
         deniable = is_deniable(item.code)
         selected = not policy.select or item.code.startswith(policy.select)
+        severity: Severity | None = None
         if deniable and (not selected or item.code.startswith(policy.ignore)):
             ignored += 1
         elif deniable and fingerprint in policy.baseline:
             known += 1
         else:
-            kept.append(replace(item, severity=_severity(item, policy)))
+            severity = _severity(item, policy)
+            kept.append(replace(item, severity=severity))
+        hidden += item.severity == "error" != severity
     not_counted = [
         f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count
     ]
     remarks = (f"Not counted: {', '.join(not_counted)}; convert refuses them all the same.",) if not_counted else ()
-    return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks))
+    return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks), errors_not_counted=hidden)
 
 
 def _severity(item: Finding, policy: Policy) -> Severity:
@@ -90,7 +94,7 @@ def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
 def uri(program: str) -> str:
     """A path as a URI: relative, or with the scheme file."""
     path = PurePath(program)
-    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
+    return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))
 
 
 def baseline_text(reports: list[Report]) -> str:

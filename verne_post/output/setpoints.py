@@ -15,6 +15,10 @@ from verne_post.output.fixed_point import format_rows
 from verne_post.output.rounding import MAX_DECIMALS, column_heading, positions_of, time_decimals
 
 _READ_ROWS: Final = 8192
+#: Characters: no row has so many, and a file without line ends is not read into memory as one.
+_LONGEST_LINE = 1 << 16
+#: Characters of a wrong header that a message quotes.
+_SHOWN = 200
 
 
 def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> tuple[str, ...]:
@@ -56,15 +60,16 @@ def read_csv(
         VP020: wrong columns, something that is not a number, a row out of time.
     """
     expected = csv_header(columns, drives).strip()
-    header = stream.readline().strip()
+    header = stream.readline(_LONGEST_LINE).strip()
     if header != expected:
-        text = f"{name}: the columns are {header!r}, expected {expected!r}"
+        shown = header if len(header) <= _SHOWN else header[:_SHOWN] + "..."
+        text = f"{name}: the columns are {shown!r}, expected {expected!r}"
         joints = [[cell.partition("_")[0] for cell in line.split(",")] for line in (header, expected)]
         if joints[0] == joints[1]:
             text += "; these joints are in other units, see --units"
         raise InputError(finding("VP020", text))
     first, fmt = 0, None
-    while lines := [line for _, line in zip(range(_READ_ROWS), stream, strict=False)]:
+    while lines := [line for _, line in zip(range(_READ_ROWS), _lines(stream), strict=False)]:
         table = _numbers(lines, len(columns) + 2, name, first)
         if fmt is None:
             fmt = _format_of(lines, cycle, drives)
@@ -77,6 +82,12 @@ def read_csv(
         numbers = table[:, 1:-1]
         yield SetpointBlock(first, positions_of(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
+
+
+def _lines(stream: IO[str]) -> Iterator[str]:
+    """Lines of a file; one without an end comes in pieces, which are no rows."""
+    while line := stream.readline(_LONGEST_LINE):
+        yield line
 
 
 def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.float64]:

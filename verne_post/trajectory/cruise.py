@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Limits
@@ -84,6 +83,8 @@ def split_into_pieces(task: SectionTask, profile: Profile, knots: int, settings:
 
 def _follow_feed(task: SectionTask, profile: Profile, begin: int, end: int, settings: PassSettings) -> Array:
     """Coefficients of X (end - begin + 3,) that lead to the planned share of the feed, over knots ``begin`` to ``end``."""
+    from scipy.ndimage import minimum_filter1d, uniform_filter1d  # slow to import, and seldom needed
+
     knot = settings.knot_units * task.unit
     s = profile.s(knot * np.arange(begin, end + 1, dtype=float))
     feed = np.asarray(task.section.speed(s), dtype=float)

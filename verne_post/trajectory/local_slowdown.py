@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from verne_post.trajectory import tuning
 from verne_post.trajectory.row_limits import REST_ROWS
@@ -27,6 +26,8 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     inside[[0, -1]] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
     parts, done = [], 0
+    from scipy.interpolate import make_interp_spline  # slow to import, and seldom needed
+
     for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         first, last = low - 1, high  # rows that stay where they are
         around = slice(max(first - reach, 0), min(last + reach, n - 1) + 1)
@@ -41,6 +42,8 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
 
 def _slower_instants(first: int, slowness: Array) -> Array:
     """Instants (in rows) from row ``first`` on that pass slower by ``1 + slowness``, a whole number of them."""
+    from scipy.interpolate import make_interp_spline
+
     rows = np.arange(len(slowness), dtype=float)
     added = float(np.sum(0.5 * (slowness[1:] + slowness[:-1])))
     density = 1.0 + slowness * (np.ceil(added) / added)

@@ -11,7 +11,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.trajectory import tuning
@@ -163,6 +162,8 @@ def _add_rows(part: Array, more: int) -> Array:
     n = len(part)
     if more == 0:
         return part
+    from scipy.interpolate import make_interp_spline  # slow to import, and seldom needed
+
     k = np.arange(n + more, dtype=float)
     f = np.clip((k - HELD_ROWS) / (n + more - 1 - 2 * HELD_ROWS), 0.0, 1.0)
     step = f**4 * (35 + f * (-84 + f * (70 - 20 * f)))

@@ -92,8 +92,12 @@ class FanucInterpreter(NurbsCodes):
     @classmethod
     def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``, ``(a (b))`` is one comment; every character keeps its column."""
-        if "(" in text:
-            text = _NESTED.sub(lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text)
+        end = text.rfind(")") + 1  # behind it every parenthesis would be tried up to the end of the line
+        if end:
+            closed = _NESTED.sub(
+                lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end]
+            )
+            text = closed + text[end:]
         for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
             if (match := pattern.match(text)) is not None:
                 text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
@@ -365,7 +369,7 @@ def _recognise(source: Text) -> bool:
     head = b"\n".join(source[start : start + (1 << 16)].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
-    without_comments = re.sub(rb"\([^)\n]*\)", b"", head)
+    without_comments = re.sub(rb"\([^)\n]*(?:\)|$)", b"", head, flags=re.MULTILINE)
     if _OPENING.match(head) is None:
         return False
     if _HERE.search(without_comments) and not _ADDITIONAL_CODE.search(without_comments):

@@ -9,9 +9,10 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
+from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
-from verne_post.gcode.klartext.flow import execute_klartext
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
 _HEADER: Final = re.compile(rb"(?:[ \t\r]*(?:;[^\n]*)?\n)*[ \t]*\d*[ \t]*BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE)
@@ -40,4 +41,11 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     return False
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, execute_klartext, _names_axis)
+def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+    # most programs speak another language, and every run loads all dialects
+    from verne_post.gcode.klartext.flow import execute_klartext
+
+    return execute_klartext(source, setup, state, stop)
+
+
+DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, _execute, _names_axis)

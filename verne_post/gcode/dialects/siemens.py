@@ -14,10 +14,6 @@ from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.executor import Executor
-from verne_post.gcode.siemens.flow import Flow
-from verne_post.gcode.siemens.program import SiemensText
-from verne_post.gcode.siemens.stretch import execute_stretch
 from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
@@ -31,7 +27,7 @@ _OWN: Final = re.compile(
 )
 #: What they never write: words of other controls.
 _OTHERS: Final = re.compile(
-    rb"#[0-9<]|^[ \t]*%[ \t]*\r?\n[ \t]*[O:][0-9]|^[ \t]*[0-9]*[ \t]*BEGIN[ \t]+PGM|^[ \t]*O[0-9<]|\((?:MSG|DEBUG|PRINT),|GOTO[ \t]*/|PARTNO",
+    rb"#[0-9<]|^[ \t]*%[ \t]*\r?\n[ \t]*[O:][0-9]|^[ \t]*+[0-9]*+[ \t]*+BEGIN[ \t]+PGM|^[ \t]*O[0-9<]|\((?:MSG|DEBUG|PRINT),|GOTO[ \t]*/|PARTNO",
     re.IGNORECASE | re.MULTILINE,
 )
 _COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|(?<![A-Za-z_])\([^()\n]*\)")
@@ -51,6 +47,12 @@ def _initial_state(setup: Setup) -> State:
 
 
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+    # most programs speak another language, and every run loads all dialects
+    from verne_post.gcode.siemens.executor import Executor
+    from verne_post.gcode.siemens.flow import Flow
+    from verne_post.gcode.siemens.program import SiemensText
+    from verne_post.gcode.siemens.stretch import execute_stretch
+
     execution = Execution(state, Recorder())
     executor = Executor(setup, state, execution.recorder)
     main = SiemensText(source, setup)

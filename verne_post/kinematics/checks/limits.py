@@ -76,6 +76,8 @@ def check_limits(joints: JointPath, progress: Callable[[int], None] | None = Non
     for chunk in chunk_elements(len(contour)):
         derivatives = _Derivatives(joints, chunk)
         for part in cover_elements(contour, chunk):
+            # of an element that cannot be reached, and has more spans than are checked together, the rest tells nothing
+            part = part.take(~limits.is_unreachable(part.element))
             while len(part):
                 part = part.halve(limits.check(part, derivatives))
         every.extend(**derivatives.largest)
@@ -167,9 +169,13 @@ class _LimitCheck:
         halve = np.zeros(len(part), dtype=bool)
         halve[kept] = self._check_quantities(part.take(kept), quantities, derivatives)
         halve |= self._check_table(part, solved)
-        if self.unreachable:  # an unreachable element is a finding already; its other bounds need no refinement
-            halve &= ~np.isin(part.element, list(self.unreachable))
-        return halve
+        return halve & ~self.is_unreachable(part.element)
+
+    def is_unreachable(self, element: Ints) -> Mask:
+        """Elements (n,) that are a finding already: their other bounds need no refinement."""
+        if not self.unreachable:
+            return np.zeros(len(element), dtype=bool)
+        return np.isin(element, list(self.unreachable))
 
     def _check_quantities(self, part: Spans, quantities: Array, derivatives: _Derivatives) -> Mask:
         """Check joints and margins: samples (m, n, k) of spans; those that have to be halved (n,)."""

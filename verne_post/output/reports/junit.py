@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
+from verne_post.base.printable import printable
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import concerns_pose, worst
 from verne_post.output.findings import Report, quote_line, text_line
@@ -28,7 +29,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
 
 def _case(report: Report) -> ElementTree.Element:
     case = ElementTree.Element(
-        "testcase", classname="verne-post", name=_clean(report.program), file=_clean(report.program)
+        "testcase", classname="verne-post", name=printable(report.program), file=printable(report.program)
     )
     lines = []
     for item in report.findings:
@@ -37,7 +38,7 @@ def _case(report: Report) -> ElementTree.Element:
     if worst(report.findings) == "error":
         first = next(item for item in report.findings if item.severity == "error")
         kind = "failure" if concerns_pose(first.code) else "error"
-        ElementTree.SubElement(case, kind, type=first.code, message=_clean(first.message)).text = text
+        ElementTree.SubElement(case, kind, type=first.code, message=printable(first.message)).text = text
     elif text:
         ElementTree.SubElement(case, "system-out").text = text
     return case

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from verne_post.base.printable import printable
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import counts
 from verne_post.output.findings import Report, quote_line, text_line
@@ -14,8 +15,9 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         for item in report.findings:
             lines += [text_line(report.program, item), *quote_line(item, report.source, report.program)]
         errors, warnings = counts(report.findings)
-        verdict = "can run" if not errors else "refused"
+        hidden = report.errors_not_counted
+        verdict = "refused" if errors else f"not refused, {hidden} errors do not count" if hidden else "can run"
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
-        lines.append(f"{report.program}: {verdict}: {errors} errors, {warnings} warnings{time}")
+        lines.append(f"{printable(report.program)}: {verdict}: {errors} errors, {warnings} warnings{time}")
         lines += [f"  {remark}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)

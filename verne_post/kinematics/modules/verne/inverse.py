@@ -177,11 +177,25 @@ def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
     _value, radicand = _evaluate_loop(geometry, alpha, point)
     lost = ~(radicand > 0)
     alpha[lost] = np.nan
-    for row in np.flatnonzero(lost).tolist():
+    # the roots are found one by one: not for the thousands of points of a path that is far out of reach
+    for row in np.flatnonzero(lost & _is_within_leg_1(geometry, point)).tolist():
         inside = _working_tilts(geometry, point.rows(row))
         if len(inside):
             alpha[row] = inside[np.argmin(np.abs(inside))]
     return alpha
+
+
+def _is_within_leg_1(geometry: VerneGeometry, point: PointOfTilt) -> Mask:
+    """False where leg I is too short for a point at every tilt: the radicand of (11) is below zero with its largest terms."""
+    ends = np.array([[-geometry.crossing_angle], [geometry.crossing_angle]])
+    # y0 + yc cos a + ys sin a is largest and smallest at the ends, or where a is the direction of (yc, ys)
+    swing, direction = np.hypot(point.yc, point.ys), np.arctan2(point.ys, point.yc)
+    y = point.y(np.cos(ends), np.sin(ends))
+    highest = np.where(np.abs(direction) < ends[1], point.y0 + swing, y.max(axis=0))
+    lowest = np.where(np.pi - np.abs(direction) < ends[1], point.y0 - swing, y.min(axis=0))
+    nearest = np.maximum(np.maximum(lowest, -highest), 0.0)
+    x_leg1 = point.x + geometry.leg1_x_offset
+    return np.asarray(geometry.L1**2 - (geometry.R1 - geometry.r1) ** 2 - x_leg1**2 - nearest**2 >= 0.0)
 
 
 def _choose_closed_legs(geometry: VerneGeometry, alpha: Array, radicands: Array, point: PointOfTilt) -> Array | None:

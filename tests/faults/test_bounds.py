@@ -1,0 +1,133 @@
+"""Programs and files that would take hours, or all memory, are refused by a finding that names the option."""
+
+import re
+import resource
+
+import pytest
+
+from tests.faults.trials import PLACE, Ground
+from verne_post.config import machine_files
+
+HEAD = "G21 G90 G64\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n"
+#: Seconds of the processor; each of these programs once took from 13 to for ever, and takes one now.
+MOST_SECONDS = 60
+LONG_LINES = ("(" * 100_000, "X=IC(" * 20_000, "R1=R1*(" * 20_000, " " * 100_000 + "?", "(MSG," * 20_000)
+
+
+def bounded(ground: Ground, programs: list[bytes], *words: str) -> tuple[int, list[str]]:
+    """Check programs within MOST_SECONDS of the processor, which a busy machine does not shorten: status, and what is said of each."""
+    names = [f"bound{number}.nc" for number in range(len(programs))]
+    for name, raw in zip(names, programs, strict=True):
+        (ground.folder / name).write_bytes(raw)
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 26, 1 << 26))
+
+    run = ground.run("check", *names, *PLACE, *words, preexec_fn=limit)
+    assert b"internal error" not in run.err
+    lines = run.out.decode().split("\n")
+    return run.status, ["\n".join(line for line in lines if line.startswith(name)) for name in names]
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens", "auto"])
+def test_long_lines(ground: Ground, dialect: str) -> None:
+    status, said = bounded(ground, [f"{HEAD}{line}\nM2\n".encode() for line in LONG_LINES], "--dialect", dialect)
+    assert status == 2
+    assert all("error" in one and len(one) < 2000 for one in said)
+
+
+def test_motion_without_end(ground: Ground) -> None:
+    """Paths that are far out of reach, and feed rates that take years."""
+    lines = {
+        "G2 I10000 F900000": "VP110", "G2 I10000 P100 F900000": "VP110", "G2 X1 Y0 R-100000 F900000": "VP110",
+        "G1 X5 F.000000000001": "VP035", "G1 X5 F.0001\nG1 X0": "VP035",
+    }  # fmt: skip
+    status, said = bounded(ground, [f"{HEAD}{line}\nG0 Z80\nM2\n".encode() for line in lines])
+    assert status == 2
+    for number, (code, one) in enumerate(zip(lines.values(), said, strict=True)):
+        assert f"bound{number}.nc:5: {code} error" in one
+        assert ("--max-rows allows 100000000" in one) == (code == "VP035")
+
+
+def test_budgets_that_options_name(ground: Ground) -> None:
+    levels = range(300)
+    loops = "".join(f"o{k} repeat [2]\n" for k in levels) + "".join(f"o{k} endrepeat\n" for k in reversed(levels))
+    status, said = bounded(
+        ground, [(ground.folder / "short.nc").read_bytes(), f"{HEAD}{loops}M2\n".encode()], "--max-rows", "20"
+    )
+    assert status == 2
+    assert "VP035 error: the program takes more than" in said[0]
+    assert "raise --max-repeats" in said[1]
+
+
+def test_texts_of_another_kind(ground: Ground) -> None:
+    texts = {
+        b"G0 X1\rG0 X2\rM2\r": r"lines end with '\r' alone; save it with line feeds",
+        b"G0 X1\x0bG0 X2\x0bM2": r"lines end with '\x0b' alone",
+        "G0 X1\u2028G0 X2".encode(): r"lines end with '\u2028' alone",
+        HEAD.encode() + b"G1 X5 F900\rY6\nM2\n": ":5: VP022 error: bound3.nc: a carriage return stands inside the line",
+        b"G0 X\x001\nM2\n": "is not a text file: byte 5 is zero",
+        HEAD.encode("utf-16"): "text in UTF-16; save it as UTF-8",
+        HEAD.encode("utf-32-be"): "is not a text file: byte 1 is zero",
+    }
+    status, said = bounded(ground, list(texts))
+    assert status == 2
+    for one, expected in zip(said, texts.values(), strict=True):
+        assert expected in one
+
+
+def test_texts_that_are_read(ground: Ground) -> None:
+    """A mark before UTF-8, and ends of lines as they come from Windows, even twice converted."""
+    text = (ground.folder / "short.nc").read_text()
+    for ends, mark in (("\r\n", b"\xef\xbb\xbf"), ("\r\r\n", b"")):
+        (ground.folder / "given.nc").write_bytes(mark + text.replace("\n", ends).encode())
+        made = ground.run("given.nc", *PLACE)
+        assert made.status == 0, made.err
+        assert made.out == ground.expect("convert whole")["s.csv"]
+
+
+#: Settings and machine files that once ended in a traceback.
+@pytest.mark.parametrize(("option", "text", "said"), [
+    ("--settings", f"[remap]\nG{'1' * 400} = \"ignore\"\n", "expected a G or M code as it is written"),
+    ("--settings", '[check]\nbaseline = "a\\u0000b"\n', "a file name has no zero byte"),
+    ("--settings", "a = " + "[" * 3000, "not a TOML file"),
+    ("--machine", "leg1_x_offset = 1e308", "module.leg1_x_offset = 1e+308: input should be less than or equal to 1000000000000"),
+])  # fmt: skip
+def test_files_that_once_ended_in_a_traceback(ground: Ground, option: str, text: str, said: str) -> None:
+    if option == "--machine":
+        key = text.split(" ")[0]
+        machine = machine_files()["verne"].read_text("utf-8")
+        text = "\n".join(text if line.startswith(key) else line for line in machine.split("\n"))
+    (ground.folder / "given.toml").write_text(text)
+    refused = ground.run("check", "short.nc", *PLACE, option, "given.toml")
+    assert refused.status == 2
+    assert said in refused.err.decode()
+
+
+def test_a_nested_index_and_a_long_line(ground: Ground) -> None:
+    (ground.folder / "deep.index.json").write_text('{"parts":' + "[" * 100_000 + "]" * 100_000 + "}")
+    rows = (ground.folder / "short.csv").read_text()
+    (ground.folder / "header.csv").write_text("t_s" + "x" * 2_000_000)
+    (ground.folder / "row.csv").write_text(rows.replace("\n", "\n" + "9" * 2_000_000 + "\n", 3))
+    for name in ("deep.index.json", "header.csv", "row.csv"):
+        refused = ground.run("verify", name, "--against", "short.nc", *PLACE)
+        assert refused.status == 2
+        assert len(refused.err) < 1000
+
+
+def test_records_of_a_batch_that_are_damaged_are_made_anew(ground: Ground) -> None:
+    """A record that ends in the middle, an empty one, and one with a text where a number belongs."""
+    ground.clear()
+    words = ("batch", "in", *PLACE, "-j", "1", "-o", "out")
+    first = ground.run(*words)
+    records = {path: path.read_bytes() for path in sorted((ground.out / ".verne-post").iterdir())}
+    one, other, third, _good = records
+    one.write_bytes(records[one][: len(records[one]) // 2])
+    other.write_bytes(b"")
+    third.write_bytes(re.sub(rb'"rows": \d+', b'"rows": "9"', records[third]))
+    second = ground.run(*words)
+    assert b"4 programs: 3 converted, 1 as before" in second.out
+    assert {path: path.read_bytes() for path in records} == records
+    shown = second.out.replace(b"as before", b"converted").splitlines()
+    assert shown[:-1] == first.out.splitlines()[:-1]
