@@ -1,7 +1,6 @@
 """Reading files of which nobody knows how long they are: a device or a sparse file ends no sooner than memory does."""
 
 import errno
-from pathlib import Path
 from typing import IO, Final
 
 #: No file of settings, machines, tools, offsets or measurements is larger.
@@ -20,9 +19,3 @@ def read_bounded(file: IO[bytes], most: int = MOST_BYTES) -> bytes:
     if len(raw) > most:
         raise OSError(errno.EFBIG, f"is larger than {most >> 20} MB")
     return raw
-
-
-def read_file(path: Path) -> bytes:
-    """The bytes of a file, as :func:`read_bounded`."""
-    with path.open("rb") as file:
-        return read_bounded(file)

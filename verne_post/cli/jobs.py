@@ -12,12 +12,12 @@ from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from verne_post.base.bounded import read_file
 from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
 from verne_post.cli.temporary import remove_all, temporary_folder, tidy_up_when_ended
+from verne_post.config.files import read_file
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.verdict import ExitStatus, status_of
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from verne_post.base.bounded import read_file
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.as_built import build_as_built, read_as_built
+from verne_post.config.files import read_file
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from verne_post.base.bounded import read_file
+from verne_post.config.files import read_file
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
 from verne_post.model.control_keys import read_keys

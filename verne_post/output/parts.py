@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from verne_post.base.bounded import read_file
+from verne_post.base.bounded import read_bounded
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
@@ -68,7 +68,8 @@ def parts_of(index_file: Path) -> list[Path]:
         VP020: not an index.
     """
     try:
-        names = [str(part["file"]) for part in json.loads(read_file(index_file))["parts"]]
+        with index_file.open("rb") as file:
+            names = [str(part["file"]) for part in json.loads(read_bounded(file))["parts"]]
         if any("\0" in name for name in names):
             raise ValueError("a name has a zero byte")
         return [index_file.parent / Path(name).name for name in names]
