@@ -7,14 +7,20 @@ threshold takes one step more or less. All rows are legal, but files that differ
 
 import os
 import platform
-import warnings
+import re
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Final
 
 #: Kernels that every processor of a kind has; a conversion takes no longer with them.
 _BLAS_KERNELS: Final = {"x86_64": "Prescott", "amd64": "Prescott", "aarch64": "ARMV8", "arm64": "ARMV8"}
-#: What numpy's functions are compiled for besides: with 512-bit registers it has sines of its own. Both ways in which
-#: its releases have named these are given; of what it does not know, or the processor does not have, it takes no notice.
-_NO_WIDE_REGISTERS: Final = "X86_V4 AVX512_ICL AVX512_SPR AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL"
+#: What numpy's functions are compiled for besides: with 512-bit registers it has sines of its own. Which names its releases
+#: know, from the release on; of what the processor does not have it takes no notice.
+_NO_WIDE_REGISTERS: Final = (
+    ((2, 4), "X86_V4 AVX512_ICL AVX512_SPR"),
+    ((2, 3), "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR"),
+    ((0, 0), "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL"),
+)
 
 
 def settings() -> dict[str, str]:
@@ -24,13 +30,23 @@ def settings() -> dict[str, str]:
     if kind in _BLAS_KERNELS:
         found["OPENBLAS_CORETYPE"] = _BLAS_KERNELS[kind]
     if kind in ("x86_64", "amd64"):
-        found["NPY_DISABLE_CPU_FEATURES"] = _NO_WIDE_REGISTERS
+        release = _numpy_release()
+        found["NPY_DISABLE_CPU_FEATURES"] = next(names for since, names in _NO_WIDE_REGISTERS if release >= since)
     return found
+
+
+def _numpy_release() -> tuple[int, int]:
+    """Major and minor release of numpy, without loading it: it reads its environment when it is loaded."""
+    found = find_spec("numpy")
+    assert found is not None
+    assert found.origin is not None
+    text = Path(found.origin).with_name("version.py").read_text("utf-8")
+    number = re.search(r"""version = ["']([0-9]+)\.([0-9]+)""", text)
+    assert number is not None
+    return int(number[1]), int(number[2])
 
 
 def same_everywhere() -> None:
     """Choose the kernels of this process and of those that it starts; before numpy is first imported."""
     os.environ.pop("NPY_ENABLE_CPU_FEATURES", None)  # numpy refuses to have both
     os.environ.update(settings())
-    # a release warns of the names that others know; under -W error it would not even load
-    warnings.filterwarnings("ignore", r"\s*During parsing environment variable.*NPY_DISABLE", ImportWarning)

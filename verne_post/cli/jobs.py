@@ -12,7 +12,6 @@ from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
@@ -280,7 +279,6 @@ def _pool(workers: int) -> ProcessPoolExecutor:
 
 def _follow_parent() -> None:
     """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
-    same_everywhere()
     tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
     parent = parent_process()
     assert parent is not None
