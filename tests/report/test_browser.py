@@ -85,6 +85,7 @@ def show(browser: Any, tmp_path: Path) -> Iterator[Callable[..., dict[str, Any]]
 
     def opened(name: str, size: str = "desktop", scheme: str = "light") -> dict[str, Any]:
         (tmp_path / "r.html").write_text(page_of(name), "utf-8")
+        assert (tmp_path / "r.html").stat().st_size < 5e6
         width, height = SIZES[size]
         screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": size == "phone"}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
@@ -201,6 +202,8 @@ def test_the_machine_stands_where_the_kinematics_say(browser: Any, show: Callabl
         js(browser, "report.setCursor(arguments[0])", frame)
         nose, tip = np.array(js(browser, "report.scene.toolEnds()"))
         assert np.linalg.norm(nose - tip) == pytest.approx(120.0, abs=1e-2)
+        # the close-up has gone with it
+        assert np.abs(js(browser, "report.scene.tipInCloseUp()")[:2]).max() < 0.9
         direction = -data["basis"][frame, 1]  # the tool hangs along the platform's z
         assert np.abs(nose + 120.0 * direction - tip).max() < 1e-2
     lengths = np.linalg.norm(data["rods"][:, :, 1] - data["rods"][:, :, 0], axis=-1)

@@ -35,7 +35,7 @@
     const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(at), stops.length - 2);
     return mix(stops[k], stops[k + 1], at - k);
   };
-  const MARGIN = ["#e8590c", "#b06ab3", "#1c6dd0"], SPEED = ["#3b2a8c", "#1f9e89", "#e0b400"];
+  const MARGIN = ["#d98e00", "#2a9d8f", "#1c4fb0"], SPEED = ["#3b2a8c", "#1f9e89", "#e0b400"];
   const text = (tag, content) => { const element = document.createElement(tag); element.textContent = content; return element; };
 
   // --- the program's text -----------------------------------------------------------------------------
@@ -328,7 +328,7 @@
   for (const button of places) button.addEventListener("click", () => {
     play(false);
     setCursor(Number(button.dataset.frame));
-    if (scene) { scene.look(); for (const other of document.querySelectorAll("[data-view]")) other.setAttribute("aria-pressed", "false"); viewNow = null; }
+    if (scene) { scene.look(); byId("stage").scrollIntoView({ block: "nearest" }); for (const other of document.querySelectorAll("[data-view]")) other.setAttribute("aria-pressed", "false"); viewNow = null; }
   });
   const keys = {
     " ": () => play(!playing), ArrowLeft: () => setCursor(cursor - 1), ArrowRight: () => setCursor(cursor + 1), "[": () => step(false), "]": () => step(true),

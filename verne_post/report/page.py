@@ -1,7 +1,7 @@
 """The report page: verdict, worst places, the machine and its tool path with the program beside them, limits, and set-up, in one file.
 
-The scene is drawn by three.js, whose script is part of a Python package (extra ``report``). scene.js builds the machine, charts.js draws
-curves, app.js links everything by one cursor.
+The scene is drawn by three.js, whose script is part of a Python package (extra ``report``). solids.js builds the machine, scene.js
+moves it, charts.js draws curves, app.js links everything by one cursor.
 """
 
 import importlib.resources
@@ -46,7 +46,7 @@ _FRAMES: Final = (
     ("nearest", "|i1"), ("alpha_deg", "<f4"), ("nose", "<f4"), ("platform", "<f4"), ("basis", "<f4"), ("rods", "<f4"), ("tilt", "<f4"),
     ("turn", "<f4"), ("tool_length", "<f4"),
 )  # fmt: skip
-_PARTS: Final = ("style.css", "scene.js", "charts.js", "app.js")
+_PARTS: Final = ("style.css", "solids.js", "scene.js", "charts.js", "app.js")
 
 
 def page(program: str, source: Text, machine: Machine, study: Study) -> str:

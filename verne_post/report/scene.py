@@ -29,7 +29,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     spindle = bodies.spindle_radius if bodies else None
     rods = bodies.rod_radius if bodies else None
     tools, thin = _tools(study)
-    assumed = ["table body and frame", "platform plate"]
+    assumed = ["table body and frame"] + (["platform plate"] if study.rods.shape[1] else [])
     assumed += [] if spindle else ["spindle"]
     assumed += [] if rods is not None or not study.rods.shape[1] else ["thickness of the rods"]
     assumed += ["diameter of the tool"] if thin else []
