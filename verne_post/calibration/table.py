@@ -56,7 +56,10 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
     rows = []
     for line, content in enumerate(text.splitlines(), start=1):
         if content.strip() and not content.lstrip().startswith("#"):
-            rows.append((line, next(csv.reader(io.StringIO(content)))))
+            try:
+                rows.append((line, next(csv.reader(io.StringIO(content)))))
+            except csv.Error as error:
+                raise InputError(finding("VP502", f"not a row of cells: {error}", line=line)) from None
     return rows
 
 

@@ -48,10 +48,12 @@ def read_covariance(raw: bytes, deviations: Array) -> Prior:
         lines = [line for line in raw.decode("utf-8").splitlines() if not line.startswith("#")]
         header, *rows = list(csv.reader(io.StringIO("\n".join(lines))))
         values = np.array(rows, dtype=float)
-        if tuple(header) != PARAMETERS or values.shape != (n + 1, n):
+        if tuple(header) != PARAMETERS or values.shape != (n + 1, n) or not np.isfinite(values).all():
+            raise ValueError
+        if np.diag(values[1:]).min() <= 0.0:
             raise ValueError
         prior = prior_of_covariance(deviations, values[1:])
-    except (ValueError, np.linalg.LinAlgError):
+    except (ValueError, csv.Error, np.linalg.LinAlgError):
         text = "no covariance as machine calibrate writes it beside a machine file"
         raise InputError(finding("VP502", text)) from None
     far = np.abs(values[0] - deviations)
