@@ -1,7 +1,7 @@
 (FIVE-AXIS BLADE: FLANK OF AN ELLIPTIC SECTION IN A SPIRAL, TOOL AXIS LEANING OUT)
 (A runs from 35 to 70 degrees, C over more than two turns without unwinding.)
 (Expected: converts, corners rounded.)
-(options: --tool-length 120 --wcs G54=0,0,10)
+(set-up: blade_5axis.nc.toml)
 G21 G90 G94 G17 G40 G80
 S18000 M3
 G64 P0.01

@@ -2,7 +2,7 @@
 O1205 (BLADE EDGE, NURBS WITH TOOL AXIS)
 (shows: NURBS interpolation of Fanuc controls, G6.2: P order, K knots, R weights, A and C as coordinates of the spline)
 (Expected: converts, every limit held.)
-(options: --tool-length 80 --wcs G54=0,0,60)
+(set-up: fanuc_nurbs.nc.toml)
 G21 G90 G94 G17 G40 G49 G80
 G54 G43.4 H1
 S15000 M3

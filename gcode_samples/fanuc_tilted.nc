@@ -2,7 +2,7 @@
 O1204 (BRACKET, TWO FACES)
 (shows: words of Fanuc controls: G54.1, G43.4, G68.2 with G53.1, cycles in the tilted plane, M98 with repeats, ms)
 (expect: exit 0)
-(options: --tool-length 80 --wcs G54.1P3=0,0,40)
+(set-up: fanuc_tilted.nc.toml)
 N10 G00 G17 G21 G40 G49 G69 G80 G90 G94 G98
 N20 G05.1 Q1
 N30 T1 M06

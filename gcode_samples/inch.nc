@@ -1,6 +1,6 @@
 (INCH PROGRAM: G20, FEED IN INCHES PER MINUTE, ROTARY WORDS IN DEGREES ALL THE SAME)
 (Expected: converts; 1 inch is 25.4 mm in every column.)
-(options: --tool-length 75 --wcs G54=0,0,50)
+(set-up: inch.nc.toml)
 G20 G90 G94 G17 G40 G49 G80
 S8000 M3
 G0 X0. Y0. Z1.5 A0. C0.

@@ -1,7 +1,7 @@
 (INVERSE-TIME FEED G93: EVERY MOVE SAYS HOW LONG IT TAKES, F IN 1/MINUTES)
 (Rotary-only moves, mixed moves and an arc with a turning table; F150 is 0.4 s.)
 (Expected: converts; a move whose time the axes cannot reach takes longer, and the summary counts it.)
-(options: --tool-length 100 --wcs G54=0,0,40)
+(set-up: inverse_time.nc.toml)
 G21 G90 G17 G40 G80
 S9000 M3
 G0 X30 Y0 Z40 A0 C0

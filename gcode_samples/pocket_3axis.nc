@@ -1,7 +1,7 @@
 (THREE-AXIS POCKET WITH ARCS: G2 AND G3 WITH I J AND WITH R, A HELICAL ENTRY, A FULL CIRCLE)
 (On a parallel machine this is a five-axis job: the table tilts to keep the tool upright in the part.)
 (Expected: converts, every limit held.)
-(options: --tool-length 80 --wcs G54=-10,15,60)
+(set-up: pocket_3axis.nc.toml)
 G21 G90 G94 G17 G40 G49 G80
 T1 M6
 S12000 M3

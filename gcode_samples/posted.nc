@@ -4,7 +4,7 @@ O1001 (POSTED)
 (G28 G91 Z0 at the head has no length: the machine already stands at that height; G53 G0 Z0 at the end retracts)
 (along the tool axis to 550 mm over the rotary centre.)
 (Expected: converts; the tool change at the head is for a person and only appears in the summary.)
-(options: --tool-table gcode_samples/posted.tbl)
+(set-up: posted.nc.toml)
 N10 G21 G90 G94 G17 G40 G49 G80
 N20 G28 G91 Z0
 N30 T1 M6

@@ -1,7 +1,7 @@
 (BOUND BY THE SLIDERS, NOT BY THE TABLE: FAST MOVES ALONG X AT Y 0, WHERE THE PLATFORM DOES NOT LEAN)
 (Rapids and a feed above what the sliders can do; A and C stand still.)
 (Expected: converts; the worst ratios are those of rho1, rho2, rho3.)
-(options: --tool-length 60 --wcs G54=0,0,80)
+(set-up: slider_bound.nc.toml)
 G21 G90 G94 G17 G40 G49 G80
 G0 X-150 Y0 Z0
 X150

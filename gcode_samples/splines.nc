@@ -1,7 +1,7 @@
 (THREE-AXIS SPLINES: A CUBIC AND ITS CONTINUATION, A QUADRATIC, NURBS OF ORDER 3 AND 4 WITH WEIGHTS)
 (shows: G5, G5 without I and J, G5.1, G5.2 with G5.3; the curves themselves are followed, not chords)
 (Expected: converts, every limit held.)
-(options: --tool-length 80 --wcs G54=0,0,60)
+(set-up: splines.nc.toml)
 G21 G90 G94 G17 G40 G49 G80
 G64
 T1 M6

@@ -1,7 +1,7 @@
 0 BEGIN PGM TWO_FACES MM
 1 ; shows: Klartext: planes, cycles in them, a subprogram and a repeated section, finishing with M128
 2 ; expect: exit 0; the setpoints are those of two_faces.nc
-3 ; (options: --tool-length 80 --wcs G54=0,0,40)
+3 ; (set-up: two_faces.h.toml)
 4 BLK FORM 0.1 Z X-40 Y-30 Z-10
 5 BLK FORM 0.2 X+40 Y+30 Z+5
 6 TOOL CALL 1 Z S8000 F1200

@@ -1,7 +1,7 @@
 (Two inclined faces: planes computed from their angles, holes in them, finishing while the table tilts.)
 (two_faces.h is the same part in Klartext, with the same setpoints.)
 (Expected: exit 0.)
-(options: --tool-length 80 --wcs G54=0,0,40)
+(set-up: two_faces.nc.toml)
 o<place> sub (u, v, w of a face, tilted about X and turned about Z: its place on the part)
   #<y>=[#2*COS[#<_tilt>]-#3*SIN[#<_tilt>]]
   #<_at_x>=[#<_ox>+#1*COS[#<_turn>]-#<y>*SIN[#<_turn>]]

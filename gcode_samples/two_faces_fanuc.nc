@@ -1,7 +1,7 @@
 %
 O1300 (BRACKET, TWO FACES, AS TWO_FACES.NC)
 (Expected: exit 0.)
-(options: --tool-length 80 --wcs G54=0,0,40)
+(set-up: two_faces_fanuc.nc.toml)
 N10 G00 G17 G21 G40 G49 G69 G80 G90 G94 G99
 N20 T1 M06
 N30 S8000 M03

@@ -2,11 +2,10 @@
 
 import io
 import os
-import re
-import shlex
 import subprocess
 import sys
 import tempfile
+import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,21 +76,25 @@ def machine() -> verne_post.Machine:
 
 @pytest.fixture(scope="session")
 def sample_words() -> Callable[[str], list[str]]:
-    """``sample_words("inch.nc")``: the options that the header of a sample names, as words of the command line."""
+    """``sample_words("inch.nc")``: the set-up beside a sample, as words of the command line."""
 
     def words(name: str) -> list[str]:
-        found = re.search(r"\(options: ([^)]*)\)", (SAMPLES / name).read_text(encoding="utf-8"))
-        assert found, f"{name} does not say with which options it runs"
-        return [
-            str(SAMPLES.parent / word) if word.startswith("gcode_samples/") else word for word in shlex.split(found[1])
-        ]
+        setup = tomllib.loads((SAMPLES / f"{name}.toml").read_text(encoding="utf-8"))
+        found: list[str] = []
+        for key, value in setup.items():
+            if key == "wcs":
+                for system, numbers in value.items():
+                    found += ["--wcs", f"{system}={','.join(map(str, numbers))}"]
+            else:
+                found += [f"--{key.replace('_', '-')}", str(SAMPLES / value if key == "tool_table" else value)]
+        return found
 
     return words
 
 
 @pytest.fixture(scope="session")
 def laid_out(machine: verne_post.Machine, sample_words: Callable[[str], list[str]]) -> Callable[..., Program]:
-    """``laid_out("inch.nc", smoothing="off")``: the path and contour of a sample with the options of its header, and more."""
+    """``laid_out("inch.nc", smoothing="off")``: the path and contour of a sample with the options of its set-up, and more."""
 
     def program(name: str, **more: Any) -> Program:
         words = sample_words(name)

@@ -239,6 +239,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "solver": words("reachability", "toppra", "both"),
     "quality": flag,
     "source_name": lambda value: value if type(value) is str else REFUSED,
+    "setup_source": lambda value: value if type(value) is str else REFUSED,
 }
 
 

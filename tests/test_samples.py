@@ -7,7 +7,6 @@ what `dump moves` shows of it. Its kinematics are the paper's rod equations (3) 
 import io
 import json
 import re
-import shlex
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,10 +40,13 @@ def header(sample: Path) -> str:
 
 
 def options(sample: Path) -> list[str]:
-    """Command-line options that the header gives."""
-    found = re.search(r"\(options: ([^)]*)\)", header(sample))
-    assert found, f"{sample.name} does not say with which options it runs"
-    return shlex.split(found[1])
+    """Command-line options that the set-up beside a sample stands for."""
+    setup = tomllib.loads(sample.with_name(f"{sample.name}.toml").read_text(encoding="utf-8"))
+    wcs = [f"{name}={','.join(map(str, numbers))}" for name, numbers in setup.pop("wcs", {}).items()]
+    words = [word for text in wcs for word in ("--wcs", text)]
+    for key, value in setup.items():
+        words += [f"--{key.replace('_', '-')}", f"gcode_samples/{value}" if key == "tool_table" else str(value)]
+    return words
 
 
 #: Compared with twins in tests/gcode/test_dialects.py: this judge knows no tilted plane, nor lines that are executed several times.

@@ -335,7 +335,7 @@ def test_globs_and_files(folder: Path, run: Callable[..., Any]) -> None:
         (("empty", "-o", "out"), "no programs in empty"),
         (("in", "-o", "out", "--shard", "4/3"), "expected I/N"),
         (("in", "-o", "out", "--shard", "x"), "expected I/N"),
-        (("in", "same/p0.nc", "-o", "out"), "would both be written to out/p0.csv"),
+        (("in", "same/p0.nc", "-o", "out"), "would both be written to out/p0.nc.csv"),
         (("in", "-o", "out", "--scheduler", "tcp://localhost:1", "-j", "2"), "-j is for processes of this machine"),
     ],
 )

@@ -111,14 +111,35 @@ def test_quiet_says_errors_and_nothing_else(run: Callable[..., Any], tmp_path: P
     assert (answer.code, answer.out, answer.err) == (0, "", "")
     answer = run("check", *POCKET, "-q")
     assert (answer.code, answer.out, answer.err) == (0, "", "")
-    answer = run("check", BEYOND[0], "--wcs", "G54=0,0,500", "-q")  # no tool length is a warning
+    bare = ("check", BEYOND[0], "--setup", "none", "--wcs", "G54=0,0,500")  # no tool length is a warning
+    answer = run(*bare, "-q")
     assert answer.code == 1
     assert "VP034" not in answer.out
     assert "VP101 error" in answer.out
-    assert run("check", BEYOND[0], "--wcs", "G54=0,0,500").out.count("VP034") == 1
+    assert run(*bare).out.count("VP034") == 1
     answer = run(*BEYOND, "-o", tmp_path / "none.csv", "-q")
     assert answer.code == 1
     assert "VP101 error" in answer.err
+
+
+def test_progress_stands_on_standard_error(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every stage is shown where nobody has patience; the answer itself is the same."""
+    import sys
+
+    from verne_post.cli import progress
+
+    plain = run("check", *POCKET)
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress, "_TICK", 1e-4)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    shown = run("check", *POCKET)
+    assert shown.out == plain.out
+    assert "reading" in shown.err
+    assert " %, " in shown.err
+    assert shown.err.endswith("\r\x1b[K")
+    assert run("check", *POCKET, "--quiet").err == ""
 
 
 def test_progress_says_what_is_done_and_how_long_it_will_take() -> None:

@@ -276,33 +276,3 @@ def test_tolerances_rank_the_parts(run: Callable[..., Any]) -> None:
 
 
 # --- docs ------------------------------------------------------------------------------------------------
-
-
-def test_the_transcripts_of_the_page_are_what_the_commands_say(
-    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """In their order. Words exactly; a plan on another processor may choose other poses, so numbers by their size."""
-    text = (Path(__file__).resolve().parents[2] / "docs" / "as-built.md").read_text(encoding="utf-8")
-    number = re.compile(r"[-+]?\d+\.\d+")
-    monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```\n(\$ verne-post .*?)```", text, re.DOTALL)
-    commands = [part for block in blocks for part in re.split(r"(?m)^\$ verne-post ", block)[1:]]
-    assert len(commands) == 6
-    for part in commands:
-        command, _newline, shown = part.partition("\n")
-        answer = run(*command.split())
-        assert (answer.code, answer.err) == (0, "")
-        said = answer.out.splitlines()
-        for piece in re.split(r"(?m)^\.\.\.\n", shown):  # three dots leave lines out
-            lines = piece.strip("\n").splitlines()
-            if not lines:
-                continue
-            texts = [number.sub("#", line).split() for line in said]
-            begin = texts.index(number.sub("#", lines[0]).split())
-            for line, other in zip(said[begin:], lines, strict=False):
-                assert number.sub("#", line).split() == number.sub("#", other).split()
-                values, expected = ([float(word) for word in number.findall(one)] for one in (line, other))
-                assert values == pytest.approx(expected, rel=0.5, abs=0.02)
-    assert {"mine.toml", "mine.covariance.csv", "plan.nc", "errors.png", "warm.toml"} <= {
-        path.name for path in tmp_path.iterdir()
-    }

@@ -21,13 +21,13 @@ SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
     ],
 )
 def test_the_proposed_offset_makes_the_program_legal(sample: str, given: list[str], run: Callable[..., Any]) -> None:
-    before = run("check", SAMPLES / sample, *given)
+    before = run("check", SAMPLES / sample, "--setup", "none", *given)
     assert before.code == 1
     proposed = set(re.findall(r'= tried: .*?(--wcs "[^"]+") makes the program legal', before.out))
     assert len(proposed) == 1, before.out
     place = shlex.split(proposed.pop())
     kept = given[:2]  # the tool length
-    assert run("check", SAMPLES / sample, *kept, *place).code == 0
+    assert run("check", SAMPLES / sample, "--setup", "none", *kept, *place).code == 0
 
 
 def test_the_other_table_solution_is_not_offered_where_it_is_refused_too(
@@ -94,7 +94,7 @@ def test_passes_over_the_same_lines_are_one_finding(tmp_path: Path, run: Callabl
 
 
 def test_a_missing_offset_is_said_first_and_named_in_the_remedy(run: Callable[..., Any]) -> None:
-    answer = run("convert", SAMPLES / "two_faces.nc", "--tool-length", "80")
+    answer = run("convert", SAMPLES / "two_faces.nc", "--setup", "none", "--tool-length", "80")
     assert answer.code == 1
     assert "VP033" in answer.err.splitlines()[0]
     assert "tried: no work offset was given: --wcs" in answer.err

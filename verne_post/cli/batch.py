@@ -1,6 +1,5 @@
 """`verne-post batch`: many programs, each by itself."""
 
-import glob
 import json
 import os
 from collections.abc import Sequence
@@ -11,21 +10,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.base.printable import printable
-from verne_post.cli.common import load, quiet_option, refuse
+from verne_post.cli.common import expect_machine, load, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import FILE, WRITING, GroupedCommand, build_options, options_of, program_options
+from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
     from verne_post.cli.jobs import Job, Outcome
+    from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
-    from verne_post.model.options import Options
-
-#: Endings of programs that are looked for in folders.
-PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
 
 
 @click.command("batch", cls=GroupedCommand)
@@ -49,23 +46,22 @@ PROGRAMS = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
 @click.option("--shard", metavar="I/N", help="Only the I-th of N equal shares, for CI matrices.")
 @click.option("--junit", type=FILE, metavar="F", help="Write the findings as JUnit XML.")
 @click.option("--sarif", type=FILE, metavar="F", help="Write the findings as SARIF.")
+@click.option("--github", is_flag=True, help="Print the findings as annotations of a GitHub workflow too.")
 @quiet_option
 @format_option
 @options_of(*WRITING)
 @program_options()
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
-    sarif: Path | None, quiet: bool, file_format: str, **given: Any,
+    sarif: Path | None, github: bool, quiet: bool, file_format: str, **given: Any,
 ) -> int:  # fmt: skip
-    """Convert many programs with the same options; the failure of one never stops the others.
+    """Convert many programs, each with its own set-up; the failure of one never stops the others.
 
-    Folders are searched for programs; patterns with * and ? are expanded. What has been made of the same program, machine, options and version
+    Folders are searched for programs; patterns with * and ? are expanded. Options hold for all programs, and go before those of the set-up
+    beside each (part.nc.toml). What has been made of the same program, machine, options and version
     before is not made again, so a batch that was killed goes on. OUTDIR/batch.json lists all results.
     """
-    from verne_post.cli.jobs import run_here, run_on_cluster
     from verne_post.model.findings import InputError
-    from verne_post.output.findings import Report
-    from verne_post.output.reports import FORMATS as REPORTS
 
     files = RunFiles()
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
@@ -75,13 +71,17 @@ def command(
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)
     paths = given["subroutine_path"]
+    programs = find_programs(inputs, output, may_lack=output.exists())  # old rows of what is gone must go
     try:
+        expect_machine(given["machine_name"])
+        build_options(files, "", **given)  # a mistake of the command line is no finding of a program
         machine = load(files, given["machine_name"])
-        options = build_options(files, "", **given)
     except InputError as error:
         return refuse(inputs[0], error)
     check_format(file_format)
-    every = _jobs(inputs, output, machine, options, file_format, paths)
+    from verne_post.cli.jobs import run_here, run_on_cluster
+
+    every = _jobs(files, programs, output, machine, file_format, given)
     _claim(files, every, output, paths)
     every = every[share]
     output.mkdir(parents=True, exist_ok=True)
@@ -97,7 +97,10 @@ def command(
                 ),
                 err=True,
             )
-    if junit is not None or sarif is not None:  # only they read every program once more
+    if junit is not None or sarif is not None or github:  # only they read every program once more
+        from verne_post.output.findings import Report
+        from verne_post.output.reports import FORMATS as REPORTS
+
         reports = [
             Report(one.program, one.findings, one.cycle_time_s, _read_text(files, one.program)) for one in outcomes
         ]
@@ -105,6 +108,8 @@ def command(
             files.write(junit, "--junit", [REPORTS["junit"](reports, machine)])
         if sarif is not None:
             files.write(sarif, "--sarif", [REPORTS["sarif"](reports, machine)])
+        if github:
+            click.echo(REPORTS["github"](reports, machine), nl=False)
     files.write(output / "batch.json", _LIST, [_results_json(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
 
@@ -145,49 +150,39 @@ def _share(text: str | None) -> slice:
 
 
 def _jobs(
-    inputs: tuple[str, ...],
-    output: Path,
-    machine: "Machine",
-    options: "Options",
-    file_format: str,
-    paths: tuple[str, ...],
-) -> "list[Job]":
-    """A job for every program, in the order of their names."""
-    from verne_post.cli.jobs import Job
+    files: RunFiles, programs: Sequence[tuple[str, Path]], output: Path, machine: "Machine", file_format: str,
+    given: dict[str, Any],
+) -> "list[Job]":  # fmt: skip
+    """A job for every program, in the order of their names, with the options of its own set-up."""
+    from verne_post.cli.jobs import Job, forget
+    from verne_post.model.findings import InputError
+    from verne_post.model.options import Options
 
     suffix = FORMATS[file_format].suffix
+    sharing: dict[Path, set[str]] = {}
+    for program, place in programs:
+        sharing.setdefault(place.with_suffix(suffix), set()).add(program)
     found: dict[Path, str] = {}
-    for program, place in _programs(inputs, output):
-        target = place.with_suffix(suffix)
+    for program, place in programs:
+        bare = place.with_suffix(suffix)
+        # part.nc and part.h keep their endings: part.nc.csv, part.h.csv
+        target = bare if len(sharing[bare]) == 1 else place.with_name(place.name + suffix)
         other = found.setdefault(target, program)
         if other != program:
             raise click.UsageError(
                 f"{program} and {other} would both be written to {output / target}; convert them into two folders"
             )
-    if not found:
-        raise click.UsageError(f"no programs in {', '.join(inputs)}; looked for {', '.join(PROGRAMS)}")
-    jobs = [Job(program, output, target, machine, options, file_format, paths) for target, program in found.items()]
-    return sorted(jobs, key=lambda job: job.program)
-
-
-def _programs(inputs: tuple[str, ...], output: Path) -> "Sequence[tuple[str, Path]]":
-    """Every program, and its place below the output folder."""
-    found = []
-    for name in inputs:
-        matches = (
-            sorted(glob.glob(name, recursive=True)) if glob.has_magic(name) and not Path(name).exists() else [name]
-        )
-        if not matches:
-            raise click.UsageError(f"{name}: no such file")
-        for match in matches:
-            path = Path(match)
-            if path.is_dir():
-                inside = sorted(one for one in path.rglob("*") if one.suffix.lower() in PROGRAMS and one.is_file())
-                own = [one for one in inside if output.resolve() not in one.resolve().parents]
-                found += [(str(one), one.relative_to(path)) for one in own]
-            else:
-                found.append((match, Path(path.name)))
-    return found
+    for bare in sorted(bare for bare, sharers in sharing.items() if len(sharers) > 1):
+        forget(Job("", output, bare, machine, Options(), file_format, ()))
+    jobs = []
+    for target, program in sorted(found.items(), key=lambda item: item[1]):
+        wrong: tuple[Finding, ...] = ()
+        try:
+            options = build_options(files, program, program, **given)
+        except InputError as error:  # in its set-up: the others are converted all the same
+            options, wrong = Options(source_name=program), error.findings
+        jobs.append(Job(program, output, target, machine, options, file_format, given["subroutine_path"], wrong))
+    return jobs
 
 
 def _address(scheduler: str) -> str:

@@ -7,22 +7,24 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, load, program_text, quiet_option, refuse, shown_name
+from verne_post.cli.common import PROGRAM, expect_machine, load, program_text, quiet_option, refuse, shown_name
 from verne_post.cli.files import RunFiles, Unreadable
 from verne_post.cli.options import FILE, GroupedCommand, build_options, program_options, settings_of
+from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
     from verne_post.config.settings import SettingsFile
+    from verne_post.model.machine import Machine
     from verne_post.model.verdict import Severity
     from verne_post.output.findings import Report
     from verne_post.output.policy import Policy
 
 
 @click.command("check", cls=GroupedCommand)
-@click.argument("inputs", nargs=-1, required=True, metavar="INPUT...")
+@click.argument("inputs", nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
     type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github"]),
@@ -64,59 +66,48 @@ def command(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Check programs against every limit, without writing setpoints.
+    """Check programs against every limit, without writing setpoints; folders are searched for programs, patterns are expanded.
 
     What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option goes before an
     environment variable, and that before the file.
     """
-    from verne_post.app.check import check_source
-    from verne_post.app.result import refused
-    from verne_post.model.findings import InputError, finding
-    from verne_post.output.findings import Report
-    from verne_post.output.policy import apply_policy, baseline_text
-    from verne_post.output.reports import FORMATS
-    from verne_post.output.reports.json import write_failure
-    from verne_post.output.summary import remarks
+    from verne_post.model.findings import InputError
 
     files = RunFiles()
-    for name in inputs:
+    programs = [name for name, _place in find_programs(inputs, may_lack=output_format != "text")]
+    for name in programs:
         files.reads(name, PROGRAM)
     for path, option in ((output_file, "--output-file"), (write_baseline, "--write-baseline")):
         if path is not None:
             files.writes(path, option)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:
-        machine = load(files, given["machine_name"])
-        options = build_options(files, "", **given)
+        expect_machine(given["machine_name"])
+        build_options(files, "", **given)  # a mistake of the command line is no finding of a program
         policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
+        machine = load(files, given["machine_name"])
     except InputError as error:
         if output_format == "json":
             verdict = verdict_of(status_of(error.findings), error.findings)
+            from verne_post.output.reports.json import write_failure
+
             _emit(files, output_file, write_failure(verdict, str(error), error.findings))
         return refuse(inputs[0], error)
     except click.UsageError as error:
         if output_format == "json":
+            from verne_post.output.reports.json import write_failure
+
             _emit(files, output_file, write_failure(Verdict.USAGE_ERROR, error.message))
         raise
 
+    from verne_post.output.findings import Report
+    from verne_post.output.policy import apply_policy, baseline_text
+    from verne_post.output.reports import FORMATS
+
     everything: list[Report] = []
     reports, statuses = [], []
-    for name in inputs:
-        shown = shown_name(name)
-        source: Text = b""
-        with progress_line(f"reading {shown}", quiet=quiet) as progress:
-            try:
-                source, own_options = program_text(
-                    files, name, options.changed(source_name=shown), given["subroutine_path"]
-                )
-                result = check_source(source, machine, own_options, progress)
-            except InputError as error:  # the others are checked all the same
-                result = refused(error)
-            except (click.UsageError, Unreadable) as error:
-                result = refused(InputError(finding("VP022", str(error))))
-        time = result.summary.cycle_time if result.summary else None
-        remarked = tuple(remarks(result.summary)) if result.summary else ()
-        everything.append(Report("<stdin>" if name == "-" else name, result.findings, time, source, remarked))
+    for name in programs:
+        everything.append(_check_one(files, name, machine, given, quiet))
         reports.append(apply_policy(everything[-1], policy))
         status = status_of(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
@@ -130,6 +121,30 @@ def command(
     else:
         _emit(files, output_file, text)
     return gravest(statuses)
+
+
+def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, Any], quiet: bool) -> "Report":
+    """Check one program; what is wrong with its file or its set-up is a finding too."""
+    from verne_post.app.check import check_source
+    from verne_post.app.result import refused
+    from verne_post.model.findings import InputError, finding
+    from verne_post.output.findings import Report
+    from verne_post.output.summary import remarks
+
+    shown = shown_name(name)
+    source: Text = b""
+    with progress_line(f"reading {shown}", quiet=quiet) as progress:
+        try:
+            options = build_options(files, shown, name, **given)
+            source, options = program_text(files, name, options, given["subroutine_path"])
+            result = check_source(source, machine, options, progress)
+        except InputError as error:  # the others are checked all the same
+            result = refused(error)
+        except (click.UsageError, Unreadable) as error:
+            result = refused(InputError(finding("VP022", str(error))))
+    time = result.summary.cycle_time if result.summary else None
+    remarked = tuple(remarks(result.summary)) if result.summary else ()
+    return Report(shown, result.findings, time, source, remarked)
 
 
 def _errors_alone(report: "Report") -> "Report":

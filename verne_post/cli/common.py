@@ -34,8 +34,10 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     """
     from verne_post.cli.options import build_options
 
+    files.expects(name, PROGRAM)
+    expect_machine(given["machine_name"])
+    options = build_options(files, shown_name(name), name, **given)
     machine = load(files, given["machine_name"])
-    options = build_options(files, shown_name(name), **given)
     return machine, *program_text(files, name, options, given["subroutine_path"])
 
 
@@ -66,8 +68,21 @@ def program_text(
     return source, options.changed(subroutines=found)
 
 
+def expect_machine(name: str) -> None:
+    """See whether a machine file can be read, without what reads it.
+
+    Raises
+    ------
+    InputError
+    """
+    from verne_post.config.machine_paths import machine_path, names_hint, read_file
+
+    read_file(machine_path(name), f"machine file {name!r}", names_hint())
+
+
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
     """Load a machine; its findings end the command."""
+    expect_machine(name)
     from verne_post.config import load_machine
 
     return load_machine(name, lambda path: files.reads(path, what))

@@ -38,15 +38,16 @@ def command(
 
     INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
     """
-    from verne_post.app.assemble import drives_of
     from verne_post.model.findings import InputError
 
     files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
-    files.reads(input_name, PROGRAM)
+    files.expects(input_name, PROGRAM)
     outputs.check(files, split=bool(given["split_at_stops"]))
     name = shown_name(input_name)
     try:
         machine, source, options = read_program(files, input_name, given)
+        from verne_post.app.assemble import drives_of
+
         drives_of(machine, options)
     except InputError as error:
         return refuse(name, error)

@@ -1,5 +1,6 @@
 """`verne-post explain`: one line of a program worked through, or the text of a finding code."""
 
+import os
 import textwrap
 from typing import Any
 
@@ -34,13 +35,18 @@ def command(what: str, **given: Any) -> int:
             click.echo(textwrap.fill(f"Parameters: {PARAMETERS[code.code]}.", width=90, break_on_hyphens=False))
         return ExitStatus.CLEAN
     name, colon, number = what.rpartition(":")
+    if os.path.exists(what):
+        raise click.UsageError(f"{what}: :LINE is missing; say which one: verne-post explain {what}:12")
     if not colon or not number.isdecimal():
-        raise click.UsageError(f"{what!r} is neither INPUT:LINE nor a finding code; they are {', '.join(CODES)}")
-    from verne_post.app.explain import explain_source
+        raise click.UsageError(
+            f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102); docs/findings.md lists all codes"
+        )
     from verne_post.model.findings import InputError
 
     try:
         machine, source, options = read_program(RunFiles(), name, given)
+        from verne_post.app.explain import explain_source
+
         click.echo(str(explain_source(source, machine, options, int(number))), nl=False)
     except InputError as error:
         return refuse(name, error)

@@ -65,6 +65,18 @@ class RunFiles:
             self._read.setdefault(key, (what, name))
         self._not_a_part(name, what)
 
+    def expects(self, name: _Name, what: str) -> None:
+        """Name a file that the run will read, and see whether that can be done, before anything heavy is loaded.
+
+        Raises
+        ------
+        Unreadable
+        """
+        self.reads(name, what)
+        if name != "-":
+            with reading(name), Path(name).open("rb"):
+                pass
+
     def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
         """A file, or standard input for "-", to be read in parts within :func:`reading`."""
         self.reads(name, what)

@@ -42,15 +42,16 @@ def command(
     --wcs says where the part is now; what is not free stays so. The proposed offset has been checked like any program.
     Exit status: 0 it fits, 1 no place was found, 2 unusable input.
     """
-    from verne_post.app.fit import propose
     from verne_post.model.findings import InputError
-    from verne_post.output import fit as output
 
     name = shown_name(input_name)
     if not free or len(set(free)) != len(free) or not set(free) <= set("xyzc"):
         raise click.UsageError(f"--free {free}: expected some of the letters x, y, z, c, each once")
     try:
         machine, source, options = read_program(RunFiles(), input_name, given)
+        from verne_post.app.fit import propose
+        from verne_post.output import fit as output
+
         allowed = dict(_range(text, free) for text in ranges)
         with progress_line("reading") as progress:
             least = minimise == "time"

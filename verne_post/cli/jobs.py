@@ -33,7 +33,10 @@ _LAYOUT: Final = 2
 
 @dataclass(frozen=True)
 class Job:
-    """One program: its file, and where its rows go: to the file ``place`` of the output folder ``root``."""
+    """One program: its file, and where its rows go: to the file ``place`` of the output folder ``root``.
+
+    ``wrong`` is what is wrong with its set-up.
+    """
 
     program: str
     root: Path
@@ -42,6 +45,7 @@ class Job:
     options: "Options"
     file_format: str
     subroutine_path: tuple[str, ...]
+    wrong: tuple[Finding, ...] = ()
 
     @property
     def output(self) -> Path:
@@ -136,6 +140,20 @@ def run_job(job: Job) -> Outcome:
         return _failure(job, finding("VP902", f"internal error: {type(error).__name__}: {error}"))
 
 
+def forget(job: Job) -> None:
+    """Remove what batch made for a program under a name that it does not have any more."""
+    _remove_made(job, _record(job))
+
+
+def _remove_made(job: Job, record: Record | None) -> None:
+    """Rows of another program, or of other options, must not stay."""
+    if record is not None:
+        for name, digest in record.files.items():
+            if _is_made(job, name, digest):
+                (job.root / name).unlink()
+    job.record.unlink(missing_ok=True)
+
+
 def _failure(job: Job, *findings: Finding) -> Outcome:
     """The outcome of a program that could not be converted."""
     return Outcome(job.program, int(status_of(findings)), findings)
@@ -147,7 +165,9 @@ def _outcome(job: Job) -> Outcome:
     files, record, key = RunFiles(), _record(job), None
     job.claim(files)
     try:
-        options = job.options.changed(source_name=job.program)
+        if job.wrong:
+            raise InputError(*job.wrong)
+        options = job.options
         source, options = program_text(files, job.program, options, job.subroutine_path)
         key = _key(job, source, options)
     except InputError as error:
@@ -156,11 +176,7 @@ def _outcome(job: Job) -> Outcome:
         done = _failure(job, finding("VP022", str(error)))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
         return replace(record.outcome, program=job.program, again=True, left=_unknown_files(job, record, record.files))
-    if record is not None:  # rows of another program, or of other options, must not stay
-        for name, digest in record.files.items():
-            if _is_made(job, name, digest):
-                (job.root / name).unlink()
-    job.record.unlink(missing_ok=True)
+    _remove_made(job, record)
     if key is None:
         return replace(done, left=_unknown_files(job, record, ()))
     job.output.parent.mkdir(parents=True, exist_ok=True)

@@ -127,12 +127,13 @@ def _draw(
 @click.argument("name", metavar="NAME|FILE")
 def validate(name: str) -> int:
     """Check a machine file: every key and bound, and that both home positions can be reached; say what the machine can do."""
-    from verne_post.app.capability import describe_moves
-    from verne_post.config import validate_machine
     from verne_post.model.findings import InputError
 
     try:
         machine = load(RunFiles(), name)
+        from verne_post.app.capability import describe_moves
+        from verne_post.config import validate_machine
+
         found = validate_machine(machine)
         if found:
             raise InputError(*found)
@@ -270,6 +271,14 @@ def identify_(
     Exit status: 0 a table to paste, 1 the readings contradict their stated uncertainties, 2 unusable input,
     3 the readings do not determine the lengths.
     """
+    name = shown_name(measured)
+    for option, value in (("rho", sigma_rho), ("xyz", sigma_xyz), ("alpha-deg", sigma_alpha_deg), ("rod", sigma_rod)):
+        if not value >= 0 or (math.isinf(value) and option != "alpha-deg"):
+            raise click.UsageError(f"--sigma-{option} {value:g}: an uncertainty is a number from 0 on")
+    if sigma_xyz == 0 and sigma_rod == 0:
+        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
+    files = RunFiles()
+    files.expects(measured, "MEASURED.csv")
     import numpy as np
 
     from verne_post.base.units import RAD_PER_DEG
@@ -283,13 +292,6 @@ def identify_(
     from verne_post.model.findings import InputError
     from verne_post.model.protocols import Identifiable
 
-    name = shown_name(measured)
-    for option, value in (("rho", sigma_rho), ("xyz", sigma_xyz), ("alpha-deg", sigma_alpha_deg), ("rod", sigma_rod)):
-        if not value >= 0 or (math.isinf(value) and option != "alpha-deg"):
-            raise click.UsageError(f"--sigma-{option} {value:g}: an uncertainty is a number from 0 on")
-    if sigma_xyz == 0 and sigma_rod == 0:
-        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
-    files = RunFiles()
     try:
         machine = load(files, machine_name)
     except InputError as error:

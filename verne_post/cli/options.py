@@ -16,6 +16,7 @@ import click
 
 from verne_post.base.printable import printable
 from verne_post.cli.files import RunFiles
+from verne_post.cli.setups import Placed, place_options
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import check_box, system_number
 from verne_post.model.options import About, Group, Options, about
@@ -67,6 +68,8 @@ FILES: Final = (
                "lie inside it; repeatable.", Group.PROGRAM, multiple=True),
     FileOption("--parameters", "parameter_file", "FILE", "LinuxCNC parameter file (.var): numbered parameters, home positions and work offsets that "
                "the program finds.", Group.PROGRAM),
+    FileOption("--setup", "setup_file", "FILE.toml|none", "Set-up of the program: offsets, tools, fixtures, options; default: INPUT.toml beside it, "
+               "where there is one.", Group.SETUP),
     FileOption("--settings", "settings", "FILE", "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
                Group.ADVANCED),
 )  # fmt: skip
@@ -177,8 +180,15 @@ def _metavar(kind: Any, shown: About) -> str | None:
 # --- values of the command line -> Options ---------------------------------------------------------
 
 
-def build_options(files: RunFiles, name: str, **given: Any) -> Options:
-    """Options from the values of the command line; they go before those of the settings file.
+def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -> Options:
+    """Options from the values of the command line; they go before those of the program's set-up, and these before the settings file.
+
+    Parameters
+    ----------
+    name : str
+        How the program is called in messages.
+    program : str
+        Its path, beside which its set-up is looked for; "-" or empty: nowhere.
 
     Raises
     ------
@@ -191,13 +201,15 @@ def build_options(files: RunFiles, name: str, **given: Any) -> Options:
     values: dict[str, Any] = {}
     if settings is not None:
         values = {**settings.options, "remap": dict(settings.remap), "control": {"siemens": settings.siemens}}
+    placed = place_options(files, given, program, settings)
+    given = placed.given
     values |= {
         key: value for key, value in given.items() if key in Options.model_fields and value not in (None, (), [])
     }
     try:
         values |= _parse_texts(values, given) | _from_files(files, given)
-        values |= _bodies(values, settings)
-        return Options(**{**values, "source_name": name})
+        values |= _bodies(values, settings, placed)
+        return Options(**{**values, "source_name": name, "setup_source": placed.source})
     except UsageError as error:
         raise click.UsageError(f"{flag_of(error.option)} {error.reason}") from None
 
@@ -221,11 +233,6 @@ def _parse_texts(values: dict[str, Any], given: dict[str, Any]) -> dict[str, Any
 
 def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
     """Options that are read from files."""
-    from verne_post.config.part_setup import read_lengths, read_offsets
-    from verne_post.config.tool_shapes import read_tool_shapes
-    from verne_post.gcode.parameter_file import read_parameter_file
-    from verne_post.gcode.tools import read_tool_table
-
     found: dict[str, Any] = {}
 
     def content(name: str, flag: str) -> tuple[bytes, str] | None:
@@ -233,14 +240,20 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
         return None if path is None else (files.read(path, flag), str(path))
 
     if (table := content("tool_table", "--tool-table")) is not None:
+        from verne_post.gcode.tools import read_tool_table
+
         found["tools"] = read_tool_table(table[0].decode("utf-8", errors="replace"), table[1])
     if (lengths := content("tool_lengths", "--tool-lengths")) is not None:
+        from verne_post.config.part_setup import read_lengths
+
         if given.get("tool_length") is not None:
             raise click.UsageError(
                 "--tool-length and --tool-lengths exclude each other: the first holds for every tool"
             )
         found["tools"] = read_lengths(*lengths, found.get("tools", {}))
     if (measured := content("measured_offset", "--measured-offset")) is not None:
+        from verne_post.config.part_setup import read_offsets
+
         offsets = read_offsets(*measured)
         written = dict(_work_offset(text) for text in given.get("wcs") or ())
         for name in written:
@@ -248,15 +261,20 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
                 raise click.UsageError(f"--wcs {name}: {measured[1]} has this work offset too; give it once")
         found["wcs"] = {**written, **offsets}
     if (parameters := content("parameter_file", "--parameters")) is not None:
+        from verne_post.gcode.parameter_file import read_parameter_file
+
         found["parameters"] = read_parameter_file(parameters[0].decode("utf-8", errors="replace"), parameters[1])
     if (shapes := content("shapes_file", "--tool-shapes")) is not None:
+        from verne_post.config.tool_shapes import read_tool_shapes
+
         found["tool_shapes"] = read_tool_shapes(*shapes)
     return found
 
 
-def _bodies(values: dict[str, Any], settings: "SettingsFile | None") -> dict[str, Any]:
-    """Fixtures and stock: those of the command line before those of the settings file of the same name."""
-    fixtures = {} if settings is None else {name: file.box(name) for name, file in settings.keep_out.items()}
+def _bodies(values: dict[str, Any], settings: "SettingsFile | None", placed: Placed) -> dict[str, Any]:
+    """Fixtures and stock: those of the command line before those of the same name in the set-up, and these before the settings file's."""
+    files = {**({} if settings is None else settings.keep_out), **placed.keep_out}
+    fixtures = {name: file.box(name) for name, file in files.items()}
     named = set()
     for text in values.get("keep_out", ()):
         place, equals, corners = text.partition("=")
@@ -267,7 +285,8 @@ def _bodies(values: dict[str, Any], settings: "SettingsFile | None") -> dict[str
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
         named.add(name)
         fixtures[name] = _box(name, system, corners, f"--keep-out {text}")
-    stock = None if settings is None or settings.stock is None else settings.stock.box("the stock")
+    stock_file = placed.stock or (None if settings is None else settings.stock)
+    stock = None if stock_file is None else stock_file.box("the stock")
     if (text := values.get("stock")) is not None:
         system, equals, corners = text.rpartition("=")
         if equals and not system:
@@ -294,6 +313,10 @@ def _work_offset(text: str) -> tuple[str, tuple[float, ...]]:
     values = numbers_of(rest, f"--wcs {text}")
     if len(values) not in (3, 4):
         raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
+    try:
+        system_number(name)
+    except ValueError as error:
+        raise click.UsageError(f"--wcs {text}: {error}") from None
     return name, tuple(values)
 
 
@@ -310,12 +333,12 @@ def numbers_of(text: str, what: str) -> list[float]:
 
 def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "SettingsFile | None":
     """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
-    from verne_post.config.settings import load_settings
-
     found = _nearest_settings(Path.cwd()) if path is None else path
     if found is None:
         return None
-    files.reads(found, "--settings")
+    files.expects(found, "--settings")
+    from verne_post.config.settings import load_settings
+
     settings = load_settings(found)
     if tell:
         hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))

@@ -25,15 +25,16 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
     A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`.
     """
     from verne_post.model.findings import InputError
-    from verne_post.report import picture
-    from verne_post.report.page import page
 
     if output is None and static is None:
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
-    if static is not None and static.suffix not in picture.SUFFIXES:
-        raise click.UsageError(f"--static {static}: expected a name that ends in {' or '.join(picture.SUFFIXES)}")
     files = RunFiles()
-    files.reads(input_name, PROGRAM)
+    files.expects(input_name, PROGRAM)
+    if static is not None:
+        from verne_post.report import picture
+
+        if static.suffix not in picture.SUFFIXES:
+            raise click.UsageError(f"--static {static}: expected a name that ends in {' or '.join(picture.SUFFIXES)}")
     for path, option, package, extra in (
         (output, "-o", "jupyter_threejs_sage", "report"),
         (static, "--static", "matplotlib", "plot"),
@@ -51,6 +52,8 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
     except InputError as error:
         return refuse(name, error)
 
+    from verne_post.report import picture
+    from verne_post.report.page import page
     from verne_post.report.study import study
 
     with progress_line("reading", quiet=quiet) as progress:

@@ -70,15 +70,7 @@ def command(
     Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed rate is checked against that share of the
     programmed one; with --keep-out or --stock the program is checked against these bodies too.
     """
-    from verne_post.app.assemble import assemble, drives_of
-    from verne_post.app.constraints import check_program
-    from verne_post.app.source_text import UTF16, is_utf16
-    from verne_post.app.verify import verify_setpoints
     from verne_post.model.findings import InputError
-    from verne_post.output.parts import parts_of, read_parts
-    from verne_post.output.setpoints import read_csv
-    from verne_post.output.side_car import changed_since, read_side_car
-    from verne_post.output.summary import following_text, verdict_line
 
     if setpoints == "-" and against == "-":
         raise click.UsageError("only one of the two inputs can be standard input")
@@ -89,9 +81,25 @@ def command(
     if not (delay == "auto" or delay.isdecimal()):
         raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
     name, files = shown_name(setpoints), RunFiles()
-    files.reads(setpoints, "AXES.CSV")
+    files.expects(setpoints, "AXES.CSV")
+    for path, option in ((meta, "--meta"), (measured, "--measured")):
+        if path is not None:
+            files.expects(path, option)
     try:
         machine, source, options = read_program(files, against, given)
+    except InputError as error:
+        return refuse(name, error)
+
+    from verne_post.app.assemble import assemble, drives_of
+    from verne_post.app.constraints import check_program
+    from verne_post.app.source_text import UTF16, is_utf16
+    from verne_post.app.verify import verify_setpoints
+    from verne_post.output.parts import parts_of, read_parts
+    from verne_post.output.setpoints import read_csv
+    from verne_post.output.side_car import changed_since, read_side_car
+    from verne_post.output.summary import following_text, verdict_line
+
+    try:
         found = []
         if meta is not None:
             side_car = read_side_car(files.read(meta, "--meta").decode("utf-8", errors="replace"), str(meta))

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.as_built import build_as_built, read_as_built
-from verne_post.config.files import read_file
 from verne_post.config.kinds import KINDS, Kind
+from verne_post.config.machine_paths import machine_path, names_hint, read_file
 from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
@@ -46,15 +46,6 @@ if TYPE_CHECKING:
 _Schema = TypeVar("_Schema", bound=Group)
 
 
-def machine_files() -> dict[str, Path]:
-    """The machine files that come with the package, by name; in a wheel and in an editable install."""
-    here = Path(__file__).resolve().parents[1]
-    for folder in (here / "machine_configs", here.parent / "machine_configs"):
-        if folder.is_dir():
-            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
-    return {}
-
-
 def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], None] | None = None) -> Machine:
     """Load a machine by name, or from a file; ``reads`` is called with every file before it is read.
 
@@ -63,25 +54,17 @@ def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], Non
     InputError
         With one finding (VP501) a mistake: file, key, value, bound.
     """
-    known = machine_files()
-    path = known.get(str(name_or_path), Path(name_or_path))
+    path = machine_path(name_or_path)
 
     def read(path: Path, what: str, hint: str = "") -> bytes:
         if reads is not None:
             reads(path)
-        return _read(path, what, hint)
+        return read_file(path, what, hint)
 
-    raw = read(path, f"machine file {str(name_or_path)!r}", f"; machines by name: {', '.join(known)}")
+    raw = read(path, f"machine file {str(name_or_path)!r}", names_hint())
     return machine_from_toml(
         raw, path.name, lambda name: read(path.parent / name, f"{path.name}: as_built.file {name!r}")
     )
-
-
-def _read(path: Path, what: str, hint: str) -> bytes:
-    try:
-        return read_file(path)
-    except OSError as error:
-        raise InputError(finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None
 
 
 def _no_files(name: str) -> bytes:

@@ -1,57 +1,26 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
 
-import difflib
 import tomllib
+from fnmatch import fnmatch
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
 
+from verne_post.config.box_file import BoxFile
 from verne_post.config.files import read_file
+from verne_post.config.option_table import find_wrong_options
+from verne_post.config.program_setup import ProgramSetup, setup_of
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
 from verne_post.model.control_keys import read_keys
-from verne_post.model.findings import InputError, UsageError, finding
+from verne_post.model.findings import InputError, finding
 from verne_post.model.option_checks import CODE, Meaning
 from verne_post.model.options import Options, about
-from verne_post.model.part_setup import SYSTEM_NUMBERS, Box
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
 PROJECT_FILE: Final = "pyproject.toml"
-
-
-Point = Annotated[list[Annotated[float, Field(ge=-1e5, le=1e5)]], Field(min_length=3, max_length=3)]
-
-
-class BoxFile(BaseModel):
-    """[keep_out.NAME] and [stock]: a box in the table frame, or in a work system as --wcs gives it."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
-
-    min: Point
-    max: Point
-    system: str = "table"
-    distance_mm: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
-
-    @field_validator("system")
-    @classmethod
-    def _known(cls, value: str) -> str:
-        if value != "table" and value not in SYSTEM_NUMBERS:
-            raise ValueError("expected table, or a work system such as G54")
-        return value
-
-    @model_validator(mode="after")
-    def _not_flat(self) -> "BoxFile":
-        for letter, low, high in zip("xyz", self.min, self.max, strict=True):
-            if low >= high:
-                raise ValueError(f"{letter} of min, {low:g}, must be below that of max, {high:g}")
-        return self
-
-    def box(self, name: str) -> Box:
-        """As the program has it."""
-        low, high = tuple(self.min), tuple(self.max)
-        return Box(name, low, high, SYSTEM_NUMBERS.get(self.system), self.distance_mm)  # type: ignore[arg-type]
 
 
 class CheckFile(BaseModel):
@@ -77,6 +46,23 @@ class SettingsFile(BaseModel):
     keep_out: dict[str, BoxFile] = Field(default_factory=dict)
     stock: BoxFile | None = None
     check: CheckFile = Field(default_factory=CheckFile)
+    setup: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    _setups: dict[str, ProgramSetup] = PrivateAttr(default_factory=dict)
+    _folder: Path = PrivateAttr(default_factory=Path)
+
+    @property
+    def setups(self) -> dict[str, ProgramSetup]:
+        """[setup.GLOB]: set-ups of programs, by patterns of their paths from the folder of the settings file."""
+        return self._setups
+
+    def setups_of(self, program: Path) -> list[ProgramSetup]:
+        """The set-ups whose pattern fits a program, in the order of the file."""
+        path = program.resolve()
+        inside = path.relative_to(self._folder) if path.is_relative_to(self._folder) else None
+        return [
+            setup for glob, setup in self._setups.items()
+            if fnmatch(path.name, glob) or (inside is not None and fnmatch(inside.as_posix(), glob))
+        ]  # fmt: skip
 
 
 def find_settings(folder: Path) -> Path | None:
@@ -110,10 +96,17 @@ def load_settings(path: Path) -> SettingsFile:
         raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in texts)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
+    settings._folder = path.resolve().parent
     if settings.check.baseline is not None:
         settings.check.baseline = str(path.parent / settings.check.baseline)
     wrong = [finding("VP503", f"{path.name}: {why}") for code in settings.remap if (why := _mistake(code))]
-    wrong += [finding("VP503", f"{path.name}: {why}") for why in _wrong_options(settings.options)]
+    allowed = [name for name in Options.model_fields if about(name).in_settings]
+    wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(settings.options, allowed)]
+    for glob, table in settings.setup.items():
+        try:
+            settings.setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}")
+        except InputError as error:
+            wrong += error.findings
     try:
         read_keys(settings.siemens)
     except ValueError as error:
@@ -121,22 +114,6 @@ def load_settings(path: Path) -> SettingsFile:
     if wrong:
         raise InputError(*wrong)
     return settings
-
-
-def _wrong_options(given: dict[str, Any]) -> list[str]:
-    """What is wrong with the table of options, as sentences."""
-    allowed = [name for name in Options.model_fields if about(name).in_settings]
-    for name in given:
-        if name not in allowed:
-            near = difflib.get_close_matches(name, allowed, n=1)
-            return [
-                f"options.{name}: this is no option of a settings file" + (f"; did you mean {near[0]}?" if near else "")
-            ]
-    try:
-        Options(**given)
-    except UsageError as error:
-        return [f"options.{error.option} = {error.reason}"]
-    return []
 
 
 def _mistake(code: str) -> str | None:

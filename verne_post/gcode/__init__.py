@@ -1,52 +1,25 @@
-"""The G-code front end (RS274/NGC): text -> words -> Moves. It knows no machine."""
+"""The G-code front end (RS274/NGC): text -> words -> Moves. It knows no machine.
 
-from collections.abc import Mapping
-from typing import Any
+Its names are imported on first use: most mistakes on a command line are found before a program is read.
+"""
 
-from verne_post.base.long_text import Text
-from verne_post.gcode.offsets import CartesianCoordinates
-from verne_post.gcode.read import interpret_program
-from verne_post.gcode.setup import Setup
-from verne_post.model.moves import AXES, ZERO9, Frame, Moves
-from verne_post.model.part_setup import WORK_SYSTEMS, Tool
+import importlib as _importlib
+import typing as _typing
+
+if _typing.TYPE_CHECKING:
+    from verne_post.gcode.plain_setup import interpreter_setup, read_moves
+    from verne_post.gcode.read import interpret_program
+
+_HOME = {
+    "interpret_program": "verne_post.gcode.read",
+    "interpreter_setup": "verne_post.gcode.plain_setup",
+    "read_moves": "verne_post.gcode.plain_setup",
+}
 
 __all__ = ["interpret_program", "interpreter_setup", "read_moves"]
 
 
-def interpreter_setup(
-    *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
-    origins: Mapping[int, tuple[float, float, float]] | None = None, **text: Any,
-) -> Setup:  # fmt: skip
-    """Setup of a plain interpreter: no machine, all nine axes, everything at 0 when the program starts.
-
-    Parameters
-    ----------
-    tools : mapping, optional
-        Tool table by number.
-    tool_length : float, optional
-        mm; holds throughout.
-    origins : mapping, optional
-        Origins of the work systems (1 = G54) in machine coordinates, mm.
-    **text
-        Fields of :class:`~verne_post.model.options.TextOptions`.
-    """
-    frames = {}
-    for system in WORK_SYSTEMS:
-        x, y, z = (origins or {}).get(system, (0.0, 0.0, 0.0))
-        frames[system] = Frame(system, (x, y, z, *ZERO9[3:]))
-    return Setup(
-        coordinates=CartesianCoordinates(), axes=AXES, machine=False, home=ZERO9, home2=ZERO9,
-        tools=dict(tools) if tools is not None else None, tool_length=tool_length, frames=frames,
-        given_systems=frozenset(origins or ()), **text,
-    )  # fmt: skip
-
-
-def read_moves(source: Text, **options: Any) -> Moves:
-    """Interpret a program as any interpreter would, without a machine; options of :func:`interpreter_setup`.
-
-    Raises
-    ------
-    InputError
-        With every error that could be found (VP0xx).
-    """
-    return interpret_program(source, interpreter_setup(**options))
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(_importlib.import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'verne_post.gcode' has no attribute {name!r}")

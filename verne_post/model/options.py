@@ -243,6 +243,8 @@ class Options(BaseModel):
         Changes.TIMING)] = False
     source_name: Annotated[str, About(
         "Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)] = "program"
+    setup_source: Annotated[str, About(
+        "Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False)] = ""
     # fmt: on
 
     @model_validator(mode="wrap")
@@ -307,7 +309,7 @@ class Options(BaseModel):
 
         Keys are the names, with the unit where the option has one: ``tolerance_mm``.
         """
-        values = {name: getattr(self, name) for name in Options.model_fields if name != "source_name"}
+        values = {name: getattr(self, name) for name in Options.model_fields if name not in _FOR_MESSAGES}
         values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
         return {key_of(name): _as_json(value) for name, value in values.items()}
 
@@ -337,6 +339,8 @@ def usage_error(error: ValidationError, model: type[BaseModel]) -> UsageError:
     return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason[:1].lower()}{reason[1:]}")
 
 
+#: Options that change nothing but messages.
+_FOR_MESSAGES: Final = ("source_name", "setup_source")
 #: Complaints about a number that is outside its bounds.
 _BOUNDS: Final = ("greater_than_equal", "less_than_equal")
 

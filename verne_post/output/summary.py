@@ -257,7 +257,14 @@ def _free_turn(summary: Summary) -> Facts:
 
 def _setup(summary: Summary) -> Facts:
     """What a person must compare with the machine."""
-    return [("tool length", _tools(summary)), ("work offset", _offsets(summary)), *_stock(summary), *_keep_out(summary)]
+    source = [("set-up", f"from {summary.options.setup_source}")] if summary.options.setup_source else []
+    return [
+        *source,
+        ("tool length", _tools(summary)),
+        ("work offset", _offsets(summary)),
+        *_stock(summary),
+        *_keep_out(summary),
+    ]
 
 
 def _tools(summary: Summary) -> str:

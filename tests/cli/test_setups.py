@@ -1,0 +1,176 @@
+"""The set-up of a program: part.nc.toml beside it, [setup.GLOB] of the settings file, and the command line above both."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
+PROGRAM = "G21 G90 G94 G49\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nX10\nM2\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a program."""
+    monkeypatch.chdir(tmp_path)
+    Path("part.nc").write_text(PROGRAM, encoding="utf-8")
+    return tmp_path
+
+
+def options_of(run: Callable[..., Any], *words: object) -> dict[str, Any]:
+    """The options that a conversion took, from its side-car."""
+    answer = run("part.nc", "-o", "axes.csv", "--meta", "meta.json", *words)
+    assert answer.code == 0, answer.err
+    record: dict[str, Any] = json.loads(Path("meta.json").read_text(encoding="utf-8"))["options"]
+    return record
+
+
+def test_the_file_beside_the_program_gives_what_the_command_line_would(folder: Path, run: Callable[..., Any]) -> None:
+    words = [
+        "--tool-length",
+        "80",
+        "--wcs",
+        "G54=1,2,40,30",
+        "--tolerance",
+        "0.02",
+        "--keep-out",
+        "vise=200,200,0,210,210,9",
+    ]
+    given = options_of(run, *words)
+    rows = Path("axes.csv").read_bytes()
+    Path("part.nc.toml").write_text(
+        "tool_length = 80\ntolerance = 0.02\n[wcs]\nG54 = [1, 2, 40, 30]\n"
+        "[keep_out.vise]\nmin = [200, 200, 0]\nmax = [210, 210, 9]\n",
+        encoding="utf-8",
+    )
+    assert options_of(run) == given
+    assert Path("axes.csv").read_bytes() == rows
+    said = run("check", "part.nc").out
+    assert "set-up: from part.nc.toml" in said
+
+
+def test_every_command_reads_it(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 300]\n", encoding="utf-8")
+    assert run("part.nc", "-o", "axes.csv").code == 0
+    assert run("verify", "axes.csv", "--against", "part.nc").code == 0
+    assert "tool length 80 mm" in run("explain", "part.nc:3").out
+    assert "o = (0.000000, 0.000000, 300.000000)" in run("explain", "part.nc:3").out
+    assert run("verify", "axes.csv", "--against", "part.nc", "--setup", "none").code == 1
+    # without its file the program is another one
+    assert "VP033" in run("check", "part.nc", "--setup", "none").out
+    stdin = Path("part.nc").read_bytes()
+    assert "VP033" in run("check", "-", stdin=stdin).out
+    assert "VP033" not in run("check", "-", "--setup", "part.nc.toml", stdin=stdin).out
+
+
+def test_the_command_line_goes_before_the_file_and_the_file_before_the_settings(
+    folder: Path, run: Callable[..., Any]
+) -> None:
+    Path("verne-post.toml").write_text(
+        '[options]\ntolerance = 0.03\nsmoothing = "blend"\n[setup."*.nc"]\ntolerance = 0.04\ntool_length = 70\n'
+        '[setup."*.nc".wcs]\nG54 = [0, 0, 30]\nG55 = [0, 0, 31]\n[setup."other/*.nc"]\ntool_length = 1\n',
+        encoding="utf-8",
+    )
+    assert options_of(run)["tolerance_mm"] == 0.04
+    Path("part.nc.toml").write_text("tolerance = 0.05\n[wcs]\nG54 = [0, 0, 50]\n", encoding="utf-8")
+    taken = options_of(run)
+    assert taken["tolerance_mm"] == 0.05
+    assert taken["tool_length_mm"] == 70
+    assert taken["wcs"] == {"G54": [0, 0, 50, 0], "G55": [0, 0, 31, 0]}
+    taken = options_of(run, "--tolerance", 0.06, "--wcs", "G55=1,1,31")
+    assert taken["tolerance_mm"] == 0.06
+    assert taken["wcs"] == {"G54": [0, 0, 50, 0], "G55": [1, 1, 31, 0]}
+    assert options_of(run, "--setup", "none")["tolerance_mm"] == 0.03
+
+
+def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., Any]) -> None:
+    """A length of the command line is not beaten by a table of the file, nor a table of the file by a length of the settings."""
+    Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1 G0 X0"), encoding="utf-8")
+    Path("tools.tbl").write_text("T1 P1 Z66 D6\n", encoding="utf-8")
+    Path("verne-post.toml").write_text('[setup."part.nc"]\ntool_length = 70\n', encoding="utf-8")
+    Path("part.nc.toml").write_text('tool_table = "tools.tbl"\n[wcs]\nG54 = [0, 0, 30]\n', encoding="utf-8")
+    assert options_of(run)["tools"] == {"1": [66, 6]}
+    assert options_of(run)["tool_length_mm"] is None
+    assert options_of(run, "--tool-length", 80)["tool_length_mm"] == 80
+    assert options_of(run, "--tool-length", 80)["tools"] is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("tool_lenght = 80", "part.nc.toml: tool_lenght: this is no option of a set-up; did you mean tool_length?"),
+        ("tool_length = -1", "part.nc.toml: tool_length = -1"),
+        ("[wcs]\nG54 = [1, 2]", "part.nc.toml: wcs.G54"),
+        ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),
+        ("tool_length = ", "part.nc.toml: not a TOML file"),
+        ('tool_table = "none.tbl"', "none.tbl: No such file or directory"),
+        ("[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 0]", "keep_out.vise"),
+    ],
+)
+def test_mistakes_name_the_file_and_the_key(folder: Path, run: Callable[..., Any], text: str, said: str) -> None:
+    Path("part.nc.toml").write_text(text + "\n", encoding="utf-8")
+    answer = run("part.nc", "-o", "axes.csv")
+    assert answer.code == 2
+    assert said in answer.err
+    assert not Path("axes.csv").exists()
+
+
+def test_a_set_up_is_not_written_over(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc.toml").write_text("tool_length = 80\n", encoding="utf-8")
+    assert run("part.nc", "-o", "part.nc.toml").code == 2
+    assert Path("part.nc.toml").read_text(encoding="utf-8") == "tool_length = 80\n"
+
+
+def test_the_samples_run_as_they_stand(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Every sample has its set-up beside it: only those that violate on purpose are refused, and check says the same."""
+    expected = {path.name for path in SAMPLES.iterdir() if path.name.startswith("violates")} - {
+        path.name for path in SAMPLES.glob("*.toml")
+    }
+    answer = run("batch", SAMPLES, "-o", tmp_path / "out", "--junit", tmp_path / "j.xml", "--github")
+    assert answer.code == 1
+    listed = json.loads((tmp_path / "out" / "batch.json").read_text(encoding="utf-8"))["programs"]
+    assert {Path(one["program"]).name for one in listed if one["status"]} == expected
+    assert all(one["warnings"] == 0 for one in listed)
+    assert {path.name for path in (tmp_path / "out").glob("two_faces.*csv")} == {
+        f"two_faces.{ending}.csv" for ending in ("cls", "h", "mpf", "nc")
+    }
+    assert {
+        line.split("file=")[1].split(",")[0].rpartition("/")[2] for line in answer.out.splitlines() if "::" in line
+    } == expected
+    times = {
+        case.get("name"): float(case.get("time", "nan"))
+        for case in ElementTree.parse(tmp_path / "j.xml").iter("testcase")
+    }
+    assert times == pytest.approx({one["program"]: one["cycle_time_s"] or 0.0 for one in listed}, abs=5e-4)
+    checked = run("check", SAMPLES, "--output-format", "json")
+    assert checked.code == 1
+    verdicts = {Path(one["program"]).name: one["verdict"] for one in json.loads(checked.out)["programs"]}
+    assert {name for name, verdict in verdicts.items() if verdict != "accepted"} == expected
+    assert len(verdicts) == len(listed)
+
+
+def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable[..., Any]) -> None:
+    shutil.copy("part.nc", "second.nc")
+    Path("part.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 30]\n", encoding="utf-8")
+    Path("second.nc.toml").write_text("nonsense = 1\n", encoding="utf-8")
+    answer = run("batch", ".", "-o", "out", "-j", 1)
+    assert answer.code == 2
+    assert "1 converted" in answer.out
+    assert "nonsense" in answer.out
+    # the set-up is part of what the rows were made of
+    assert "as before" in run("batch", "part.nc", "-o", "out", "-j", 1).out
+    Path("part.nc.toml").write_text("tool_length = 81\n[wcs]\nG54 = [0, 0, 30]\n", encoding="utf-8")
+    assert "as before" not in run("batch", "part.nc", "-o", "out", "-j", 1).out
+
+
+def test_rows_under_a_name_that_is_shared_now_do_not_stay(folder: Path, run: Callable[..., Any]) -> None:
+    place = ("--tool-length", 80, "--wcs", "G54=0,0,30")
+    assert run("batch", ".", "-o", "out", "-j", 1, *place).code == 0
+    assert Path("out/part.csv").exists()
+    shutil.copy("part.nc", "part.ngc")
+    assert run("batch", ".", "-o", "out", "-j", 1, *place).code == 0
+    assert sorted(path.name for path in Path("out").glob("*.csv")) == ["part.nc.csv", "part.ngc.csv"]

@@ -1,0 +1,58 @@
+"""Programs by name, in folders and by patterns, as `batch` and `check` take them."""
+
+import glob
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import click
+
+#: Endings of programs that are looked for in folders.
+PROGRAMS: Final = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
+
+
+def find_programs(
+    inputs: Sequence[str], but_in: Path | None = None, *, may_lack: bool = False
+) -> list[tuple[str, Path]]:
+    """Every program, and its place in the structure of its folder.
+
+    Parameters
+    ----------
+    inputs : sequence of str
+        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is.
+    but_in : Path, optional
+        A folder in which none is looked for.
+    may_lack : bool
+        It is no mistake that nothing of what is named exists.
+
+    Raises
+    ------
+    UsageError
+        Where a pattern fits nothing, a folder has no program, or nothing that is named exists.
+    """
+    found: list[tuple[str, Path]] = []
+    for name in inputs:
+        has_pattern = name != "-" and glob.has_magic(name) and not Path(name).exists()
+        matches = sorted(glob.glob(name, recursive=True)) if has_pattern else [name]
+        if not matches:
+            raise click.UsageError(f"{name}: no such file")
+        for match in matches:
+            path = Path(match)
+            if match != "-" and path.is_dir():
+                inside = _inside(path, but_in)
+                if not inside:
+                    raise click.UsageError(f"no programs in {match}; looked for {', '.join(PROGRAMS)}")
+                found += inside
+            else:
+                found.append((match, Path(path.name)))
+    if not may_lack and not any(name == "-" or Path(name).exists() for name, _place in found):
+        raise click.UsageError(f"{', '.join(name for name, _place in found)}: no such file or folder")
+    return found
+
+
+def _inside(folder: Path, but_in: Path | None) -> list[tuple[str, Path]]:
+    """The programs of a folder and those below it."""
+    left_out = None if but_in is None else but_in.resolve()
+    files = sorted(one for one in folder.rglob("*") if one.suffix.lower() in PROGRAMS and one.is_file())
+    own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
+    return [(str(one), one.relative_to(folder)) for one in own]

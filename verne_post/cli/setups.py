@@ -1,0 +1,106 @@
+"""The set-ups of a program under the options of the command line: what stands in files holds where the command line is silent."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from verne_post.cli.files import RunFiles
+
+if TYPE_CHECKING:
+    from verne_post.config.box_file import BoxFile
+    from verne_post.config.program_setup import ProgramSetup
+    from verne_post.config.settings import SettingsFile
+
+#: The value of --setup that leaves every set-up out.
+NONE: Final = "none"
+#: Key of a set-up that names a file -> where the command line's own file is.
+_FILES: Final = {
+    "tool_table": "tool_table", "tool_lengths": "tool_lengths", "measured_offset": "measured_offset",
+    "tool_shapes": "shapes_file", "parameters": "parameter_file",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Values of the command line with those of the set-ups below them.
+
+    Attributes
+    ----------
+    given : dict
+        By the names of the command's parameters.
+    keep_out, stock
+        Bodies of the set-ups.
+    source : str
+        Which set-ups there are; empty without any.
+    """
+
+    given: dict[str, Any]
+    keep_out: dict[str, "BoxFile"] = field(default_factory=dict)
+    stock: "BoxFile | None" = None
+    source: str = ""
+
+
+def place_options(files: RunFiles, given: dict[str, Any], program: str, settings: "SettingsFile | None") -> Placed:
+    """Put the set-ups of a program below the values of the command line.
+
+    Parameters
+    ----------
+    given : dict
+        Values of the command line; None, or empty, where it is silent.
+    program : str
+        Its path, "-" for standard input, "" where there is none.
+
+    Raises
+    ------
+    InputError
+        For a set-up that cannot be used.
+    """
+    setups = list(_setups(files, given.get("setup_file"), program, settings))
+    if not setups:
+        return Placed(given)
+    from verne_post.config.program_setup import TOOL_KEYS
+
+    below: dict[str, Any] = {}
+    wcs: dict[str, list[float]] = {}
+    keep_out: dict[str, BoxFile] = {}
+    stock: BoxFile | None = None
+    for setup in setups:
+        values = {**setup.options, **{_FILES[key]: path for key, path in setup.files.items()}}
+        if any(key in values for key in TOOL_KEYS):
+            below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
+        below |= values
+        wcs |= {name.strip().upper(): numbers for name, numbers in setup.wcs.items()}
+        keep_out |= setup.keep_out
+        stock = setup.stock or stock
+    above = {key: value for key, value in given.items() if value not in (None, (), [])}
+    if any(key in above for key in TOOL_KEYS):
+        below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
+    if "measured_offset" in above:
+        wcs, _measured = {}, below.pop("measured_offset", None)
+    named = {text.partition("=")[0].strip().upper() for text in above.get("wcs", ())}
+    texts = [f"{name}={','.join(f'{x:.12g}' for x in numbers)}" for name, numbers in wcs.items() if name not in named]
+    placed = {**given, **below, **above, "wcs": (*texts, *above.get("wcs", ()))}
+    return Placed(placed, keep_out, stock, ", ".join(setup.name for setup in setups))
+
+
+def _setups(
+    files: RunFiles, asked: str | None, program: str, settings: "SettingsFile | None"
+) -> "Iterator[ProgramSetup]":
+    """The set-ups of a program, the weaker first: tables of the settings file, then the file of the program."""
+    if asked == NONE:
+        return
+    if settings is not None and program not in ("", "-"):
+        yield from settings.setups_of(Path(program))
+    if asked is None and program in ("", "-"):
+        return
+    path = Path(asked) if asked is not None else Path(f"{program}.toml")
+    if asked is None and not path.is_file():
+        return
+    if path.suffix != ".toml":
+        raise click.UsageError(f"--setup {path}: expected {NONE}, or a file that ends in .toml")
+    from verne_post.config.program_setup import read_setup
+
+    yield read_setup(path, lambda name: files.read(name, "--setup"))

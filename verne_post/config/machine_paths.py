@@ -1,0 +1,39 @@
+"""Where machine files are: by name or by path; whether one can be read is known here, before anything reads it."""
+
+from pathlib import Path
+
+from verne_post.config.files import read_file as read_bytes
+from verne_post.model.findings import InputError, finding
+
+
+def machine_files() -> dict[str, Path]:
+    """The machine files that come with the package, by name; in a wheel and in an editable install."""
+    here = Path(__file__).resolve().parents[1]
+    for folder in (here / "machine_configs", here.parent / "machine_configs"):
+        if folder.is_dir():
+            return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {}
+
+
+def machine_path(name_or_path: str | Path) -> Path:
+    """The file of a machine that is given by name, or by its path."""
+    return machine_files().get(str(name_or_path), Path(name_or_path))
+
+
+def names_hint() -> str:
+    """What an error adds: the names that there are."""
+    return f"; machines by name: {', '.join(machine_files())}"
+
+
+def read_file(path: Path, what: str, hint: str) -> bytes:
+    """The bytes of a file.
+
+    Raises
+    ------
+    InputError
+        VP501 with what it is, and a hint.
+    """
+    try:
+        return read_bytes(path)
+    except OSError as error:
+        raise InputError(finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None

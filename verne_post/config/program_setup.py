@@ -1,0 +1,123 @@
+"""The set-up of one program: its work offsets, tools, fixtures and options, in a file beside it or in a table of the settings file."""
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from verne_post.config.box_file import BoxFile
+from verne_post.config.option_table import find_wrong_options
+from verne_post.config.sentences import describe_mistakes
+from verne_post.model.findings import InputError, finding
+from verne_post.model.options import Options, about
+
+#: Keys that name files, relative to the folder of the set-up.
+FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shapes", "parameters")
+#: Keys that say which lengths the tools have: a set-up, or the command line, that has one of them has them all.
+TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths")
+_OWN: Final = ("wcs", "keep_out", "stock")
+
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class SetupFile(BaseModel):
+    """Keys of a set-up beside the options of a program."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
+
+    wcs: dict[str, Annotated[list[_Number], Field(min_length=3, max_length=4)]] = Field(default_factory=dict)
+    keep_out: dict[str, BoxFile] = Field(default_factory=dict)
+    stock: BoxFile | None = None
+    tool_table: str | None = None
+    tool_lengths: str | None = None
+    measured_offset: str | None = None
+    tool_shapes: str | None = None
+    parameters: str | None = None
+
+
+@dataclass(frozen=True)
+class ProgramSetup:
+    """What a set-up gives.
+
+    Attributes
+    ----------
+    name : str
+        Where it stands, for messages.
+    options : mapping
+        By their names in the model.
+    wcs : mapping
+        Work system -> x, y, z and maybe c.
+    files : mapping
+        Key of :data:`FILE_KEYS` -> path.
+    keep_out : mapping
+        Name -> box.
+    stock : BoxFile or None
+    """
+
+    name: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    wcs: Mapping[str, list[float]] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
+    keep_out: Mapping[str, BoxFile] = field(default_factory=dict)
+    stock: BoxFile | None = None
+
+
+def read_setup(path: Path, read: Callable[[Path], bytes]) -> ProgramSetup:
+    """The set-up in a file.
+
+    Raises
+    ------
+    InputError
+        With one finding (VP503) a mistake.
+    """
+    try:
+        data = tomllib.loads(read(path).decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
+    return setup_of(data, path.name, path.parent)
+
+
+def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") -> ProgramSetup:
+    """The set-up in a table of a file.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    folder : Path
+        That of the file, from which names of files in it count.
+    prefix : str
+        Name of the table in the file.
+
+    Raises
+    ------
+    InputError
+        With one finding (VP503) a mistake.
+    """
+    own = {key: value for key, value in data.items() if key in SetupFile.model_fields}
+    rest = {key: value for key, value in data.items() if key not in own}
+    sentences: list[str] = []
+    try:
+        file = SetupFile.model_validate(own)
+    except ValidationError as error:
+        file = SetupFile()
+        sentences = describe_mistakes(error, SetupFile, own, "a set-up", prefix)
+    place = f"{prefix}." if prefix else ""
+    sentences += [
+        f"{place}{text}"
+        for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.model_fields], "a set-up")
+    ]
+    if sentences:
+        raise InputError(*(finding("VP503", f"{name}: {text}") for text in sentences))
+    files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}
+    shown = f"{name}, {prefix}" if prefix else name
+    options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
+    return ProgramSetup(shown, options, file.wcs, files, file.keep_out, file.stock)
+
+
+def options_of_a_setup() -> list[str]:
+    """Names of the options that may stand in a set-up: those of the command line that are no keys of their own."""
+    return [name for name in Options.model_fields if about(name).flag != "" and name not in _OWN]

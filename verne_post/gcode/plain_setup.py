@@ -1,0 +1,50 @@
+"""The plain interpreter: no machine, all nine axes."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.offsets import CartesianCoordinates
+from verne_post.gcode.read import interpret_program
+from verne_post.gcode.setup import Setup
+from verne_post.model.moves import AXES, ZERO9, Frame, Moves
+from verne_post.model.part_setup import WORK_SYSTEMS, Tool
+
+
+def interpreter_setup(
+    *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
+    origins: Mapping[int, tuple[float, float, float]] | None = None, **text: Any,
+) -> Setup:  # fmt: skip
+    """Setup of a plain interpreter: no machine, all nine axes, everything at 0 when the program starts.
+
+    Parameters
+    ----------
+    tools : mapping, optional
+        Tool table by number.
+    tool_length : float, optional
+        mm; holds throughout.
+    origins : mapping, optional
+        Origins of the work systems (1 = G54) in machine coordinates, mm.
+    **text
+        Fields of :class:`~verne_post.model.options.TextOptions`.
+    """
+    frames = {}
+    for system in WORK_SYSTEMS:
+        x, y, z = (origins or {}).get(system, (0.0, 0.0, 0.0))
+        frames[system] = Frame(system, (x, y, z, *ZERO9[3:]))
+    return Setup(
+        coordinates=CartesianCoordinates(), axes=AXES, machine=False, home=ZERO9, home2=ZERO9,
+        tools=dict(tools) if tools is not None else None, tool_length=tool_length, frames=frames,
+        given_systems=frozenset(origins or ()), **text,
+    )  # fmt: skip
+
+
+def read_moves(source: Text, **options: Any) -> Moves:
+    """Interpret a program as any interpreter would, without a machine; options of :func:`interpreter_setup`.
+
+    Raises
+    ------
+    InputError
+        With every error that could be found (VP0xx).
+    """
+    return interpret_program(source, interpreter_setup(**options))
