@@ -79,7 +79,7 @@ def test_a_wheel_has_the_whole_package_and_nothing_else(wheel):
 
 def test_the_wheel_has_the_command(unpacked):
     (entry,) = unpacked.glob("*.dist-info/entry_points.txt")
-    assert "verne-post = verne_post.cli.main:run" in entry.read_text(encoding="utf-8")
+    assert "verne-post = verne_post.__main__:run" in entry.read_text(encoding="utf-8")
 
 
 def test_machine_files_of_the_source_checkout(tmp_path):
