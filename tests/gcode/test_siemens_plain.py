@@ -5,8 +5,10 @@ import random
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import interpreter_view
+from verne_post import gcode
+from verne_post.app.assemble import interpreter_view, machine_setup
 from verne_post.gcode import plain
+from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
@@ -104,3 +106,84 @@ def test_stretches_are_executed_as_arrays(monkeypatch):
     done.clear()
     view("\n".join(["G1 X0 Y0 Z0 F100", *(f"N{number} X{number} Y5.5 ; note" for number in range(40))]))
     assert done == [41]
+
+
+# --- tool axes -------------------------------------------------------------------------------------------
+
+#: What stands before lines with tool axes; MIRROR and ROT turn the axes with the frame.
+VECTOR_HEADS = [
+    "TRAORI", "TRAORI", "TRAORI", "TRAORI\nORIAXES", "TRAORI\nORIWKS\nORIVECT", "TRAORI\nTRANS X5 Z3", "TRAORI\nROT Z20", "TRAORI\nMIRROR X0",
+    "TRAORI\nORIMKS\nROT Z10", "", "TRAORI\nG91", "TRAORI\nG93 F5", "TRAORI\nA3=0.1 C3=1",
+]  # fmt: skip
+ODD = [
+    "A3=0 B3=0 C3=0",
+    "A3=IC(1) C3=1",
+    "I5",
+    "A3=1EX-1 C3=1",
+    "A10 C20",
+    "X1 A3=1 A3=2 C3=3",
+    "X5",
+    "A3 = 0.2 C3=1",
+    "B3=R1 C3=1",
+    "a3=.3 c3= 1",
+]
+
+
+def vector_lines(pick, wrong):
+    """Lines of which most have a tool axis: on both sides of the pole, near it and at it."""
+    found, tilt, turn = [], pick.uniform(-30, 30), pick.uniform(-180, 180)
+    for number in range(40):
+        tilt, turn = tilt + pick.uniform(-6, 6), turn + pick.uniform(-40, 60)
+        tilt = pick.choice([tilt] * 9 + [0.0, 1e-9])
+        a, c, size = np.radians(tilt), np.radians(turn), pick.choice([1.0, 1.0, 2.5])
+        axis = size * np.sin(a) * np.sin(c), size * np.sin(a) * np.cos(c), size * np.cos(a)
+        words = [f"N{number}"] if pick.random() < 0.3 else []
+        words += [pick.choice(["G0", "G1"])] if pick.random() < 0.2 else []
+        words += [f"{letter}{pick.uniform(-9, 9):.3f}" for letter in "XYZ" if pick.random() < 0.7]
+        words += [f"F{pick.randint(1, 900)}"] if pick.random() < 0.1 else []
+        words += [f"{name}3={value:.{pick.choice([4, 9])}f}" for name, value in zip("ABC", axis, strict=True)]
+        found.append(" ".join(words))
+        if pick.random() < wrong:
+            found.append(pick.choice(ODD))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_stretches_with_tool_axes_are_their_lines(monkeypatch, machine, seed):
+    pick = random.Random(seed)
+    head = ["G0 X1 Y2 Z50 A0 C0 F100 S100 M3", pick.choice(VECTOR_HEADS)]
+    text = "\n".join([*head, *vector_lines(pick, pick.choice([0, 0, 0.05])), "CT X3 Y4" if seed % 7 == 0 else "M30"])
+    answers = []
+    for least in (plain.MIN_LINES, 10**9):
+        monkeypatch.setattr(plain, "MIN_LINES", least)
+        options = Options(dialect="siemens", tool_length=60.0, wcs={"G54": (0.0, 0.0, 40.0)})
+        try:
+            on_machine = gcode.interpret_program(text.encode(), machine_setup(machine, options))
+        except InputError as error:
+            on_machine = error.findings
+        answers.append((view(text), on_machine))
+    (fast, fast_errors), fast_machine = answers[0]
+    (slow, slow_errors), slow_machine = answers[1]
+    assert fast_errors == slow_errors
+    if isinstance(slow_machine, tuple):
+        assert fast_machine == slow_machine
+    tables = [(fast, slow)] + ([] if isinstance(slow_machine, tuple) else [(fast_machine, slow_machine)])
+    for one, other in tables:
+        for name in ("line", "kind", "end", "feed", "frame", "control", "spindle", "tool_axis"):
+            assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
+        assert (one.frames, one.fixes_c) == (other.frames, other.fixes_c)
+
+
+def test_lines_with_tool_axes_are_executed_as_arrays(monkeypatch):
+    done = []
+    execute = plain.execute
+    monkeypatch.setattr(
+        plain,
+        "execute",
+        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
+    )
+    rows = [f"X{number} A3=0.{number:02d} B3=-.1 C3=0.9" for number in range(40)]
+    moves, errors = view("\n".join(["G1 X0 Y0 Z0 A0 C0 F100", "TRAORI", *rows, *(f"X{k} A1 C1" for k in range(9))]))
+    assert errors == ()
+    assert done == [40, 8]  # the first line with A and C words ends the tool axis, by itself
+    assert moves.tool_axis[5] == pytest.approx(np.array([0.04, -0.1, 0.9]) / np.sqrt(0.04**2 + 0.01 + 0.81))

@@ -31,6 +31,10 @@ class CartesianCoordinates:
         """A plain interpreter does not know which angles hold a tool axis: the point as it is."""
         return program
 
+    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+        """As :meth:`point_axis`, for one tool axis (n, 3) after the other: the words of A and C as they are."""
+        return [words] * len(vectors)
+
     def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
         """A plain interpreter does not know how rotary axes turn the tool."""
         return None

@@ -6,6 +6,7 @@ state is one in which such a line is nothing but a straight move or an arc in ab
 
 import math
 from bisect import bisect_left
+from collections.abc import Callable
 from functools import cache, cached_property
 from typing import Final
 
@@ -33,31 +34,36 @@ _C, _F, _G, _N = 5, 9, 10, 11
 _BITS: Final = 1 << np.arange(_G + 1)
 _NOT_ALIKE: Final = (0, 0)
 _ROTARY: Final = [3, 4, 5]
-_IS_ARC_WORD: Final = np.isin(np.arange(256), [ord(letter) for letter in plain_arcs.WORDS])
 _LINEAR: Final = [0, 1, 2, 6, 7, 8]
+
+
+#: Turns A and C of the ends (n, 9) of lines from a first one on to their tool axes; what is recorded as these (n, 3), or None.
+Point = Callable[[int, Array], Array | None]
 
 
 class PlainLines:
     """The plain lines of one chunk as dense tables, computed once for all stretches of it.
 
-    The columns are the nine axes, F, G and N; ``offsets`` (n, 4) has I, J, K and R of each line itself, NaN where it has
-    none, and is None where no line has any, or arcs are not to be read. ``plain`` is True for lines that may be executed from here; ``row`` is,
+    The columns are the nine axes, F, G and N; ``offsets`` has other words of each line itself, NaN where it has none, and
+    is None where no line has any: I, J, K and R of arcs, or I, J, K in place of the tool axes of Siemens programs. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
     True for lines that make a move (G0 or G1 alone: where ``bare_codes`` do), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
     """
 
-    def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True, arcs: bool = False) -> None:
+    def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True, others: str = "") -> None:
         column = np.full(256, -1, dtype=np.int8)
         for place, letter in enumerate(AXES):
             if letter in setup.axes:
                 column[ord(letter)] = place
         column[[ord("F"), ord("G"), ord("N")]] = _F, _G, _N
-        arcs = arcs and bool(_IS_ARC_WORD[words.letter].any())
-        if arcs:
-            column[_IS_ARC_WORD] = range(_N + 1, _N + 5)
+        codes = [ord(letter) for letter in others]
+        has_others = bool(np.isin(words.letter, codes).any())
+        arcs = has_others and others == plain_arcs.WORDS
+        if has_others:
+            column[codes] = range(_N + 1, _N + 1 + len(codes))
         which = column[words.letter]
         usable = which >= 0
-        values = np.full((words.n_lines, 16 if arcs else 12), np.nan)
+        values = np.full((words.n_lines, _N + 1 + len(codes) * has_others), np.nan)
         values[words.row[usable], which[usable]] = words.value[usable]
         present = ~np.isnan(values)
         count = np.bincount(words.row, minlength=words.n_lines)
@@ -77,9 +83,9 @@ class PlainLines:
         plain[has_n[words.letter[first_word] != ord("N")]] = False
         self.plain, self.first_line = plain, words.first_line
         self.moves = present[:, :9].any(axis=1) | (present[:, _G] & bare_codes)
-        self.offsets = values[:, _N + 1 :] if arcs else None
+        self.offsets = values[:, _N + 1 :] if has_others else None
         self.has_offsets = present[:, _N + 1 :].any(axis=1)
-        if arcs:
+        if has_others:
             self.moves |= present[:, _N + 1 : _N + 4].any(axis=1)
             values, present = values[:, : _N + 1], present[:, : _N + 1]
         self.row = np.where(present, np.arange(words.n_lines, dtype=np.int32)[:, None], np.int32(-1))
@@ -137,15 +143,18 @@ def _named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
     return named[:_F], tuple(np.flatnonzero(named[:_F]).tolist()), bool(named[_F]), bool(named[_G])
 
 
-def is_ready(state: State, lines: PlainLines, row: int) -> bool:
-    """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves and arcs."""
+def is_ready(state: State, lines: PlainLines, row: int, *, pointed: bool = False) -> bool:
+    """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves and arcs.
+
+    ``pointed``: every line gives the tool axis anew.
+    """
     arcs = lines.offsets is not None and plain_arcs.may_execute(state)
     return (
         state.absolute
         and (state.motion in (0, 10) or (arcs and state.motion in (20, 30)) or bool(lines.row[row, _G] == row))
         and state.held is None
         and not state.vectors
-        and state.tool_axis is None
+        and (pointed or state.tool_axis is None)
         and state.compensation is None
         and state.centre is None
         and not state.diameter_mode
@@ -154,15 +163,23 @@ def is_ready(state: State, lines: PlainLines, row: int) -> bool:
     )
 
 
-def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None = None) -> int:
+def execute(
+    lines: PlainLines,
+    first: int,
+    last: int,
+    codes: MotionCodes,
+    shown_line: int | None = None,
+    point: Point | None = None,
+) -> int:
     """Execute lines ``first`` to ``last`` (exclusive) as far as possible; returns the first line not done.
 
-    ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file.
+    ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file. ``point`` takes
+    the tool axes of lines that all have one.
     """
-    if last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
+    if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
         return last
     setup, state, recorder = codes.setup, codes.state, codes.recorder
-    if lines.offsets is not None and not plain_arcs.may_execute(state):
+    if point is None and lines.offsets is not None and not plain_arcs.may_execute(state):
         last = min(last, lines.next_curved(first))
         if last == first:
             return first
@@ -182,7 +199,7 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
         words[:, _LINEAR] *= MM_PER_INCH
     end = np.where(given[:, :9], words, state.position)
     bad = _find_refused(lines, first, last, setup, state, feeds, feed)
-    arcs = _find_arcs(lines, first, last, moves, motion, end, state)
+    arcs = None if point is not None else _find_arcs(lines, first, last, moves, motion, end, state)
     if arcs is not None:
         bad = arcs[1] if bad is None else bad | arcs[1]
     if bad is not None and bad.any():
@@ -191,6 +208,7 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
             return first
         last = first + n
         given, motion, moves, feed, angular, end = (column[:n] for column in (given, motion, moves, feed, angular, end))
+    tool_axes = None if point is None else point(first, end)
     shown = feed
     # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
     if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
@@ -213,7 +231,7 @@ def execute(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_
         moved = end
     if number is None:
         number = np.full(len(kind), shown_line)
-    recorder.add_many(state, number, kind, moved, shown, curves)
+    recorder.add_many(state, number, kind, moved, shown, curves, tool_axes)
     if recorder.fixes_c is None and given[-1, _C]:
         named = int(lines.first_line + first + np.argmax(given[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)

@@ -183,14 +183,23 @@ class Recorder:
         end: Array,
         feed: Array,
         arcs: ArcRows | None = None,
+        tool_axis: Array | None = None,
     ) -> None:
-        """Record moves that share the modal state, as arrays; those of the kind ARC belong to ``arcs``, in order."""
+        """Record moves that share the modal state, as arrays; those of the kind ARC belong to ``arcs``, in order.
+
+        ``tool_axis`` (n, 3) are their own tool axes; None for that of the modal state.
+        """
         n = len(line)
         if n == 0:
             return
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (*self._modes(modes), self._keep_arcs(kind, arcs), -1, modes.tool_axis or _NO_TOOL_AXIS)
+        shared = (
+            *self._modes(modes),
+            self._keep_arcs(kind, arcs),
+            -1,
+            modes.tool_axis or _NO_TOOL_AXIS if tool_axis is None else tool_axis,
+        )
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n

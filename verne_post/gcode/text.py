@@ -10,6 +10,7 @@ from typing import ClassVar, Final, Protocol
 import numpy as np
 
 from verne_post.base.long_text import Text
+from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, block_of_words, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
@@ -118,8 +119,8 @@ class ProgramText:
 
     #: G0 and G1 alone are moves of no length.
     bare_codes: ClassVar[bool] = True
-    #: Lines with G2, G3 and I, J, K or R mean the same in the scanner as in the interpreter.
-    reads_arcs: ClassVar[bool] = True
+    #: Words that plain lines may have besides axes, F, G and N.
+    other_words: ClassVar[str] = plain_arcs.WORDS
 
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         self.source, self.setup, self.name, self.language = source, setup, name, language
@@ -157,7 +158,7 @@ class ProgramText:
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
         words = self.read_words(first, text)
-        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, arcs=self.reads_arcs)
+        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, others=self.other_words)
         chunk = Chunk(first, text, lines, lines.ends().tolist(), words)
         self._kept[first] = chunk
         if len(self._kept) > _KEPT_CHUNKS:

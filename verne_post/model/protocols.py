@@ -358,6 +358,9 @@ class Coordinates(Protocol):
     def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with rotary words that hold the tool axis ``vector`` (3,), program directions."""
 
+    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+        """Words of A and C that hold one tool axis (n, 3) after the other, from a pair of words on."""
+
     def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
         """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 

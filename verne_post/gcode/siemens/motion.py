@@ -33,6 +33,12 @@ _ALIKE: Final = 1e-9
 _IN_PLANE: Final = 1e-14
 
 
+def length_of(vector: Array) -> Array:
+    """Lengths (...) of vectors (..., 3), rounded alike for one and for many."""
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
 class SiemensMotion(Interpreter):
     """The interpreter of all dialects, which is told places instead of blocks."""
 
@@ -171,13 +177,17 @@ class SiemensMotion(Interpreter):
     def _point(self, vector: Array, end: list[float]) -> list[float]:
         """Take a tool axis in program directions: the end point with a pair A, C that holds it."""
         state = self.state
-        turned = vector * np.sign(self._split.scale)
-        turned = turned / np.linalg.norm(turned)
+        turned = self.turn_vectors(vector)
         state.tool_axis = (float(turned[0]), float(turned[1]), float(turned[2]))
         end = self.setup.coordinates.point_axis(end, turned, state.frame)
         if self.leads_axes("vector") and self.setup.machine:
             state.tool_axis = None
         return end
+
+    def turn_vectors(self, vectors: Array) -> Array:
+        """Tool axes (..., 3) of the program, of any length, as unit vectors of the interpreter of all dialects."""
+        turned = vectors * np.sign(self._split.scale)
+        return np.asarray(turned / length_of(turned)[..., None])
 
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""

@@ -10,13 +10,13 @@ from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.motion_codes import MAX_TURNS
-from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.motion import SiemensMotion, length_of
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES
 
 _ROTARY: Final = "ABC"
 #: Tool axes may have any length but none.
-_NO_AXIS: Final = 1e-6
+NO_AXIS: Final = 1e-6
 
 
 class SiemensPlaces(SiemensMotion):
@@ -121,8 +121,8 @@ class SiemensPlaces(SiemensMotion):
         if not self.modes.tcp:
             raise first.error("VP017", "A3= B3= C3= without TRAORI")
         vector = np.array([0.0 if word is None else word.value for word in given])
-        size = float(np.linalg.norm(vector))
-        if size < _NO_AXIS:
+        size = float(length_of(vector))
+        if size < NO_AXIS:
             raise first.error("VP007", "A3= B3= C3= of length 0 are no tool axis")
         if self.modes.reference == "ORIMKS" and not self.modes.frames.total.is_identity:
             raise first.error("VP017", "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, or "
@@ -221,7 +221,7 @@ class SiemensPlaces(SiemensMotion):
         u, v = end[0] - here[0], end[1] - here[1]
         chord = math.hypot(u, v)
         if (
-            size < _NO_AXIS
+            size < NO_AXIS
             or chord < ZERO_LENGTH_MM
             or (normal in places and abs(places[normal] - self.programmed(normal)) > ZERO_LENGTH_MM)
         ):

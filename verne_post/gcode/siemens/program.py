@@ -40,6 +40,12 @@ _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP"
 
 #: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0.
 _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
+#: A3= and so on, each with the letter that stands for it in the table of words, and what takes that letter away before.
+_VECTOR: Final = [
+    (re.compile(letter + rb"3[ \t]*=", re.IGNORECASE), stands)
+    for letter, stands in ((b"A", b"I"), (b"B", b"J"), (b"C", b"K"))
+]
+_NO_CENTERS: Final = bytes.maketrans(b"IJKijk", b"??????")
 _BLANKS: Final = b" \t\r"
 _DIGITS: Final = b"0123456789."
 
@@ -77,6 +83,16 @@ def _mark_strange(text: bytes) -> bytes:
     marked = raw[: len(text)].copy()
     marked[inside] = _STRANGE  # blanks inside of numbers
     return marked.tobytes()
+
+
+def _put_vectors(text: bytes) -> bytes:
+    """A chunk with I, J and K for A3=, B3= and C3=; where they stood before is a character that no plain word has."""
+    if b"3" not in text or not any(pattern.search(text) for pattern, _letter in _VECTOR):
+        return text
+    text = text.translate(_NO_CENTERS)
+    for pattern, letter in _VECTOR:
+        text = pattern.sub(letter, text)
+    return text
 
 
 class Language(Interpreter):
@@ -130,14 +146,15 @@ class SiemensText(ProgramText):
     """One file: its lines in chunks, and the programs in it."""
 
     bare_codes: ClassVar[bool] = False
-    reads_arcs: ClassVar[bool] = False
+    #: A3= B3= C3= stand in the table of words as I, J and K.
+    other_words: ClassVar[str] = "IJK"
 
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         super().__init__(source, setup, Language, name)
 
     def read_words(self, first_line: int, text: bytes) -> WordTable:
         """Words of the plain lines of a chunk."""
-        return split_words(first_line, _mark_strange(text))
+        return split_words(first_line, _put_vectors(_mark_strange(text)))
 
     @cached_property
     def sections(self) -> list[Section]:

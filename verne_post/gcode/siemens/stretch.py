@@ -1,5 +1,6 @@
 """Long stretches of plain straight moves of Siemens programs, as arrays, where they mean what they mean in every dialect."""
 
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -8,10 +9,13 @@ from verne_post.base.arrays import Array
 from verne_post.gcode import plain
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.motion import length_of
+from verne_post.gcode.siemens.places import NO_AXIS
 from verne_post.gcode.text import Chunk
 
 _MOTION: Final = {"G0": 0, "G1": 10}
 _ROTARY: Final = slice(3, 6)
+_A, _C = 3, 5
 #: The last direction is looked for in so many lines, before it is in all.
 _NEAR: Final = 64
 
@@ -40,16 +44,23 @@ def execute_stretch(flow: Flow, chunk: Chunk, before: int | None) -> int | None:
     if last - row < plain.MIN_LINES or flow.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
     to.state.motion = _MOTION[to.modes.motion]
-    if not plain.is_ready(to.state, chunk.lines, row):
+    pointed = bool(chunk.lines.has_offsets[row])
+    if not plain.is_ready(to.state, chunk.lines, row, pointed=pointed):
         return None
-    if not _rotary_words_are_plain(to):
+    if pointed:
+        last = _end_of_vectors(to, chunk.lines, row, last)
+    elif chunk.lines.offsets is not None:
+        last = min(last, chunk.lines.next_curved(row))
+    if pointed or not _rotary_words_are_plain(to):
         rows = np.arange(row, last, dtype=chunk.lines.row.dtype)
         named = (chunk.lines.row[row:last, _ROTARY] == rows[:, None]).any(axis=1)
         last = row + int(np.argmax(named)) if named.any() else last
-        if last - row < plain.MIN_LINES:
-            return None
+    if last - row < plain.MIN_LINES:
+        return None
     start = np.array(to.state.position[:3])
-    done = plain.execute(chunk.lines, row, last, to, flow.shown_line)
+    done = plain.execute(
+        chunk.lines, row, last, to, flow.shown_line, partial(_point, to, chunk.lines) if pointed else None
+    )
     if done == row:
         return None
     to.modes.motion = "G0" if to.state.motion == 0 else "G1"
@@ -70,6 +81,34 @@ def _is_plain(to: SiemensInterpreter) -> bool:
         and to.has_no_scale
         and modes.frames.rotary == (0.0, 0.0, 0.0)
     )
+
+
+def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int, last: int) -> int:
+    """Where lines end that all have a tool axis; the first line itself where they cannot be executed at once."""
+    modes = to.modes
+    of_machine = modes.reference == "ORIMKS" and not modes.frames.total.is_identity
+    if not modes.tcp or of_machine or False in to.state.known:
+        return first
+    assert lines.offsets is not None
+    other = ~lines.has_offsets[first:last] | (length_of(np.nan_to_num(lines.offsets[first:last])) < NO_AXIS)
+    return first + int(np.argmax(other)) if other.any() else last
+
+
+def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
+    """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3), or None where A and C go linearly."""
+    state = to.state
+    assert lines.offsets is not None
+    vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
+    axes = to.turn_vectors(vectors / length_of(vectors)[:, None])
+    pairs = to.setup.coordinates.point_axes((state.position[_A], state.position[_C]), axes, state.frame)
+    end[:, [_A, _C]] = pairs
+    linear = to.leads_axes("vector") and to.setup.machine
+    state.tool_axis = None if linear else (float(axes[-1, 0]), float(axes[-1, 1]), float(axes[-1, 2]))
+    if to.setup.machine:
+        state.placed = True
+        for axis in (_A, _C):
+            state.named[axis] = True
+    return None if linear else axes
 
 
 def _rotary_words_are_plain(to: SiemensInterpreter) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z, wrap_angle
+from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
@@ -110,16 +110,31 @@ class TiltingTable:
         upright tool, C less than half a turn away. Nearer to the pole than POLE_CROSSING the axis is vertical, with the
         point's own C: the same axis a hair away would ask for any C.
         """
-        tip, angles = self.to_table(np.array(program), frame)
-        tilt, turn = (float(angle) for angle in angles_of_axis(self.displacement(vector, frame)))
-        if math.sin(tilt) <= POLE_CROSSING:
-            tilt, turn = (0.0 if tilt < 1.0 else math.pi), float(angles[1])
-        elif math.sin(angles[0]) < -POLE_SINE:
-            tilt, turn = -tilt, turn + math.pi
-        tilt += 2 * math.pi * round((float(angles[0]) - tilt) / (2 * math.pi))
-        turn = float(angles[1] + wrap_angle(turn - angles[1]))
-        held = self.from_table(tip, np.array([tilt, turn]), frame)
-        return [*program[:3], float(held[3]), program[4], float(held[5]), *program[6:]]
+        [[a, c]] = self.point_axes((program[3], program[5]), np.asarray(vector)[None], frame)
+        return [*program[:3], a, program[4], c, *program[6:]]
+
+    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+        """A and C words that hold one tool axis (n, 3) after the other, from a pair of words on: see :meth:`point_axis`."""
+        if frame.feature is None:
+            axes = self.displacement(vectors, frame)
+        else:  # a product of matrices may round in another way for many rows than for one
+            axes = np.array([self.displacement(vector, frame) for vector in vectors])
+        a_word, c_word = words
+        a_shift, c_shift, a_origin, c_origin = frame.g92[3], frame.g92[5], frame.origin[3], frame.origin[5]
+        pairs: list[tuple[float, float]] = []
+        for tilt, turn in zip(*(angle.tolist() for angle in angles_of_axis(axes)), strict=True):
+            a = self.a_sign * RAD_PER_DEG * (a_word + a_shift + a_origin)
+            c = self.c_sign * RAD_PER_DEG * (c_word + c_shift + c_origin) - RAD_PER_DEG * frame.part_turn
+            if math.sin(tilt) <= POLE_CROSSING:
+                tilt, turn = (0.0 if tilt < 1.0 else math.pi), c
+            elif math.sin(a) < -POLE_SINE:
+                tilt, turn = -tilt, turn + math.pi
+            tilt += 2 * math.pi * round((a - tilt) / (2 * math.pi))
+            turn = c + (math.pi - (math.pi - (turn - c)) % (2 * math.pi))
+            a_word = self.a_sign * DEG_PER_RAD * tilt - a_origin - a_shift
+            c_word = self.c_sign * (DEG_PER_RAD * turn + frame.part_turn) - c_origin - c_shift
+            pairs.append((a_word, c_word))
+        return pairs
 
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""
