@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import assemble, interpreter_view
-from verne_post.config.load import machine_files, machine_from_toml
+from verne_post.config.load import machine_from_toml
+from verne_post.config.machine_paths import machine_files
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
