@@ -221,12 +221,12 @@ def test_the_machine_stands_where_the_kinematics_say(browser: Any, show: Callabl
     assert np.abs(ends - data["rods"][:, :, 1]).max() < 1e-2
 
 
-def test_stock_is_where_it_stands(show: Callable[..., Any]) -> None:
-    [box] = show("pocket")["scene"]["boxes"]
+def test_stock_is_where_it_stands() -> None:
+    [box] = embedded(page_of("pocket"))["scene"]["boxes"]
     assert box["stock"]
     assert np.allclose(box["middle"], [-5.0, 15.0, 50.0])
     assert np.allclose(box["half"], [35.0, 35.0, 10.0])
-    [box] = show("klartext")["scene"]["boxes"]  # BLK FORM, at the work offset
+    [box] = embedded(page_of("klartext"))["scene"]["boxes"]  # BLK FORM, at the work offset
     assert np.allclose(box["middle"], [0.0, 0.0, 37.5])
     assert np.allclose(box["half"], [40.0, 30.0, 7.5])
 
@@ -374,6 +374,29 @@ def test_a_program_of_many_lines_has_few_rows_in_the_page(browser: Any, show: Ca
         current = browser.find_element("css selector", "#code [aria-current=true]")
         assert current.get_attribute("data-line") == str(data["line"][frame])
     assert len(js(browser, "report.arrays['trail.frame']")) < 30_000
+
+
+def test_of_a_very_long_text_there_are_the_lines_with_frames(
+    browser: Any, show: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("verne_post.report.page.WHOLE_TEXT_BYTES", 1000)
+    page_of.cache_clear()
+    data = show("many")
+    page_of.cache_clear()
+    assert set(data["numbers"].tolist()) == set(data["line"].tolist()) - {0}
+    lines = ONE_IN_3000.split("\n")
+    for frame in (0, 777, data["frames"] - 1):
+        js(browser, "report.setCursor(arguments[0])", frame)
+        line = int(data["line"][frame])
+        shown = js(browser, "document.querySelector('#code [aria-current=true]').textContent")
+        assert shown == f"{line} {lines[line - 1]}"
+
+
+def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:
+    show("travel", scheme="dark")
+    for event, scheme in (("beforeprint", "light"), ("afterprint", "dark")):
+        js(browser, "window.dispatchEvent(new Event(arguments[0]))", event)
+        assert js(browser, "document.documentElement.dataset.theme") == scheme
 
 
 def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[..., Any]) -> None:

@@ -350,6 +350,10 @@
     redraw();
   }
   byId("theme").addEventListener("click", () => theme(!dark()));
+  // paper is white
+  let onPaper = false;
+  window.addEventListener("beforeprint", () => { onPaper = dark(); theme(false); });
+  window.addEventListener("afterprint", () => theme(onPaper));
   function resized() {
     if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); }
     drawCode();

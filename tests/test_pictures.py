@@ -1,0 +1,51 @@
+"""The pictures of README and docs are those that their scripts make now."""
+
+import importlib.util
+import shutil
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+PICTURES = Path(__file__).resolve().parents[1] / "docs" / "pictures"
+
+
+@pytest.fixture(scope="module")
+def maker() -> ModuleType:
+    pytest.importorskip("matplotlib")
+    spec = importlib.util.spec_from_file_location("make_pictures", PICTURES.parent / "make_pictures.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("script", sorted(PICTURES.glob("*.py")), ids=lambda script: script.stem)
+def test_a_picture_is_what_its_script_makes(maker: ModuleType, script: Path, tmp_path: Path) -> None:
+    if script.stem == "report":
+        pytest.importorskip("jupyter_threejs_sage")
+        pytest.importorskip("selenium")
+        if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
+            pytest.skip("needs chromium and chromedriver")
+    assert maker.find_stale(script, tmp_path) == []
+
+
+def test_every_picture_has_a_script(maker: ModuleType) -> None:
+    """A picture that nothing makes goes stale unseen."""
+    texts = "".join(script.read_text("utf-8") for script in PICTURES.glob("*.py"))
+    assert [picture.name for picture in sorted(PICTURES.glob("*.png")) if picture.name not in texts] == []
+
+
+def test_a_picture_of_other_numbers_is_stale(maker: ModuleType, tmp_path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    for name, slope in (("a.png", 1.0), ("b.png", 1.0), ("c.png", 0.6)):
+        figure = Figure(figsize=(6.0, 4.0))
+        figure.add_subplot().plot([0.0, 1.0], [0.0, slope], lw=2)
+        figure.gca().set_ylim(0.0, 1.0)
+        figure.savefig(tmp_path / name)
+    assert maker.share_of_other_cells(tmp_path / "a.png", tmp_path / "b.png") == 0.0
+    assert maker.share_of_other_cells(tmp_path / "a.png", tmp_path / "c.png") > 2 * maker.SHARE
