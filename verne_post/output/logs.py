@@ -38,7 +38,7 @@ def read_log(
     Raises
     ------
     InputError
-        VP020: a missing column, a cell that is no number, samples that were lost.
+        VP020: a missing column, a header of another width than the rows, a cell that is no number, samples that were lost.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines:
@@ -52,6 +52,8 @@ def read_log(
     if not rows:
         raise _error(f"{name}: no rows")
     width = len(rows[0][1].split(separator))
+    if header and len(header) != width:
+        raise _error(f"{name}:{rows[0][0]}: {width} cells, and the header names {len(header)} columns")
     joint_columns = _find_columns(name, columns, column_names, columns_by_joint, header, width)
     try:
         table = np.array([[float(cell) for cell in row.split(separator)] for _number, row in rows])
