@@ -2,7 +2,7 @@
 
 import importlib.util
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -117,7 +117,7 @@ def convert_to_files(
     from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import format_parameter_file
     from verne_post.output.events import events_text
-    from verne_post.output.side_car import side_car_text
+    from verne_post.output.side_car import about_rows, side_car_text
     from verne_post.output.spool import Spool
 
     spool = Spool(machine.columns)
@@ -125,7 +125,7 @@ def convert_to_files(
     if not result.ok:
         return result, ()
     assert result.summary is not None
-    rows, file_format = spool.rows(), FORMATS[outputs.file_format]
+    rows, file_format = replace(spool.rows(), about=about_rows(result.summary)), FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None
         _write_parts(files, outputs.rows, rows, result.summary)

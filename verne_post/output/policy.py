@@ -6,7 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from urllib.parse import quote
 
 from verne_post.base.long_text import line_of
@@ -92,8 +92,10 @@ def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
 
 
 def uri(program: str) -> str:
-    """A path as a URI: relative, or with the scheme file."""
+    """A path as a URI: relative to the current folder where the file lies in it, else with the scheme file."""
     path = PurePath(program)
+    if path.is_absolute() and path.is_relative_to(Path.cwd()):
+        path = path.relative_to(Path.cwd())
     return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))
 
 

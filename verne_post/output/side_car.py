@@ -21,6 +21,18 @@ SIDE_CAR_SCHEMA: Final = 2
 _NAMES = {"wcs": "work offset", "tools": "tool"}
 
 
+def about_rows(summary: Summary) -> dict[str, str]:
+    """What the rows of a conversion were made of, for formats that have a place for it."""
+    from verne_post import __version__
+
+    machine = summary.machine
+    return {
+        "version": __version__, "program": summary.options.source_name, "program_sha256": sha256(summary.source),
+        "machine": machine.name, "machine_sha256": machine.sha256, "cycle_s": repr(summary.format.cycle),
+        "options": json.dumps(summary.options.record(), allow_nan=False),
+    }  # fmt: skip
+
+
 def side_car_text(summary: Summary) -> str:
     """Write the facts of a conversion as JSON. The same input gives the same bytes."""
     from verne_post import __version__

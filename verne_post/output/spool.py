@@ -1,7 +1,7 @@
 """The rows of a conversion until it has passed: on disk, read as often as a format needs, never all in memory."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,14 @@ CHUNK_ROWS = 8192
 class WrittenRows:
     """All rows of one file: numbers as they are to be written (n, n_joints) and source lines (n,).
 
-    Row k stands at k cycles.
+    Row k stands at k cycles. ``about`` says what they were made of, for formats that have a place for it.
     """
 
     numbers: Array
     line: NDArray[np.int32]
     columns: tuple[Column, ...]
     format: SetpointFormat
+    about: Mapping[str, str] = field(default_factory=dict)
 
     def blocks(self) -> Iterator[SetpointBlock]:
         """The rows block by block; only ``written`` of the blocks means anything."""

@@ -1,6 +1,7 @@
-"""Numpy's archive: t, values, line, columns."""
+"""Numpy's archive: t, values, line; columns names those of values, about is JSON: what the rows were made of."""
 
 import io
+import json
 from collections.abc import Iterator
 from typing import Final
 
@@ -19,7 +20,8 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
         t=rows.format.cycle * np.arange(len(rows.line), dtype=np.float64),
         values=rows.numbers,
         line=rows.line,
-        columns=np.array(column_names(rows.columns, rows.format.drives)),
+        columns=np.array(column_names(rows.columns, rows.format.drives)[1:-1]),
+        about=np.array(json.dumps(dict(rows.about), allow_nan=False)),
     )
     yield buffer.getvalue()
 

@@ -1,4 +1,7 @@
-"""Apache Parquet with the columns of the CSV, compressed; needs pyarrow (extra ``parquet``)."""
+"""Apache Parquet with the columns of the CSV, compressed; needs pyarrow (extra ``parquet``).
+
+The metadata of its schema says what the rows were made of: ``verne_post.program`` and so on.
+"""
 
 import io
 from collections.abc import Iterator
@@ -18,7 +21,8 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
 
     names = column_names(rows.columns, rows.format.drives)
     types = [pa.float64()] * (len(names) - 1) + [pa.int32()]
-    schema = pa.schema(list(zip(names, types, strict=True)))
+    about = {f"verne_post.{key}": value for key, value in rows.about.items()}
+    schema = pa.schema(list(zip(names, types, strict=True)), metadata=about)
     buffer = io.BytesIO()
     with pq.ParquetWriter(buffer, schema) as writer:
         for block in rows.blocks():

@@ -11,16 +11,17 @@ from verne_post.output.file_format import FileFormat
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 from verne_post.output.velocities import velocities_at
 
-#: Cycles from knot to knot that are tried, the longest first.
-KNOT_CYCLES: Final = (50, 20, 10, 5, 2, 1)
+#: Most cycles from knot to knot.
+LONGEST: Final = 50
+#: Rows whose knots are chosen at a time, whole numbers of the longest distance.
+_STRETCH: Final = LONGEST * 160
 #: The cubics between knots may be so far from the rows, mm or degrees: a tenth of what verification allows the tip.
 CUBIC_ERROR: Final = 1e-4
 
 
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write one line for each cubic; the last one ends at rest."""
-    step, _error = choose_knots(rows)
-    knots = _knots(len(rows.line), step)
+    knots, _error = choose_knots(rows)
     for first in range(0, len(knots) - 1, CHUNK_ROWS):
         chunk = knots[first : first + CHUNK_ROWS + 1]
         durations = np.diff(chunk) * rows.format.cycle
@@ -39,55 +40,73 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
 
 def describe(rows: WrittenRows) -> tuple[str, str]:
     """Say how far apart the knots are, and how far the cubics are from the rows."""
-    step, error = choose_knots(rows)
+    knots, error = choose_knots(rows)
     errors = [f"{column.joint} {value:.1e} {column.unit}" for column, value in zip(rows.columns, error, strict=True)]
+    apart = np.diff(knots) * rows.format.cycle if len(knots) > 1 else np.zeros(1)
     return (
         "knots",
-        f"every {step * rows.format.cycle:g} s; the cubics between them are off the rows by at most {', '.join(errors)}",
+        f"{len(knots)}, {apart.min():g} to {apart.max():g} s apart; the cubics between them are off the rows by at most {', '.join(errors)}",
     )
 
 
-def choose_knots(rows: WrittenRows) -> tuple[int, Array]:
-    """Choose the longest of ``KNOT_CYCLES`` whose cubics keep ``CUBIC_ERROR``, or the shortest.
+def choose_knots(rows: WrittenRows) -> tuple[NDArray[np.intp], Array]:
+    """Choose rows as knots, ``LONGEST`` cycles apart or as near as their cubics need.
+
+    They keep ``CUBIC_ERROR``, and no cubic accelerates more than the rows do anywhere, as long as knots can be nearer.
 
     Returns
     -------
-    step : int
-        Cycles from knot to knot.
+    knots : ndarray, shape (k,)
+        Rows, the first and the last among them.
     error : ndarray, shape (n_joints,)
         Largest distance of the cubics from the rows, mm or degrees.
     """
     scale = np.array([drive.scale for drive in rows.format.drives] or [1.0] * len(rows.columns))
-    error = np.zeros(len(rows.columns))
-    for step in KNOT_CYCLES:
-        error = _cubic_error(rows, step) / scale
-        if error.max() <= CUBIC_ERROR:
-            break
-    return step, error
+    peaks = _peak_accelerations(rows)
+    last, error = len(rows.line) - 1, np.zeros(len(rows.columns))
+    found = [np.zeros(1, dtype=np.intp)]
+    for first in range(0, last, _STRETCH):
+        knots = np.append(np.arange(first, min(first + _STRETCH, last), LONGEST), min(first + _STRETCH, last))
+        while True:
+            errors, accelerations = _cubics(rows, knots)
+            off = errors / scale
+            wrong = (off.max(axis=1) > CUBIC_ERROR) | (accelerations > peaks).any(axis=1)
+            coarse = np.flatnonzero(wrong & (np.diff(knots) > 1))
+            if not len(coarse):
+                break
+            knots = np.sort(np.append(knots, (knots[coarse] + knots[coarse + 1]) // 2))
+        error = np.maximum(error, off.max(axis=0))
+        found.append(knots[1:])
+    return np.concatenate(found), error
 
 
-def _knots(n: int, step: int) -> NDArray[np.intp]:
-    """Rows that are knots: every ``step``-th of ``n``, and the last."""
-    return np.append(np.arange(0, n - 1, step), n - 1)
+def _peak_accelerations(rows: WrittenRows) -> Array:
+    """Largest second difference of the rows over the cycle (n_joints,), in units of the rows."""
+    peaks = np.zeros(len(rows.columns))
+    for first in range(0, len(rows.line), CHUNK_ROWS):
+        part = np.array(rows.numbers[first : first + CHUNK_ROWS + 2])
+        if len(part) > 2:
+            peaks = np.maximum(peaks, np.abs(np.diff(part, n=2, axis=0)).max(axis=0))
+    return np.asarray(peaks / rows.format.cycle**2)
 
 
-def _cubic_error(rows: WrittenRows, step: int) -> Array:
-    """Largest distance (n_joints,) of the cubics between knots from the rows, in units of the rows."""
-    n = len(rows.line)
-    knots, error = _knots(n, step), np.zeros(len(rows.columns))
-    for first in range(0, n - 1, CHUNK_ROWS):
-        at = np.arange(first, min(first + CHUNK_ROWS, n - 1))
-        begin = np.searchsorted(knots, at, side="right") - 1
-        low, high = knots[begin], knots[begin + 1]
-        width = ((high - low) * rows.format.cycle)[:, None]
-        f = ((at - low) / (high - low))[:, None]
-        p0, p1 = np.array(rows.numbers[low]), np.array(rows.numbers[high])
-        v0, v1 = velocities_at(rows, low) * width, velocities_at(rows, high) * width
-        cubic = (
-            (1 + 2 * f) * (1 - f) ** 2 * p0 + f * (1 - f) ** 2 * v0 + f * f * (3 - 2 * f) * p1 + f * f * (f - 1) * v1
-        )
-        error = np.maximum(error, np.abs(cubic - rows.numbers[at]).max(axis=0))
-    return error
+def _cubics(rows: WrittenRows, knots: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Largest distance from the rows, and largest acceleration, of each cubic between knots: (k - 1, n_joints) each."""
+    at = np.arange(knots[0], knots[-1])
+    begin = np.searchsorted(knots, at, side="right") - 1
+    low, high = knots[begin], knots[begin + 1]
+    width = ((high - low) * rows.format.cycle)[:, None]
+    f = ((at - low) / (high - low))[:, None]
+    places, speeds = np.array(rows.numbers[knots]), velocities_at(rows, knots)
+    p0, p1, v0, v1 = places[begin], places[begin + 1], speeds[begin] * width, speeds[begin + 1] * width
+    cubic = (1 + 2 * f) * (1 - f) ** 2 * p0 + f * (1 - f) ** 2 * v0 + f * f * (3 - 2 * f) * p1 + f * f * (f - 1) * v1
+    off = np.abs(cubic - rows.numbers[knots[0] : knots[-1]])
+    errors = np.asarray(np.maximum.reduceat(off, knots[:-1] - knots[0], axis=0))
+    seconds = (np.diff(knots) * rows.format.cycle)[:, None]
+    secant = np.diff(places, axis=0) / seconds
+    # the acceleration of a cubic is linear: it is largest at an end
+    at_ends = [6 * secant - 4 * speeds[:-1] - 2 * speeds[1:], -6 * secant + 2 * speeds[:-1] + 4 * speeds[1:]]
+    return errors, np.maximum(*(np.abs(end) for end in at_ends)) / seconds
 
 
 FORMAT: Final = FileFormat(write, ".pvt", describe=describe)

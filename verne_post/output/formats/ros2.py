@@ -11,11 +11,14 @@ import numpy as np
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.output.file_format import FileFormat
-from verne_post.output.spool import WrittenRows
+from verne_post.output.formats.pvt import choose_knots, describe
+from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 from verne_post.output.velocities import velocities_at
 
 _M_PER_MM: Final = 1e-3
 _NS_PER_S: Final = 1_000_000_000
+#: Digits of a number: 1e-10 of a metre of travel is the last decimal of the rows.
+_DIGITS: Final = 10
 
 
 def write_yaml(rows: WrittenRows) -> Iterator[bytes]:
@@ -49,21 +52,29 @@ def write_json(rows: WrittenRows) -> Iterator[bytes]:
 
 
 def _points(rows: WrittenRows) -> Iterator[dict[str, Any]]:
-    """Yield one JointTrajectoryPoint a row."""
+    """Yield a JointTrajectoryPoint for each knot: a controller goes from one to the next along cubics."""
     unit = np.ones(len(rows.columns))
     if not rows.format.drives:
         unit = np.array([_M_PER_MM if column.unit == "mm" else RAD_PER_DEG for column in rows.columns])
-    for block in rows.blocks():
-        at = block.first + np.arange(len(block.line))
+    knots, _error = choose_knots(rows)
+    shorten = float if rows.format.drives else _shorten  # counts keep every digit
+    for first in range(0, len(knots), CHUNK_ROWS):
+        at = knots[first : first + CHUNK_ROWS]
         velocities = velocities_at(rows, at) * unit
         # each time is rounded by itself: errors of a cycle that is no whole number of nanoseconds do not add up
         stamps = np.rint(at * rows.format.cycle * _NS_PER_S).astype(np.int64)
-        values = zip((block.written * unit).tolist(), velocities.tolist(), stamps.tolist(), strict=True)
+        places = np.array(rows.numbers[at]) * unit
+        values = zip(places.tolist(), velocities.tolist(), stamps.tolist(), strict=True)
         for positions, speeds, stamp in values:
             seconds, nanoseconds = divmod(stamp, _NS_PER_S)
             yield {
-                "positions": positions, "velocities": speeds, "time_from_start": {"sec": seconds, "nanosec": nanoseconds},
+                "positions": [shorten(number) for number in positions], "velocities": [shorten(number) for number in speeds], "time_from_start": {"sec": seconds, "nanosec": nanoseconds},
             }  # fmt: skip
 
 
-FORMAT: Final = FileFormat(write_yaml, ".yaml", variants={".json": write_json})
+def _shorten(number: float) -> float:
+    """A number with the digits that mean something; a zero has no sign."""
+    return float(f"{number:.{_DIGITS}g}") + 0.0
+
+
+FORMAT: Final = FileFormat(write_yaml, ".yaml", variants={".json": write_json}, describe=describe)

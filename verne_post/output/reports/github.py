@@ -1,7 +1,9 @@
 """Findings as annotations of GitHub's workflow commands: they stand beside the line in a pull request."""
 
+import os
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 from verne_post.model.codes import CODES
@@ -32,8 +34,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
 
 
 def _annotation(program: str, item: Finding) -> str:
-    where = [f"file={_escape_property(program)}"]
-    if item.line:
+    where = [] if program == "<stdin>" else [f"file={_escape_property(_in_repository(program))}"]
+    if item.line and where:
         where.append(f"line={item.line}")
         if item.last_line is not None and item.last_line > item.line:
             where.append(f"endLine={item.last_line}")
@@ -41,6 +43,16 @@ def _annotation(program: str, item: Finding) -> str:
             where.append(f"col={item.column}")
     where.append(f"title={_escape_property(f'{item.code} {CODES[item.code].title}')}")
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(item.message)}"
+
+
+def _in_repository(program: str) -> str:
+    """The path of a program from the root of its repository, which is what annotations count from."""
+    path = Path(program).resolve()
+    workspace = os.environ.get("GITHUB_WORKSPACE")
+    roots = [Path(workspace).resolve()] if workspace else []
+    roots += [folder for folder in path.parents if (folder / ".git").exists()][:1]
+    root = next((folder for folder in roots if path.is_relative_to(folder)), None)
+    return program if root is None else path.relative_to(root).as_posix()
 
 
 def _escape_data(text: str) -> str:

@@ -17,6 +17,8 @@ MAX_RESULTS: Final = 5_000
 _SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 #: How fingerprints are made; another rule needs another name.
 _FINGERPRINT: Final = "verneFinding/v1"
+#: The fingerprint by which GitHub knows a result again; without it the host computes one from the file, which it may not have.
+_LINE_HASH: Final = "primaryLocationLineHash"
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
@@ -58,13 +60,14 @@ def _rule(code: str) -> dict[str, Any]:
 
 def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
     location: dict[str, Any] = {"artifactLocation": {"uri": uri(report.program)}}
-    if item.line:  # the approach of --from, line 0, has no place in the text
-        region: dict[str, Any] = {"startLine": item.line}
-        if item.column is not None:
-            region["startColumn"] = item.column
-        if item.last_line is not None and item.last_line > item.line:
-            region["endLine"] = item.last_line
-        location["region"] = region
+    # the approach of --from (line 0) and files that cannot be read have no line: code hosts want one all the same
+    region: dict[str, Any] = {"startLine": item.line or 1}
+    if item.line and item.column is not None:
+        region["startColumn"] = item.column
+    if item.line and item.last_line is not None and item.last_line > item.line:
+        region["endLine"] = item.last_line
+    location["region"] = region
+    fingerprint = fingerprint_of(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
         "ruleId": item.code,
@@ -72,6 +75,6 @@ def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str])
         "level": item.severity,
         "message": {"text": item.message},
         "locations": [{"physicalLocation": location}],
-        "partialFingerprints": {_FINGERPRINT: fingerprint_of(report, item, seen)},
+        "partialFingerprints": {_FINGERPRINT: fingerprint, _LINE_HASH: fingerprint},
         "properties": {name: getattr(item, name) for name in properties if getattr(item, name) is not None},
     }
