@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
 from verne_post.toolpath import corners
+from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.corner_shapes import KNEE, OUTSIDE, PEAK, THIRD, shape_slope, shape_value
 from verne_post.toolpath.elements import NARROW_MM
 
 from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
@@ -17,7 +19,7 @@ from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
 # --- the shape of a corner blend ------------------------------------------------------------------------------
 
 
-def test_the_shape_is_the_kernel_integrated_numerically() -> None:
+def test_shape_0_is_the_kernel_integrated_numerically() -> None:
     """G(x) = integral of (x - v)+ k(v) dv - x+ with k = 15/16 (1 - v^2)^2, by Gauss points: exact for polynomials."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     x = np.linspace(-1.3, 1.3, 53)
@@ -26,10 +28,72 @@ def test_the_shape_is_the_kernel_integrated_numerically() -> None:
     kernel = 15.0 / 16.0 * (1.0 - v**2) ** 2
     smoothed = 0.5 * (reach + 1.0) * ((x[:, None] - v) * kernel @ weights)
     slope = 0.5 * (reach + 1.0) * (kernel @ weights)
-    np.testing.assert_allclose(corners.blend_shape(x), smoothed - np.maximum(x, 0.0), atol=1e-14)
-    np.testing.assert_allclose(corners.blend_shape_slope(x), slope - np.heaviside(x, 0.5), atol=1e-14)
-    assert corners.blend_shape(np.zeros(1))[0] == pytest.approx(corners.APEX, abs=1e-16)
-    assert corners.blend_shape(x).max() == corners.blend_shape(np.zeros(1))[0]
+    shape = np.zeros(len(x), dtype=int)
+    np.testing.assert_allclose(shape_value(shape, x), smoothed - np.maximum(x, 0.0), atol=1e-14)
+    np.testing.assert_allclose(shape_slope(shape, x), slope - np.heaviside(x, 0.5), atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", range(len(PEAK)))
+def test_shapes_take_out_the_kink_and_are_smooth(shape: int) -> None:
+    """By differences of polynomials fitted on both sides of 0, the knee and 1; the table is not looked at."""
+    nodes = 0.1 * (1.0 - np.cos(np.pi * np.arange(8) / 7)) / 2
+    fit = np.linalg.inv(np.vander(nodes, increasing=True))[:4]
+    factorials = np.array([1.0, 1.0, 2.0, 6.0])
+
+    def derivatives(at: float, side: float) -> np.ndarray:
+        return (fit @ shape_value(np.full(8, shape), at + side * nodes)) * side ** np.arange(4) * factorials
+
+    kink = derivatives(0.0, 1.0) - derivatives(0.0, -1.0)
+    np.testing.assert_allclose(kink, [0.0, -1.0, 0.0, 0.0], atol=1e-6)
+    for at in (KNEE, 1.0):
+        np.testing.assert_allclose(derivatives(at, 1.0) - derivatives(at, -1.0), 0.0, atol=1e-6)
+    x = np.linspace(0.01, 0.99, 99)
+    value, slope = (function(np.full(99, shape), x) for function in (shape_value, shape_slope))
+    np.testing.assert_array_equal(shape_value(np.full(99, shape), -x), value)
+    np.testing.assert_array_equal(shape_slope(np.full(99, shape), -x), -slope)
+    step = (shape_value(np.full(99, shape), x + 1e-5) - shape_value(np.full(99, shape), x - 1e-5)) / 2e-5
+    np.testing.assert_allclose(slope, step, atol=1e-7)
+    assert np.abs(value).max() <= PEAK[shape]
+    assert shape_value(np.array([shape]), np.zeros(1))[0] == pytest.approx(PEAK[shape], rel=1e-3)
+    lowest = value.min()
+    assert shape_value(np.array([shape]), OUTSIDE[[shape]])[0] <= max(lowest, 0.0) or shape == 0
+    assert (lowest < 0) == (shape > 1)
+    third = np.diff(value, 3) / (x[1] - x[0]) ** 3
+    assert 0.8 * THIRD[shape] < max(np.abs(third).max(), abs(derivatives(0.0, 1.0)[3])) <= THIRD[shape] * 1.01
+
+
+def test_the_narrowest_shape_that_keeps_the_feed_is_taken_else_the_widest_with_room() -> None:
+    """One corner of 90 degrees (bend of root 2) under a tolerance of 0.01 mm, jerk of 1e5 mm/s3 along the bend."""
+    share = np.array([0.0, 100.0, 0.0])  # the normal part of the bend, 1, over the tolerance
+
+    def chosen(feed: float, room: float) -> int:
+        around = np.full(3, feed), np.full(3, room)
+        shape = corners.choose_shapes(share, around[1], around[0], lambda corner: np.full(len(corner), 1e5))
+        assert shape[0] == shape[2] == 0
+        return int(shape[1])
+
+    # the third derivative of G times v^3 / reach^2 is the jerk along the bend: by hand for shape 0, 1.4434 (4.5 mm/s)^3 / (0.0621 mm)^2 = 3.4e4 mm/s3
+    assert chosen(4.5, 100.0) == 0
+    assert chosen(1e3, 100.0) == len(PEAK) - 1
+    assert chosen(1e3, 0.0) == 0
+    rooms = [chosen(1e3, 0.97 / (100.0 * peak) * 1.001) for peak in PEAK]
+    assert rooms == list(range(len(PEAK)))
+    by_feed = [chosen(feed, 100.0) for feed in np.linspace(1, 30, 100)]
+    assert by_feed == sorted(by_feed)
+    assert len(set(by_feed)) >= 4
+
+
+def test_a_pose_beyond_the_end_of_its_segment_is_measured_from_the_end() -> None:
+    """Tip and table turn together: the pose with the nearest tip may lie beyond the corner, where there is no segment."""
+    slope, off = np.array([[1.0, 0, 0, 0.02, 0]]), np.array([[0.01, 0, 0, 2e-4, 0]])
+    one = np.array([1.0])
+
+    def used(before: float, after: float) -> float:
+        return float(corners.find_share_used(off, slope, (before * one, after * one), 0.02 * one, 0.5e-3 * one)[0])
+
+    on_it = used(-1.0, 1.0)  # the displacement lies along the segment: no distance at all, but for what must be near
+    assert on_it == pytest.approx(np.hypot(0.5, 0.4) / np.sqrt(2.0))
+    assert used(-1.0, 0.0) == pytest.approx(0.5)
 
 
 # --- reaches -----------------------------------------------------------------------------------------
@@ -152,7 +216,11 @@ def ends_of_blends(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
     """Where the derivatives may jump: s of corners and of the ends of corner blends, and the width to the next on each side."""
     assert contour.corners is not None
     s, reach = contour.corners.s, contour.corners.reach
-    every = np.sort(np.concatenate([s, s[1:-1] - reach[1:-1], s[1:-1] + reach[1:-1]]))
+    wide = reach[1:-1] * (contour.corners.shape[1:-1] > 0)
+    ends = [
+        s[1:-1] + share * width for share, width in ((-1, reach[1:-1]), (1, reach[1:-1]), (-KNEE, wide), (KNEE, wide))
+    ]
+    every = np.sort(np.concatenate([s, *ends]))
     every = every[np.append(True, np.diff(every) > 1e-9)]
     width = np.minimum(np.diff(every)[:-1], np.diff(every)[1:])
     stops = np.cumsum(contour.length)[:-1][np.diff(contour.section) > 0]
@@ -191,14 +259,16 @@ def test_a_kink_would_be_seen(mode: str) -> None:
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 @pytest.mark.parametrize("degrees", [0.1, 10.0, 90.0, 150.0])
 def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
-    """Long segments: the apex lies 0.97 of the tolerance beside the corner, where nothing else is in the way."""
+    """Long segments: the contour uses 0.97 of it, or the vertex is left behind by root 2 of that."""
     turn = np.radians(degrees)
     points = flat(np.array([[-40.0, 0.0], [0.0, 0.0], [40 * np.cos(turn), 40 * np.sin(turn)]]))
     contour = contour_of(program_of(points, 0.002), mode)
     assert contour.corners is not None
-    assert shares_of_tolerance(contour, 401).max() <= 0.9701
-    apex = corners.APEX * contour.corners.reach[1] * 2 * np.sin(turn / 2)
-    assert apex == pytest.approx(0.97 * 0.002, rel=1e-6)
+    vertex = np.linalg.norm(contour_pose(contour, np.flatnonzero(contour.segment == 1)[:1], np.zeros(1))[0][0, :2])
+    used = shares_of_tolerance(contour, 401).max()
+    assert used <= 0.9701
+    assert vertex <= np.sqrt(2.0) * 0.97 * 0.002 * 1.0001
+    assert max(used, vertex / (np.sqrt(2.0) * 0.002)) == pytest.approx(0.97, rel=1e-3)
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])

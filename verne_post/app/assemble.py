@@ -19,6 +19,7 @@ from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.gcode.state import State
+from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
@@ -273,7 +274,7 @@ def blend_corners(draft: Draft) -> Draft:
         return replace(draft, contour=make_exact_contour(draft.path))
     tip = accuracy.tip if options.tolerance is None else options.tolerance
     axis = accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
-    smoothing = Smoothing(options.smoothing == "spline", tip, axis)
+    smoothing = Smoothing(options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine))
     return replace(draft, contour=smooth_contour(draft.path, draft.moves, smoothing))
 
 

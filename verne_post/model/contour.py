@@ -34,6 +34,8 @@ class Corners:
         Half width of the corner blend, mm; 0 where a corner is not blended.
     bend : ndarray, shape (n + 1, 5)
         Change of the derivatives of tip and nominal angles by s.
+    shape : ndarray of int, shape (n + 1,)
+        Row of the table of shapes in :mod:`verne_post.toolpath.corner_shapes`.
     shift : int
         Segment i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with segments
         that no corner blend reaches.
@@ -42,6 +44,7 @@ class Corners:
     s: Array
     reach: Array
     bend: Array
+    shape: NDArray[np.integer]
     shift: int = 0
 
 

@@ -34,7 +34,10 @@ class _ContourTable:
 
     def __init__(self) -> None:
         self._elements, self._segments = GrowingTable(**_ELEMENTS), GrowingTable(**_SEGMENTS)
-        self._corners, self._controls = GrowingTable(reach=(float,), bend=(float, 5)), Growing(float, 8, 5)
+        self._corners, self._controls = (
+            GrowingTable(reach=(float,), bend=(float, 5), shape=(np.int8,)),
+            Growing(float, 8, 5),
+        )
         self._section = -1  # of the last segment so far
         self._blended = False
 
@@ -54,7 +57,8 @@ class _ContourTable:
             "section": section[segment],
         }
         self.extend(block.elements | numbered, feeds, block.tip_tolerance, block.axis_tolerance)
-        self._corners.extend(reach=block.reach[: n + last], bend=block.bend[: n + last])
+        corner = slice(n + last)
+        self._corners.extend(reach=block.reach[corner], bend=block.bend[corner], shape=block.shape[corner])
         self._controls.extend(block.controls)
         self._section = int(section[-1])
         self._blended |= bool(block.elements["blended"].any())
@@ -101,7 +105,8 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
         rules = find_corner_rules(path, first, last, moves, smoothing)
         seen = path.part(first, last), shape.part(first, last), s[first : last + 1]
-        block = round_corners(*seen, rules, overlap=smoothing.overlap).part(begin - first, end - first)
+        block = round_corners(*seen, rules, smoothing.jerk_limit, overlap=smoothing.overlap)
+        block = block.part(begin - first, end - first)
         table.extend_rounded(block, find_feeds(path.part(begin, end)), begin, last=end == n)
     contour = table.contour(path, shape, s)
     return replace(

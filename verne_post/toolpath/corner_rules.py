@@ -1,5 +1,6 @@
 """What may happen at each corner of a tool path: whether it may be blended, how, and within which tolerance."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,10 @@ from verne_post.model.moves import Moves, PathMode
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.blend import find_tangents
 from verne_post.toolpath.corners import REVERSAL
+
+#: Largest third derivative by time (n,), mm/s3 if a direction is a unit vector, that the joints allow poses (n, 5) to have along
+#: directions (n, 5) with tool lengths (n,); not a number where a pose is out of reach.
+JerkLimit = Callable[[Array, Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -22,11 +27,14 @@ class Smoothing:
         Corner blends of finely divided curves may overlap.
     tip, axis : float
         Tolerances of a G64 without P, mm and rad.
+    jerk_limit : callable
+        What the joints allow.
     """
 
     overlap: bool
     tip: float
     axis: float
+    jerk_limit: JerkLimit
 
 
 @dataclass(frozen=True)

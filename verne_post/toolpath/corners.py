@@ -7,50 +7,46 @@ peak. This is the same as adding
     bend reach G(x),   x = (s - s of the corner) / reach,   G(x) = integral of (x - v)+ k(v) dv - x+,
 
 for |x| < 1 and nothing elsewhere. With k = 15/16 (1 - v^2)^2 the pose is three times continuously differentiable by s,
-the corner is passed at a distance of ``APEX |bend| reach``, and the parameter s stays what it was along the polyline.
-Where the corner blends of a finely divided curve overlap, their sum is that curve with its facets averaged out.
+and the parameter s stays what it was along the polyline. Where the corner blends of a finely divided curve overlap, their
+sum is that curve with its facets averaged out. Corners that would slow the tool down have other shapes G
+(:mod:`verne_post.toolpath.corner_shapes`), which belong to no kernel and need more length.
+
+What counts for the tolerance is the distance from the path, not from the corner: the part of a displacement that lies along
+a segment only says that the nearest pose of the segment is another one (:func:`find_deviations`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners
+from verne_post.toolpath.corner_shapes import KNEE, OUTSIDE, PEAK, THIRD, shape_slope, shape_value
 
-#: G(0): distance from the corner over |bend| reach.
-APEX: Final = 5.0 / 32.0
 #: A corner blend reaches over at most so many segments on each side; evaluation looks at twice as many corners.
 SEGMENTS: Final = 2
+#: A wide shape needs so many times the shorter segment beside its corner, where blends may overlap and where they may not.
+#: Cycle time of zigzags and polygons of 10 to 60 degrees falls up to 1.6; beyond 1.8 finely divided waves lose up to 15 %.
+ROOM_OVERLAPPING: Final = 1.7
+ROOM_ALONE: Final = 0.5
 #: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
 USED_SHARE: Final = 0.97
 #: Overlapping corner blends that leave the tolerance together are narrowed by no more than this at a time, and so often.
 NARROWING: Final = 0.6
 NARROWINGS: Final = 12
+#: Where segments near wide shapes are looked at, besides their middle: lobes of two blends add up anywhere.
+_PLACES: Final = (0.1, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9)
 #: The contour beside a segment depends on no more than so many segments on each side: on those that a corner blend reaches,
 #: and on as many again in each round of narrowing.
 NEIGHBOURS: Final = (NARROWINGS + 4) * (2 * SEGMENTS + 1)
 #: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: blending it would not be
 #: faster, and the curve would all but come back on itself.
 REVERSAL: Final = -0.9
-
-
-def blend_shape(x: Array) -> Array:
-    """G at x, zero outside (-1, 1)."""
-    y = np.minimum(np.abs(x), 1.0)
-    z = y * y
-    return np.asarray(15.0 / 16.0 * (((z / 30 - 1.0 / 6) * z + 0.5) * z + 1.0 / 6) - 0.5 * y)
-
-
-def blend_shape_slope(x: Array) -> Array:
-    """Derivative of G by x, the mean of both sides at 0."""
-    y = np.clip(x, -1.0, 1.0)
-    z = y * y
-    return np.asarray(15.0 / 16.0 * (((z / 5 - 2.0 / 3) * z + 1.0) * y) - 0.5 * np.sign(y))
 
 
 def find_slopes(start: Array, end: Array, length: Array) -> Array:
@@ -75,13 +71,78 @@ def find_reversals(slope: Array) -> Mask:
     return reversal
 
 
-def find_widest(bend: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Largest reach (n,) of single corner blends inside their tolerances (mm, rad); infinite without a corner."""
-    tip, angle = row_norm(bend[:, :3]), row_norm(bend[:, 3:])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        by_tip = np.where(tip > 0, USED_SHARE * tip_tolerance / (APEX * tip), np.inf)
-        by_axis = np.where(angle > 0, USED_SHARE * axis_tolerance / (APEX * angle), np.inf)
-    return np.minimum(by_tip, by_axis)
+def find_share_used(
+    off: Array, slope: Array, ends: tuple[Array, Array], tip_tolerance: Array, axis_tolerance: Array
+) -> Array:
+    """What displacements use of the tolerance (n,): 1 where all of it, 0 where there is neither displacement nor tolerance.
+
+    A displaced pose is near the pose with its s, or near the one whose tip is nearest. The programmed pose itself must not be
+    left behind either: it stays within root 2 of both tolerances together, which cuts the tips of corners of more than 90
+    degrees less than they would allow.
+
+    Parameters
+    ----------
+    off : ndarray, shape (n, 5)
+        Displacement of poses on a straight segment, mm and rad.
+    slope : ndarray, shape (n, 5)
+        Derivative of the segment by s.
+    ends : tuple of ndarray, shape (n,)
+        From the poses to both ends of their segment, mm: the nearest pose lies between.
+    tip_tolerance, axis_tolerance : ndarray, shape (n,)
+        mm and rad.
+    """
+    square = row_sum(slope[:, :3] ** 2)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        along = np.where(square > 0, row_sum(off[:, :3] * slope[:, :3]) / square, 0.0).clip(*ends)
+        same, nearest = (
+            (row_norm(away[:, :3]) / tip_tolerance, row_norm(away[:, 3:]) / axis_tolerance)
+            for away in (off, off - along[:, None] * slope)
+        )
+        used = np.fmax(np.fmin(np.fmax(*same), np.fmax(*nearest)), np.hypot(*np.nan_to_num(same)) / np.sqrt(2.0))
+    return np.where(np.isfinite(used), used, 0.0)
+
+
+def find_bend_shares(bend: Array, slope: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Share of the tolerance (n + 1,) that a displacement by ``bend`` times 1 mm uses, of the worse of both segments."""
+    zero, far = np.zeros(len(bend)), np.full(len(bend), np.inf)
+    before = find_share_used(bend, np.concatenate([slope[:1], slope]), (-far, zero), tip_tolerance, axis_tolerance)
+    after = find_share_used(bend, np.concatenate([slope, slope[-1:]]), (zero, far), tip_tolerance, axis_tolerance)
+    return np.maximum(before, after)
+
+
+def choose_shapes(bend_share: Array, room: Array, feed: Array, jerk_limit: Callable[[Ints], Array]) -> Ints:
+    """The shape (n + 1,) of each corner: the narrowest that is passed at the feed rate, else the widest there is room for.
+
+    Parameters
+    ----------
+    bend_share : ndarray, shape (n + 1,)
+        As of :func:`find_bend_shares`; 0 where a corner is not blended.
+    room : ndarray, shape (n + 1,)
+        What the reach may be, mm.
+    feed : ndarray, shape (n + 1,)
+        ds/dt at the programmed feed rate, mm/s.
+    jerk_limit : callable
+        Largest third derivative by time (m,) that the joints allow a displacement along the bends of corners (m,).
+    """
+    shape = np.zeros(len(bend_share), dtype=np.int8)
+    bent = np.flatnonzero(bend_share * room >= USED_SHARE / PEAK[1])  # others have no room for any wide shape
+    if not len(bent):
+        return shape
+    reach = (USED_SHARE / PEAK) / bend_share[bent, None]
+    # the third derivative by time of reach G(s / reach), at constant speed v, is the third of G times v^3 / reach^2
+    passed = THIRD * feed[bent, None] ** 3 <= jerk_limit(bent)[:, None] * reach**2
+    fits = reach <= room[bent, None]
+    fits[:, 0] = True
+    fast = passed & fits
+    widest = np.count_nonzero(fits, axis=1) - 1
+    shape[bent] = np.where(fast.any(axis=1), fast.argmax(axis=1), widest)
+    return shape
+
+
+def find_widest(shape: Ints, bend_share: Array) -> Array:
+    """Largest reach (n + 1,) of single corner blends inside their tolerances, mm; infinite without a corner."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(USED_SHARE / (PEAK[shape] * bend_share))
 
 
 def share_segments(wanted: Array, length: Array) -> Array:
@@ -144,32 +205,48 @@ def spread_largest(moved: Array) -> Array:
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * SEGMENTS + 1).max(axis=1))
 
 
-def narrow_blends(reach: Array, bend: Array, s: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Narrow overlapping corner blends until their sum stays within the tolerance at corners and in the middle of segments.
+def narrow_blends(corners: Corners, slope: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """Reaches (n + 1,) of overlapping corner blends, narrowed until their sum stays within the tolerance.
+
+    Looked at are corners and the middle of segments; near wide shapes also places in between, and where each swings out.
 
     Parameters
     ----------
-    reach, tip_tolerance, axis_tolerance, s : ndarray, shape (n + 1,)
+    corners : Corners
+    slope : ndarray, shape (n, 5)
+        Derivative of the segments by s.
+    tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
         The tolerance of a point between two corners is the smaller of theirs.
-    bend : ndarray, shape (n + 1, 5)
     """
-    reach = reach.copy()
+    s, reach = corners.s, corners.reach.copy()
     n = len(s) - 1
+    wide = np.flatnonzero(corners.shape)
+    near_wide = np.zeros(n + 2 * SEGMENTS, dtype=bool)
+    for shift in range(2 * SEGMENTS):
+        near_wide[wide + shift] = True
+    looked = np.flatnonzero(near_wide[SEGMENTS:-SEGMENTS])
+    fixed = np.concatenate([np.arange(n), np.repeat(looked, len(_PLACES))])
+    share = np.concatenate([np.full(n, 0.5), np.tile(_PLACES, len(looked))])
+    fixed_at = s[fixed] + share * (s[fixed + 1] - s[fixed])
     for _ in range(NARROWINGS):
         worst = np.zeros(n + 1)
-        for at, owner in ((s, np.arange(n + 1)), (0.5 * (s[1:] + s[:-1]), np.arange(n))):
-            off = displacement(Corners(s, reach, bend), owner, at)
-            tip_bound, axis_bound = (
-                np.minimum(bound[owner], bound[np.minimum(owner + (len(at) == n), n)])
-                for bound in (tip_tolerance, axis_tolerance)
-            )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.maximum(row_norm(off[:, :3]) / tip_bound, row_norm(off[:, 3:]) / axis_bound)
-            ratio = np.where(np.isfinite(ratio), ratio / USED_SHARE, 0.0)
+        outside = OUTSIDE[corners.shape[wide]] * reach[wide]
+        swings = np.concatenate([s[wide] - outside, s[wide] + outside])
+        on = np.clip(np.searchsorted(s, swings, side="right") - 1, 0, n - 1)
+        between = np.concatenate([fixed, on])
+        for at, owner, low, high in (
+            (s, np.append(0, np.arange(n)), np.arange(n + 1), np.arange(n + 1)),
+            (s, np.append(np.arange(n), n - 1), np.arange(n + 1), np.arange(n + 1)),
+            (np.concatenate([fixed_at, swings]), between, between, between + 1),
+        ):
+            used = find_share_used(
+                displacement(replace(corners, reach=reach), owner, at), slope[owner], (s[owner] - at, s[owner + 1] - at),
+                *(np.minimum(bound[low], bound[high]) for bound in (tip_tolerance, axis_tolerance)),
+            ) / USED_SHARE  # fmt: skip
             for shift in range(-SEGMENTS, SEGMENTS + 2):
                 near = np.clip(owner + shift, 0, n)
                 covers = np.abs(at - s[near]) < reach[near]
-                np.maximum.at(worst, near[covers], ratio[covers])
+                np.maximum.at(worst, near[covers], used[covers])
         beyond = worst > 1.0
         if not beyond.any():
             return reach
@@ -182,7 +259,7 @@ def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
     total = np.zeros((len(at), 5))
     for corner, width, x in _find_near(corners, segment, at):
         bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= (width * blend_shape(x))[:, None]
+        bend *= (width * shape_value(corners.shape.take(corner, mode="clip"), x))[:, None]
         total += bend
     return total
 
@@ -192,7 +269,7 @@ def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
     total = np.zeros((len(at), 5))
     for corner, _width, x in _find_near(corners, segment, at):
         bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= blend_shape_slope(x)[:, None]
+        bend *= shape_slope(corners.shape.take(corner, mode="clip"), x)[:, None]
         total += bend
     return total
 
@@ -217,12 +294,17 @@ def find_blended(corners: Corners, segment: Ints, low: Array, high: Array) -> Ma
     return blended
 
 
-def find_breakpoints(reach: Array, s: Array) -> tuple[Ints, Array, Array]:
-    """Find where corner blends begin and end: the segment of each such point, its s, and the reach of its blend."""
-    n = len(s) - 1
+def find_breakpoints(corners: Corners) -> tuple[Ints, Array, Array]:
+    """Find where corner blends begin and end, and where their polynomials meet.
+
+    Returns the segment of each such point, its s, and the reach of its blend.
+    """
+    s, reach = corners.s, corners.reach
     corner = np.flatnonzero(reach > 0)
-    at, width = np.concatenate([s[corner] - reach[corner], s[corner] + reach[corner]]), np.tile(reach[corner], 2)
+    wide = corner[corners.shape[corner] > 0]
+    owner = np.concatenate([corner, corner, wide, wide])
+    at = s[owner] + reach[owner] * np.repeat([-1.0, 1.0, -KNEE, KNEE], [len(corner)] * 2 + [len(wide)] * 2)
     inside = (at > s[0]) & (at < s[-1])
-    at, width = at[inside], width[inside]
-    segment = np.clip(np.searchsorted(s, at, side="right") - 1, 0, n - 1)
+    at, width = at[inside], reach[owner[inside]]
+    segment = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
     return segment, at, width

@@ -8,7 +8,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import USED_UP_SHARE, ZERO_LENGTH_MM
 from verne_post.base.units import ROTARY_METRIC_MM
-from verne_post.model.contour import Feeds
+from verne_post.model.contour import Corners, Feeds
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.blend import STRETCH
 from verne_post.toolpath.corners import find_breakpoints
@@ -20,13 +20,13 @@ MIN_SHARE: Final = 1e-3
 NARROW_MM: Final = 0.01
 
 
-def split_into_elements(path: ToolPath, s: Array, reach: Array, corner: Ints, d: Array) -> dict[str, Any]:
+def split_into_elements(path: ToolPath, corners: Corners, corner: Ints, d: Array) -> dict[str, Any]:
     """Split segments (n,) at the breakpoints of corner blends, and give each curve by halves to its two segments.
 
     Parameters
     ----------
-    s, reach : ndarray, shape (n + 1,)
-        Where the corners are by metric length, and how far their blends reach, mm.
+    corners : Corners
+        Of the same segments.
     corner, d : ndarray, shape (m,)
         The segments that end at a curve, and the metric length that each curve takes from both segments, mm.
 
@@ -39,8 +39,8 @@ def split_into_elements(path: ToolPath, s: Array, reach: Array, corner: Ints, d:
     at_start, at_end = np.zeros(n), np.zeros(n)
     at_end[corner] = d / path.length[corner]
     at_start[corner + 1] = d / path.length[corner + 1]
-    inner, at, width = find_breakpoints(reach, s)
-    u = (at - s[inner]) / path.length[inner]
+    inner, at, width = find_breakpoints(corners)
+    u = (at - corners.s[inner]) / path.length[inner]
     least = MIN_SHARE * np.where(width < NARROW_MM, 1.0, width / path.length[inner])
     inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
     inner, u, least = inner[inside], u[inside], least[inside]

@@ -11,8 +11,8 @@ from verne_post.model.contour import Corners
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath import corners as blends
 from verne_post.toolpath.blend import find_curves
-from verne_post.toolpath.corner_rules import CornerRules
-from verne_post.toolpath.elements import measure_rotation, split_into_elements
+from verne_post.toolpath.corner_rules import CornerRules, JerkLimit
+from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class RoundedSegments:
     ----------
     elements : dict
         Columns of the elements of a Contour by name, but for the sections; segments and curves are counted from 0.
-    reach, bend : ndarray, shape (n + 1,) and (n + 1, 5)
+    reach, bend, shape : ndarray, shape (n + 1,), (n + 1, 5) and (n + 1,)
         As in :class:`~verne_post.model.contour.Corners`.
     stops : ndarray of bool, shape (n + 1,)
         The motion stops at the corner.
@@ -38,6 +38,7 @@ class RoundedSegments:
     elements: dict[str, Any]
     reach: Array
     bend: Array
+    shape: Ints
     stops: Mask
     corner: Ints
     controls: Array
@@ -53,13 +54,15 @@ class RoundedSegments:
         corners = slice(first, last + 1)
         return replace(
             self, elements=elements | {"segment": elements["segment"] - first, "curve": curve},
-            reach=self.reach[corners], bend=self.bend[corners], stops=self.stops[corners],
+            reach=self.reach[corners], bend=self.bend[corners], shape=self.shape[corners], stops=self.stops[corners],
             corner=self.corner[begin:end] - first, controls=self.controls[begin:end],
             tip_tolerance=self.tip_tolerance[first:last], axis_tolerance=self.axis_tolerance[first:last],
         )  # fmt: skip
 
 
-def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules, *, overlap: bool) -> RoundedSegments:
+def round_corners(
+    path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules, jerk_limit: JerkLimit, *, overlap: bool
+) -> RoundedSegments:
     """Blend the corners of some segments, whose vertices have been moved to those of ``shape``.
 
     Parameters
@@ -68,6 +71,8 @@ def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules,
         n segments as programmed, and as they are followed.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
+    jerk_limit : callable
+        As of :class:`~verne_post.toolpath.corner_rules.Smoothing`.
     overlap : bool
         Corner blends may overlap.
     """
@@ -78,15 +83,23 @@ def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules,
     bend = blends.find_bends(slope)
     bend[~rules.straight] = 0.0
     blended = rules.allowed & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
-    wanted = np.where(blended, blends.find_widest(bend, tip_left, axis_left), 0.0)
+    share = np.where(blended, blends.find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
+    kind = blends.choose_shapes(
+        share,
+        _smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if overlap else blends.ROOM_ALONE),
+        _smaller_beside(find_feeds(path).cap),
+        lambda corner: jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
+    )
+    wanted = np.where(blended, blends.find_widest(kind, share), 0.0)
     wanted = np.where(rules.curved, np.inf, wanted)
     reach = blends.share_segments(wanted, path.length)
     most = reach[rules.curved]
     if overlap:
         walls = ~(blended | (rules.smooth & rules.straight))
         reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved)
-        reach = np.maximum(blends.narrow_blends(reach, bend, s, tip_left, axis_left), 0.0)
+        reach = np.maximum(blends.narrow_blends(Corners(s, reach, bend, kind), slope, tip_left, axis_left), 0.0)
     reach = np.where(blended, reach, 0.0)
+    corners = Corners(s, reach, bend, kind)
     # corner blends that reach over a corner leave less to the curve after it
     most = np.minimum(most, blends.measure_gaps(reach, s)[rules.curved])
 
@@ -102,13 +115,19 @@ def round_corners(path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules,
         _spread_to_segments(np.where(used, bound, 0.0), reach, s)
         for bound in (rules.tip_tolerance, rules.axis_tolerance)
     )
-    elements = split_into_elements(path, s, reach, corner, d)
+    elements = split_into_elements(path, corners, corner, d)
     segment, on_segment = elements["segment"], elements["curve"] < 0
     share = np.where(on_segment, elements["high"] - elements["low"], 0.5)
     elements["rotation"] = measure_rotation(path)[segment] * share
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
-    elements["blended"] = on_segment & blends.find_blended(Corners(s, reach, bend), segment, begin, end)
-    return RoundedSegments(elements, reach, bend, stops, corner + 1, controls, *tolerances)
+    elements["blended"] = on_segment & blends.find_blended(corners, segment, begin, end)
+    return RoundedSegments(elements, reach, bend, kind, stops, corner + 1, controls, *tolerances)
+
+
+def _smaller_beside(value: Array) -> Array:
+    """The smaller value (n + 1,) of both segments (n,) at each corner."""
+    padded = np.concatenate([value[:1], value, value[-1:]])
+    return np.minimum(padded[1:], padded[:-1])
 
 
 def _spread_to_segments(bound: Array, reach: Array, s: Array) -> Array:

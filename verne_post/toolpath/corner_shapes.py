@@ -1,0 +1,104 @@
+"""Shapes of corner blends, from narrow ones that only cut inside to wide ones that swing out before the corner.
+
+A corner blend displaces the path by ``bend reach G(x)`` (:mod:`verne_post.toolpath.corners`). Every G here is even, takes the
+kink out of the polyline and is three times continuously differentiable, 0 with all of these derivatives at x = 1. Shape 0
+averages the polyline; it lies on the inside throughout. The others pass the corner faster: they first swing to the outside,
+within the same tolerance, so that the path bends less at the corner. What that takes is length: at the same tolerance their
+reach is larger. Between 0 and 1 each is two polynomials of degree 7 that meet at ``KNEE``; six numbers say all of it.
+
+The numbers were found by ``tests/benchmarks/corner_shapes.py``: the fastest passage of single corners of 30 to 120 degrees
+under jerk limits, for a given reach, shape and motion profile sought together.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+
+#: Where both polynomials of a half meet.
+KNEE: Final = 0.25
+#: One row a shape: G and its second derivative at 0, G and its first three derivatives at the knee. The first is
+#: 15/16 integral of max(x - v, 0) (1 - v^2)^2 dv - max(x, 0), a polynomial of degree 6.
+_SHAPES: Final = np.array([
+    [5 / 32, 15 / 16, 0.0, 0.0, 0.0, 0.0],
+    [0.0683434, 1.89286, -0.00420963, -0.118399, 1.04104, -4.05719],
+    [0.0464128, 2.25152, -0.0178668, -0.0671768, 1.06528, -5.3547],
+    [0.0354599, 2.60098, -0.0207119, -0.018275, 1.057, -6.99919],
+    [0.0277778, 3.64491, -0.0145313, 0.0122993, 0.512107, -6.12942],
+    [0.0208333, 3.74742, -0.0189285, 0.0274465, 0.510095, -6.44051],
+    [0.016129, 4.74539, -0.0140015, 0.0431946, 0.221188, -5.10571],
+])  # fmt: skip
+
+
+def _averaged(x: float) -> list[float]:
+    """G of shape 0 and its first three derivatives at x."""
+    z = x * x
+    return [
+        15 / 16 * (((z / 30 - 1 / 6) * z + 0.5) * z + 1 / 6) - 0.5 * x,
+        15 / 16 * ((z / 5 - 2 / 3) * z + 1.0) * x - 0.5,
+        15 / 16 * (1.0 - z) ** 2,
+        -15 / 4 * x * (1.0 - z),
+    ]
+
+
+def _polynomials() -> Array:
+    """Coefficients (shapes, 2, 8) of both polynomials of each half, by powers of x, lowest first."""
+
+    def rows(x: float) -> Array:
+        """Value and first three derivatives of the powers at x."""
+        powers = np.arange(8)
+        return np.array([
+            np.prod([powers - k for k in range(order)], axis=0, initial=1.0)
+            * np.where(powers >= order, x ** np.maximum(powers - order, 0.0), 0.0)
+            for order in range(4)
+        ])  # fmt: skip
+
+    found = np.empty((len(_SHAPES), 2, 8))
+    for number, (top, curvature, *at_knee) in enumerate(_SHAPES):
+        knee = at_knee if number else _averaged(KNEE)
+        found[number, 0] = np.linalg.solve(np.vstack([rows(0.0), rows(KNEE)]), [top, -0.5, curvature, 0.0, *knee])
+        found[number, 1] = np.linalg.solve(np.vstack([rows(KNEE), rows(1.0)]), [*knee, 0.0, 0.0, 0.0, 0.0])
+    return found
+
+
+_VALUE: Final = np.ascontiguousarray(_polynomials().reshape(-1, 8).T)
+_SLOPE: Final = _VALUE[1:] * np.arange(1, 8)[:, None]
+
+
+def shape_value(shape: Ints, x: Array) -> Array:
+    """G (n,) of shapes (n,) at x (n,), zero outside (-1, 1)."""
+    y = np.minimum(np.abs(x), 1.0)
+    return _evaluate(_VALUE, shape, y)
+
+
+def shape_slope(shape: Ints, x: Array) -> Array:
+    """Derivative of G by x (n,), the mean of both sides at 0."""
+    y = np.minimum(np.abs(x), 1.0)
+    return _evaluate(_SLOPE, shape, y) * np.sign(x)
+
+
+def _evaluate(coefficients: Array, shape: Ints, y: Array) -> Array:
+    """Polynomials (powers, pieces) of shapes (n,) at y (n,) between 0 and 1."""
+    piece = 2 * shape + (y > KNEE)
+    result = coefficients[-1].take(piece)
+    for row in coefficients[-2::-1]:
+        result *= y
+        result += row.take(piece)
+    return result
+
+
+_EVERYWHERE: Final = np.linspace(0.0, 1.0, 1001)
+_ON_GRID: Final = np.array([shape_value(np.full(1001, shape), _EVERYWHERE) for shape in range(len(_SHAPES))])
+#: Largest abs(G) of each shape: how far the path is displaced, over abs(bend) reach. G(0), but for the decimals of the table.
+PEAK: Final = np.abs(_ON_GRID).max(axis=1)
+#: Where each shape lies farthest on the outside; 0 for shape 0, which does not.
+OUTSIDE: Final = np.where(_ON_GRID.min(axis=1) < 0, _EVERYWHERE[_ON_GRID.argmin(axis=1)], 0.0)
+#: Largest abs of the third derivative of each shape, which at constant speed sets the jerk.
+THIRD: Final = np.array([
+    max(
+        np.abs(np.polynomial.polynomial.polyval(x, np.polynomial.polynomial.polyder(_VALUE[:, 2 * shape + piece], 3))).max()
+        for piece, x in enumerate((np.linspace(0.0, KNEE, 101), np.linspace(KNEE, 1.0, 301)))
+    )
+    for shape in range(len(_SHAPES))
+])  # fmt: skip
