@@ -57,7 +57,7 @@ def test_shapes_take_out_the_kink_and_are_smooth(shape: int) -> None:
     assert shape_value(np.array([shape]), np.zeros(1))[0] == pytest.approx(PEAK[shape], rel=1e-3)
     lowest = value.min()
     assert shape_value(np.array([shape]), OUTSIDE[[shape]])[0] <= max(lowest, 0.0) or shape == 0
-    assert (lowest < 0) == (shape > 1)
+    assert (lowest < 0) == (shape > 0)
     third = np.diff(value, 3) / (x[1] - x[0]) ** 3
     assert 0.8 * THIRD[shape] < max(np.abs(third).max(), abs(derivatives(0.0, 1.0)[3])) <= THIRD[shape] * 1.01
 
@@ -68,7 +68,7 @@ def test_the_narrowest_shape_that_keeps_the_feed_is_taken_else_the_widest_with_r
 
     def chosen(feed: float, room: float) -> int:
         around = np.full(3, feed), np.full(3, room)
-        shape = corners.choose_shapes(share, around[1], around[0], lambda corner: np.full(len(corner), 1e5))
+        shape = corners.choose_shapes(share, around[1], around[0], lambda corner: np.full(len(corner), 1e5), 1e-4)
         assert shape[0] == shape[2] == 0
         return int(shape[1])
 
@@ -84,16 +84,19 @@ def test_the_narrowest_shape_that_keeps_the_feed_is_taken_else_the_widest_with_r
 
 
 def test_a_pose_beyond_the_end_of_its_segment_is_measured_from_the_end() -> None:
-    """Tip and table turn together: the pose with the nearest tip may lie beyond the corner, where there is no segment."""
-    slope, off = np.array([[1.0, 0, 0, 0.02, 0]]), np.array([[0.01, 0, 0, 2e-4, 0]])
-    one = np.array([1.0])
+    """The nearest pose of a line may lie beyond the corner; where the table turns, it is the one with the same s."""
+    off, one = np.array([[0.01, 0.004, 0, 2e-4, 0]]), np.array([1.0])
 
-    def used(before: float, after: float) -> float:
+    def used(before: float, after: float, turning: float = 0.0) -> float:
+        slope = np.array([[1.0, 0, 0, turning, 0]])
         return float(corners.find_share_used(off, slope, (before * one, after * one), 0.02 * one, 0.5e-3 * one)[0])
 
-    on_it = used(-1.0, 1.0)  # the displacement lies along the segment: no distance at all, but for what must be near
-    assert on_it == pytest.approx(np.hypot(0.5, 0.4) / np.sqrt(2.0))
-    assert used(-1.0, 0.0) == pytest.approx(0.5)
+    left_behind = np.hypot(np.hypot(0.5, 0.2), 0.4) / np.sqrt(2.0)
+    assert used(-1.0, 1.0) == pytest.approx(
+        left_behind
+    )  # only 0.4 of the axis tolerance, 0.2 of that of the tip, are used
+    assert used(-1.0, 0.0) == pytest.approx(np.hypot(0.5, 0.2))
+    assert used(-1.0, 1.0, turning=0.02) == pytest.approx(np.hypot(0.5, 0.2))
 
 
 # --- reaches -----------------------------------------------------------------------------------------

@@ -274,7 +274,9 @@ def blend_corners(draft: Draft) -> Draft:
         return replace(draft, contour=make_exact_contour(draft.path))
     tip = accuracy.tip if options.tolerance is None else options.tolerance
     axis = accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
-    smoothing = Smoothing(options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine))
+    smoothing = Smoothing(
+        options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine), options.cycle or draft.machine.cycle
+    )
     return replace(draft, contour=smooth_contour(draft.path, draft.moves, smoothing))
 
 

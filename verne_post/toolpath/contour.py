@@ -99,13 +99,14 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     if n < 2:
         return make_exact_contour(path)
     s = running_sums(path.length)
-    shape = fair_path(path, s, moves, smoothing) if smoothing.overlap else path
+    shape, chain = fair_path(path, s, moves, smoothing) if smoothing.overlap else (path, np.zeros(n + 1, dtype=bool))
     table = _ContourTable()
     for begin, end in blocks(n):
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
         rules = find_corner_rules(path, first, last, moves, smoothing)
-        seen = path.part(first, last), shape.part(first, last), s[first : last + 1]
-        block = round_corners(*seen, rules, smoothing.jerk_limit, overlap=smoothing.overlap)
+        corners = slice(first, last + 1)
+        seen = path.part(first, last), shape.part(first, last), s[corners], chain[corners]
+        block = round_corners(*seen, rules, smoothing)
         block = block.part(begin - first, end - first)
         table.extend_rounded(block, find_feeds(path.part(begin, end)), begin, last=end == n)
     contour = table.contour(path, shape, s)

@@ -29,12 +29,15 @@ class Smoothing:
         Tolerances of a G64 without P, mm and rad.
     jerk_limit : callable
         What the joints allow.
+    cycle : float
+        Control cycle, s.
     """
 
     overlap: bool
     tip: float
     axis: float
     jerk_limit: JerkLimit
+    cycle: float
 
 
 @dataclass(frozen=True)

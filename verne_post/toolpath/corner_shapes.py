@@ -89,6 +89,8 @@ def _evaluate(coefficients: Array, shape: Ints, y: Array) -> Array:
     return result
 
 
+#: How many shapes there are.
+SHAPES: Final = len(_SHAPES)
 _EVERYWHERE: Final = np.linspace(0.0, 1.0, 1001)
 _ON_GRID: Final = np.array([shape_value(np.full(1001, shape), _EVERYWHERE) for shape in range(len(_SHAPES))])
 #: Largest abs(G) of each shape: how far the path is displaced, over abs(bend) reach. G(0), but for the decimals of the table.

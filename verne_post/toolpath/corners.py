@@ -26,7 +26,7 @@ from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners
-from verne_post.toolpath.corner_shapes import KNEE, OUTSIDE, PEAK, THIRD, shape_slope, shape_value
+from verne_post.toolpath.corner_shapes import KNEE, OUTSIDE, PEAK, SHAPES, THIRD, shape_slope, shape_value
 
 #: A corner blend reaches over at most so many segments on each side; evaluation looks at twice as many corners.
 SEGMENTS: Final = 2
@@ -35,6 +35,8 @@ SEGMENTS: Final = 2
 #: lose 8 %, at 2.0 finely divided waves up to 15 %.
 ROOM_OVERLAPPING: Final = 1.7
 ROOM_ALONE: Final = 0.5
+#: Half of a wide shape lasts at least so many control cycles: motion profiles could not follow it in fewer.
+LEAST_CYCLES: Final = 4.0
 #: The share of the tolerance that is used; the rest is for the rounding of the written numbers.
 USED_SHARE: Final = 0.97
 #: Overlapping corner blends that leave the tolerance together are narrowed by no more than this at a time, and so often.
@@ -77,9 +79,9 @@ def find_share_used(
 ) -> Array:
     """What displacements use of the tolerance (n,): 1 where all of it, 0 where there is neither displacement nor tolerance.
 
-    A displaced pose is near the pose with its s, or near the one whose tip is nearest. The programmed pose itself must not be
-    left behind either: it stays within root 2 of both tolerances together, which cuts the tips of corners of more than 90
-    degrees less than they would allow.
+    A displaced pose is near the pose with its s; where the table stands still, near the pose whose tip is nearest. The
+    programmed pose itself must not be left behind either: it stays within root 2 of both tolerances together, which cuts the
+    tips of corners of more than 90 degrees less than they would allow.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ def find_share_used(
     tip_tolerance, axis_tolerance : ndarray, shape (n,)
         mm and rad.
     """
-    square = row_sum(slope[:, :3] ** 2)
+    square = np.where(slope[:, 3:].any(axis=1), 0.0, row_sum(slope[:, :3] ** 2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         along = np.where(square > 0, row_sum(off[:, :3] * slope[:, :3]) / square, 0.0).clip(*ends)
         same, nearest = (
@@ -111,7 +113,9 @@ def find_bend_shares(bend: Array, slope: Array, tip_tolerance: Array, axis_toler
     return np.maximum(before, after)
 
 
-def choose_shapes(bend_share: Array, room: Array, feed: Array, jerk_limit: Callable[[Ints], Array]) -> Ints:
+def choose_shapes(
+    bend_share: Array, room: Array, feed: Array, jerk_limit: Callable[[Ints], Array], cycle: float
+) -> Ints:
     """The shape (n + 1,) of each corner: the narrowest that is passed at the feed rate, else the widest there is room for.
 
     Parameters
@@ -124,6 +128,8 @@ def choose_shapes(bend_share: Array, room: Array, feed: Array, jerk_limit: Calla
         ds/dt at the programmed feed rate, mm/s.
     jerk_limit : callable
         Largest third derivative by time (m,) that the joints allow a displacement along the bends of corners (m,).
+    cycle : float
+        Control cycle, s.
     """
     shape = np.zeros(len(bend_share), dtype=np.int8)
     bent = np.flatnonzero(bend_share * room >= USED_SHARE / PEAK[1])  # others have no room for any wide shape
@@ -131,11 +137,12 @@ def choose_shapes(bend_share: Array, room: Array, feed: Array, jerk_limit: Calla
         return shape
     reach = (USED_SHARE / PEAK) / bend_share[bent, None]
     # the third derivative by time of reach G(s / reach), at constant speed v, is the third of G times v^3 / reach^2
-    passed = THIRD * feed[bent, None] ** 3 <= jerk_limit(bent)[:, None] * reach**2
-    fits = reach <= room[bent, None]
+    speed = np.cbrt(jerk_limit(bent)[:, None] * reach**2 / THIRD)
+    passed = speed >= feed[bent, None]
+    fits = (reach <= room[bent, None]) & (reach >= LEAST_CYCLES * cycle * np.minimum(speed, feed[bent, None]))
     fits[:, 0] = True
     fast = passed & fits
-    widest = np.count_nonzero(fits, axis=1) - 1
+    widest = SHAPES - 1 - fits[:, ::-1].argmax(axis=1)
     shape[bent] = np.where(fast.any(axis=1), fast.argmax(axis=1), widest)
     return shape
 
@@ -200,14 +207,8 @@ def measure_gaps(reach: Array, s: Array) -> Array:
     return gap
 
 
-def spread_largest(moved: Array) -> Array:
-    """For all corners (n + 1,) the largest of the values (n - 1,) of inner corners that a corner blend can reach."""
-    padded = np.pad(moved, SEGMENTS + 1)
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * SEGMENTS + 1).max(axis=1))
-
-
-def narrow_blends(corners: Corners, slope: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Reaches (n + 1,) of overlapping corner blends, narrowed until their sum stays within the tolerance.
+def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """The largest share of the tolerance (n + 1,) that the contour uses anywhere where the blend of a corner reaches.
 
     Looked at are corners and the middle of segments; near wide shapes also places in between, and where each swings out.
 
@@ -216,39 +217,57 @@ def narrow_blends(corners: Corners, slope: Array, tip_tolerance: Array, axis_tol
     corners : Corners
     slope : ndarray, shape (n, 5)
         Derivative of the segments by s.
+    shift : ndarray, shape (n + 1, 5)
+        How far vertices have been moved before.
     tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
         The tolerance of a point between two corners is the smaller of theirs.
     """
-    s, reach = corners.s, corners.reach.copy()
+    s, reach = corners.s, corners.reach
     n = len(s) - 1
-    wide = np.flatnonzero(corners.shape)
+    wide = np.flatnonzero((corners.shape > 0) & (reach > 0))
     near_wide = np.zeros(n + 2 * SEGMENTS, dtype=bool)
-    for shift in range(2 * SEGMENTS):
-        near_wide[wide + shift] = True
+    for step in range(2 * SEGMENTS):
+        near_wide[wide + step] = True
     looked = np.flatnonzero(near_wide[SEGMENTS:-SEGMENTS])
-    fixed = np.concatenate([np.arange(n), np.repeat(looked, len(_PLACES))])
+    between = np.concatenate([np.arange(n), np.repeat(looked, len(_PLACES))])
     share = np.concatenate([np.full(n, 0.5), np.tile(_PLACES, len(looked))])
-    fixed_at = s[fixed] + share * (s[fixed + 1] - s[fixed])
+    outside = OUTSIDE[corners.shape[wide]] * reach[wide]
+    swings = np.concatenate([s[wide] - outside, s[wide] + outside])
+    on = np.clip(np.searchsorted(s, swings, side="right") - 1, 0, n - 1)
+    inner = np.concatenate([between, on])
+    inner_at = np.concatenate([s[between] + share * (s[between + 1] - s[between]), swings])
+    every = np.arange(n + 1)
+    largest = np.zeros(n + 1)
+    for at, owner, low, high in (
+        (s, np.append(0, every[:-1]), every, every),
+        (s, np.append(every[:-1], n - 1), every, every),
+        (inner_at, inner, inner, inner + 1),
+    ):
+        ends = s[owner] - at, s[owner + 1] - at
+        part = (-ends[0] / (ends[1] - ends[0]))[:, None]
+        used = find_share_used(
+            displacement(corners, owner, at) + shift[owner] + part * (shift[owner + 1] - shift[owner]), slope[owner], ends,
+            *(np.minimum(bound[low], bound[high]) for bound in (tip_tolerance, axis_tolerance)),
+        )  # fmt: skip
+        for step in range(-SEGMENTS, SEGMENTS + 2):
+            near = np.clip(owner + step, 0, n)
+            covers = np.abs(at - s[near]) < reach[near]
+            np.maximum.at(largest, near[covers], used[covers])
+    return largest
+
+
+def narrow_blends(
+    corners: Corners, kept: Mask, slope: Array, shift: Array, tip_tolerance: Array, axis_tolerance: Array
+) -> Array:
+    """Reaches (n + 1,) of overlapping corner blends, narrowed until their sum stays within the tolerance.
+
+    Parameters are those of :func:`find_deviations`; the reaches of corners ``kept`` (n + 1,) stay as they are.
+    """
+    reach = corners.reach.copy()
     for _ in range(NARROWINGS):
-        worst = np.zeros(n + 1)
-        outside = OUTSIDE[corners.shape[wide]] * reach[wide]
-        swings = np.concatenate([s[wide] - outside, s[wide] + outside])
-        on = np.clip(np.searchsorted(s, swings, side="right") - 1, 0, n - 1)
-        between = np.concatenate([fixed, on])
-        for at, owner, low, high in (
-            (s, np.append(0, np.arange(n)), np.arange(n + 1), np.arange(n + 1)),
-            (s, np.append(np.arange(n), n - 1), np.arange(n + 1), np.arange(n + 1)),
-            (np.concatenate([fixed_at, swings]), between, between, between + 1),
-        ):
-            used = find_share_used(
-                displacement(replace(corners, reach=reach), owner, at), slope[owner], (s[owner] - at, s[owner + 1] - at),
-                *(np.minimum(bound[low], bound[high]) for bound in (tip_tolerance, axis_tolerance)),
-            ) / USED_SHARE  # fmt: skip
-            for shift in range(-SEGMENTS, SEGMENTS + 2):
-                near = np.clip(owner + shift, 0, n)
-                covers = np.abs(at - s[near]) < reach[near]
-                np.maximum.at(worst, near[covers], used[covers])
-        beyond = worst > 1.0
+        corners = replace(corners, reach=reach)
+        worst = find_deviations(corners, slope, shift, tip_tolerance, axis_tolerance) / USED_SHARE
+        beyond = (worst > 1.0) & ~kept
         if not beyond.any():
             return reach
         reach[beyond] *= np.maximum(1.0 / worst[beyond], NARROWING)

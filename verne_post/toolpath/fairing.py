@@ -17,6 +17,7 @@ from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.base.rows import row_norm
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.compensation import compensate_blends
 from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules, limit_fairing
 from verne_post.toolpath.corners import NEIGHBOURS, find_reversals, find_slopes
 
@@ -39,8 +40,8 @@ ROUNDS: Final = 8
 MOSTLY_HELD: Final = 0.5
 
 
-def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> ToolPath:
-    """Move the vertices of finely divided feed moves.
+def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> tuple[ToolPath, Mask]:
+    """Move the vertices of finely divided feed moves; returns also which are compensated (n + 1,).
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> T
         For the G61 and G64 in force.
     """
     n = len(path)
-    vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), tip=(float,), axis=(float,))
+    vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), free=(bool,), tip=(float,), axis=(float,))
     vertex.extend(path.start[:1])
     for begin, end in blocks(n):
         vertex.extend(path.end[begin:end])
@@ -61,14 +62,21 @@ def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> T
         # a segment that continues in another, or ends at a curve, keeps its direction, which was matched as programmed
         kept = rules.smooth | rules.curved
         soft[1:-1] &= ~(kept[2:] | kept[:-2])
-        tip = limit_fairing(part, moves, FAIRING_SHARE * rules.tip_tolerance)
+        whole = FAIRING_SHARE * rules.tip_tolerance
+        tip = limit_fairing(part, moves, whole)
         fed = part.feed_time > 0
         soft[1:-1] &= fed[1:] & fed[:-1]
         soft &= (tip > 0) & ~find_features(np.concatenate([part.start[:1], part.end]), s[first : last + 1])
         mine = slice(begin - first, end - first + (end == n))
-        table.extend(soft=soft[mine], tip=tip[mine], axis=FAIRING_SHARE * rules.axis_tolerance[mine])
+        table.extend(
+            soft=soft[mine], free=(soft & (tip == whole))[mine], tip=tip[mine],
+            axis=FAIRING_SHARE * rules.axis_tolerance[mine],
+        )  # fmt: skip
     columns = table.columns()
-    moved = fair_vertices(vertex.column(), s, columns["soft"], columns["tip"], columns["axis"])
+    programmed = vertex.column()
+    moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"])
+    bounds = (columns[name] / FAIRING_SHARE for name in ("tip", "axis"))
+    moved, chain = compensate_blends(programmed, moved, s, columns["free"], *bounds)
     ends = GrowingTable(start=(float, 5), end=(float, 5))
     for begin, end in blocks(n):
         soft = columns["soft"][begin : end + 1, None]
@@ -76,7 +84,7 @@ def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> T
             start=np.where(soft[:-1], moved[begin:end], path.start[begin:end]),
             end=np.where(soft[1:], moved[begin + 1 : end + 1], path.end[begin:end]),
         )
-    return replace(path, **ends.columns())
+    return replace(path, **ends.columns()), chain
 
 
 def fair_vertices(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:

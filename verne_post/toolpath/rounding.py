@@ -11,7 +11,8 @@ from verne_post.model.contour import Corners
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath import corners as blends
 from verne_post.toolpath.blend import find_curves
-from verne_post.toolpath.corner_rules import CornerRules, JerkLimit
+from verne_post.toolpath.compensation import chain_reach
+from verne_post.toolpath.corner_rules import CornerRules, Smoothing
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 
 
@@ -61,7 +62,7 @@ class RoundedSegments:
 
 
 def round_corners(
-    path: ToolPath, shape: ToolPath, s: Array, rules: CornerRules, jerk_limit: JerkLimit, *, overlap: bool
+    path: ToolPath, shape: ToolPath, s: Array, chain: Mask, rules: CornerRules, smoothing: Smoothing
 ) -> RoundedSegments:
     """Blend the corners of some segments, whose vertices have been moved to those of ``shape``.
 
@@ -71,14 +72,17 @@ def round_corners(
         n segments as programmed, and as they are followed.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
-    jerk_limit : callable
-        As of :class:`~verne_post.toolpath.corner_rules.Smoothing`.
-    overlap : bool
-        Corner blends may overlap.
+    chain : ndarray of bool, shape (n + 1,)
+        Vertices of compensated curves.
+    smoothing : Smoothing
     """
-    shift = shape.end[:-1] - path.end[:-1]
-    tip_left = rules.tip_tolerance - blends.spread_largest(row_norm(shift[:, :3]))
-    axis_left = rules.axis_tolerance - blends.spread_largest(row_norm(shift[:, 3:]))
+    shift = np.zeros((len(s), 5))
+    shift[1:-1] = shape.end[:-1] - path.end[:-1]
+    alone = np.where(chain[:, None], 0.0, shift)
+    tip_left, axis_left = (
+        np.maximum(bound - row_norm(moved), 0.0)
+        for bound, moved in ((rules.tip_tolerance, alone[:, :3]), (rules.axis_tolerance, alone[:, 3:]))
+    )
     slope = blends.find_slopes(shape.start, shape.end, shape.length)
     bend = blends.find_bends(slope)
     bend[~rules.straight] = 0.0
@@ -86,18 +90,21 @@ def round_corners(
     share = np.where(blended, blends.find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
     kind = blends.choose_shapes(
         share,
-        _smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if overlap else blends.ROOM_ALONE),
+        _smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if smoothing.overlap else blends.ROOM_ALONE),
         _smaller_beside(find_feeds(path).cap),
-        lambda corner: jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
+        lambda corner: smoothing.jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
+        smoothing.cycle,
     )
     wanted = np.where(blended, blends.find_widest(kind, share), 0.0)
     wanted = np.where(rules.curved, np.inf, wanted)
     reach = blends.share_segments(wanted, path.length)
     most = reach[rules.curved]
-    if overlap:
+    if smoothing.overlap:
         walls = ~(blended | (rules.smooth & rules.straight))
         reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved)
-        reach = np.maximum(blends.narrow_blends(Corners(s, reach, bend, kind), slope, tip_left, axis_left), 0.0)
+        kind[chain], reach[chain] = 0, chain_reach(chain, s)[chain]
+        bounds = rules.tip_tolerance, rules.axis_tolerance
+        reach = blends.narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, *bounds)
     reach = np.where(blended, reach, 0.0)
     corners = Corners(s, reach, bend, kind)
     # corner blends that reach over a corner leave less to the curve after it
@@ -110,7 +117,7 @@ def round_corners(
     stops = ~rules.smooth & (reach <= 0)
     stops[corner + 1] = False
     used = ~stops & ~rules.smooth
-    used[1:-1] |= shift.any(axis=1)  # also where a corner has become a stop
+    used |= shift.any(axis=1)  # also where a corner has become a stop
     tolerances = (
         _spread_to_segments(np.where(used, bound, 0.0), reach, s)
         for bound in (rules.tip_tolerance, rules.axis_tolerance)
