@@ -25,6 +25,7 @@ from verne_post.toolpath.corners import (
     find_bends,
     find_deviations,
     find_slopes,
+    find_widest,
     limit_overlap,
 )
 
@@ -35,6 +36,11 @@ CUT: Final = 0.8
 #: side, everything above the second. Below, compensated curves gain nothing, and uneven ones lose up to 9 %.
 NEEDED: Final = (0.7, 0.95)
 WINDOW: Final = 6
+#: The reach of blends over the distance to the end of what is compensated. At 1 the vertices would move so unevenly there that
+#: the middle of their chords left the tolerance.
+TAPER: Final = 0.5
+#: Share of the tolerance that places between those which are looked at may use more (0.0003 was seen).
+UNSEEN: Final = 0.002
 #: Chord errors above this share of the tolerance are not tried.
 MOST_CHORD: Final = 1.2
 #: Weights of neighbouring corners in what they have in common: alternating bends cancel.
@@ -81,9 +87,15 @@ def compensate_blends(
     return moved, chain
 
 
-def chain_reach(chain: Mask, s: Array) -> Array:
-    """Reach (n + 1,) of the blends of a chain: over two segments on each side, but not over its ends; 0 for others."""
-    return limit_overlap(np.where(chain, np.inf, 0.0), s, ~chain, np.zeros(len(s), dtype=bool))
+def chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
+    """Reach (n + 1,) of the blends of a chain: over two segments on each side, less near its ends; 0 for others.
+
+    Nowhere is it less than the reach ``alone`` (n + 1,) of single blends, but that none reaches over the end of the chain.
+    """
+    before = s - np.maximum.accumulate(np.where(chain, s[0], s))
+    after = np.minimum.accumulate(np.where(chain, s[-1], s)[::-1])[::-1] - s
+    wanted = np.where(chain, np.maximum(TAPER * np.minimum(before, after), alone), 0.0)
+    return limit_overlap(wanted, s, ~chain, np.zeros(len(s), dtype=bool))
 
 
 def _find_parts(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
@@ -107,13 +119,15 @@ def _compensate(
     bend[~soft] = 0.0
     shorter = np.zeros(n + 1)
     shorter[1:-1] = np.minimum(length[1:], length[:-1])
-    chord = find_bend_shares(bend, slope, tip_tolerance, axis_tolerance) * shorter / 8.0
+    bend_share = find_bend_shares(bend, slope, tip_tolerance, axis_tolerance)
+    chord = bend_share * shorter / 8.0
     common = np.stack([_average(column) for column in bend.T], axis=1)
     apart, whole = (_average(row_norm(part * _METRIC)) for part in (bend - common, bend))
     chain = _all_near(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD))
     every, shape = np.arange(n + 1), np.zeros(n + 1, dtype=np.int8)
+    alone = find_widest(shape, bend_share)
     while chain.any():
-        corners = Corners(s, chain_reach(chain, s), common, shape)
+        corners = Corners(s, chain_reach(chain, alone, s), common, shape)
         inward = displacement(corners, every, s)
         share = _find_needed(find_bend_shares(inward, slope, tip_tolerance, axis_tolerance))
         if not (share * chain).any():
@@ -122,8 +136,8 @@ def _compensate(
         moved = vertex + np.where(chain[:, None], outward, 0.0)
         moved_slope = find_slopes(moved[:-1], moved[1:], length)
         corners = Corners(s, corners.reach, find_bends(moved_slope), shape)
-        beyond = find_deviations(corners, moved_slope, moved - programmed, tip_tolerance, axis_tolerance) > USED_SHARE
-        beyond &= chain
+        used = find_deviations(corners, moved_slope, moved - programmed, tip_tolerance, axis_tolerance)
+        beyond = chain & (used > USED_SHARE - UNSEEN)
         if not beyond.any():
             return moved, chain
         chain = chain & ~_any_near(beyond)

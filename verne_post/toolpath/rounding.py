@@ -102,7 +102,8 @@ def round_corners(
     if smoothing.overlap:
         walls = ~(blended | (rules.smooth & rules.straight))
         reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved)
-        kind[chain], reach[chain] = 0, chain_reach(chain, s)[chain]
+        kind[chain] = 0
+        reach[chain] = chain_reach(chain, blends.find_widest(kind, share), s)[chain]
         bounds = rules.tip_tolerance, rules.axis_tolerance
         reach = blends.narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, *bounds)
     reach = np.where(blended, reach, 0.0)
