@@ -1,5 +1,6 @@
 """What several commands share: programs and machines, findings and progress on standard error."""
 
+import math
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ from verne_post.cli.files import RunFiles, reading
 from verne_post.model.verdict import status_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding, InputError
     from verne_post.model.machine import Machine
@@ -150,3 +153,21 @@ def refuse(program: str, error: "InputError", source: "Text" = b"") -> int:
 quiet_option = click.option(
     "-q", "--quiet", is_flag=True, help="Say nothing but errors: no summary, warnings or progress."
 )
+
+
+def require_positive(option: str, value: float, *, zero: bool = False, infinite: bool = False) -> None:
+    """Refuse the value of an option that is no number above 0, or from 0 on."""
+    if not ((infinite or math.isfinite(value)) and (value >= 0 if zero else value > 0)):
+        raise click.UsageError(f"{option} {value:g}: expected a number {'from 0 on' if zero else 'above 0'}")
+
+
+def sigma_option(
+    name: str, default: float, unit: str, text: str, *, zero: bool = True, infinite: bool = False
+) -> "Callable[[Callable[..., Any]], Callable[..., Any]]":
+    """A standard uncertainty as an option, which is checked when it is read."""
+
+    def check(_context: click.Context, _option: click.Parameter, value: float) -> float:
+        require_positive(name, value, zero=zero, infinite=infinite)
+        return value
+
+    return click.option(name, type=float, default=default, show_default=True, metavar=unit, callback=check, help=text)

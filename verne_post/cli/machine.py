@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import load, refuse, shown_name
+from verne_post.cli.common import load, refuse, shown_name, sigma_option
 from verne_post.cli.files import RunFiles
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.options import options_of
@@ -210,38 +210,13 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
 @click.option("--free", metavar="R1,r1,...", help="Lengths to estimate; without it all but those of --fix.")
 @click.option("--fix", "held", metavar="R1,r1,...", help="Lengths that keep the machine file's values.")
 @click.option("--tie", "tied", multiple=True, metavar="L2=L3", help="Lengths that are equal; repeatable.")
-@click.option(
-    "--sigma-rho",
-    type=float,
-    default=0.01,
-    show_default=True,
-    metavar="MM",
-    help="Standard uncertainty of slider readings; 0: exact.",
-)
-@click.option(
-    "--sigma-xyz",
-    type=float,
-    default=0.02,
-    show_default=True,
-    metavar="MM",
-    help="Standard uncertainty of each coordinate of P.",
-)
-@click.option(
-    "--sigma-alpha-deg",
-    type=float,
-    default=0.01,
-    show_default=True,
-    metavar="DEG",
-    help="Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
-)
-@click.option(
-    "--sigma-rod",
-    type=float,
-    default=0.0,
-    show_default=True,
-    metavar="MM",
-    help="How far each rod may miss: play and bending that no length explains.",
-)
+@sigma_option("--sigma-rho", 0.01, "MM", "Standard uncertainty of slider readings; 0: exact.")
+@sigma_option("--sigma-xyz", 0.02, "MM", "Standard uncertainty of each coordinate of P.")
+@sigma_option(
+    "--sigma-alpha-deg", 0.01, "DEG", "Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
+    infinite=True,
+)  # fmt: skip
+@sigma_option("--sigma-rod", 0.0, "MM", "How far each rod may miss: play and bending that no length explains.")
 @click.option(
     "--starts",
     type=click.IntRange(min=0),
@@ -272,9 +247,6 @@ def identify_(
     3 the readings do not determine the lengths.
     """
     name = shown_name(measured)
-    for option, value in (("rho", sigma_rho), ("xyz", sigma_xyz), ("alpha-deg", sigma_alpha_deg), ("rod", sigma_rod)):
-        if not value >= 0 or (math.isinf(value) and option != "alpha-deg"):
-            raise click.UsageError(f"--sigma-{option} {value:g}: an uncertainty is a number from 0 on")
     if sigma_xyz == 0 and sigma_rod == 0:
         raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
     files = RunFiles()

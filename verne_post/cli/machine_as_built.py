@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import refuse, shown_name
+from verne_post.cli.common import refuse, require_positive, shown_name, sigma_option
 from verne_post.cli.files import RunFiles
-from verne_post.cli.opened_machine import OpenedMachine, require_positive
+from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.option(
     "--seed", type=click.IntRange(min=0), required=True, metavar="N", help="The same seed gives the same machine."
 )
-@click.option("--sigma-mm", type=float, default=0.05, show_default=True, metavar="MM", help="Of places and lengths.")
-@click.option("--sigma-mrad", type=float, default=0.1, show_default=True, metavar="MRAD", help="Of directions.")
+@sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
+@sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
 @_OUTPUT
 def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
     """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
@@ -48,8 +48,6 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
     from verne_post.calibration.as_built.perturb import draw_deviations
     from verne_post.model.findings import InputError
 
-    require_positive("--sigma-mm", sigma_mm, zero=True)
-    require_positive("--sigma-mrad", sigma_mrad, zero=True)
     files = RunFiles()
     files.writes(output, "-o")
     try:
@@ -114,33 +112,12 @@ def tolerances(
 @click.option(
     "--lengths", "length_file", metavar="FILE.csv", help="Lengths measured on the machine: length,value_mm,sigma_mm."
 )
-@click.option(
-    "--sigma-mm",
-    type=float,
-    default=0.003,
-    show_default=True,
-    metavar="MM",
-    help="Standard uncertainty of each coordinate of a tip, where a row states none.",
+@sigma_option(
+    "--sigma-mm", 0.003, "MM", "Standard uncertainty of each coordinate of a tip, where a row states none.", zero=False
 )
-@click.option(
-    "--sigma-mrad",
-    type=float,
-    default=0.02,
-    show_default=True,
-    metavar="MRAD",
-    help="The same of a measured tool axis.",
-)
-@click.option(
-    "--sigma-rho",
-    type=float,
-    default=0.0,
-    show_default=True,
-    metavar="MM",
-    help="Standard uncertainty of where a commanded slider stands.",
-)
-@click.option(
-    "--sigma-angle-mrad", type=float, default=0.0, show_default=True, metavar="MRAD", help="The same of A and C."
-)
+@sigma_option("--sigma-mrad", 0.02, "MRAD", "The same of a measured tool axis.", zero=False)
+@sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of where a commanded slider stands.")
+@sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "The same of A and C.")
 @_with_tolerances
 @click.option(
     "--touch-up",
@@ -207,10 +184,6 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
     if given["planned"] is None and readings is None:
         raise click.UsageError("READINGS.csv is missing: name a file of readings, or --plan N for the poses to measure")
     _require_used(given, plan=given["planned"] is not None, plot=plot)
-    for option in ("sigma_mm", "sigma_mrad"):
-        require_positive(f"--{option.replace('_', '-')}", given[option])
-    for option in ("sigma_rho", "sigma_angle_mrad"):
-        require_positive(f"--{option.replace('_', '-')}", given[option], zero=True)
     for option in ("drift_mm", "dwell"):
         if given[option] is not None:
             require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")

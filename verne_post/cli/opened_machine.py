@@ -1,12 +1,11 @@
 """A machine file as commands of calibration need it: its bytes, the machine in use, and its as-built kinematics."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
 
-from verne_post.cli.common import load
+from verne_post.cli.common import load, require_positive
 from verne_post.cli.files import RunFiles
 
 if TYPE_CHECKING:
@@ -93,9 +92,3 @@ class OpenedMachine:
                 require_positive(option, value)
                 found[chosen] = value * unit
         return found
-
-
-def require_positive(option: str, value: float, *, zero: bool = False) -> None:
-    """Refuse the value of an option that is no number above 0, or from 0 on."""
-    if not (math.isfinite(value) and (value >= 0 if zero else value > 0)):
-        raise click.UsageError(f"{option} {value:g}: expected a number {'from 0 on' if zero else 'above 0'}")

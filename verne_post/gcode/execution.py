@@ -104,6 +104,14 @@ class StopConditions:
     before_line: int | None = None
     trace: LineTrace | None = None
 
+    def cut(self, line: int, last: int, *, in_main: bool) -> int:
+        """The line before which a stretch from ``line`` to ``last`` (excluded) must end."""
+        if in_main and self.after_line is not None and line <= self.after_line:
+            last = min(last, self.after_line + 1)
+        if in_main and self.before_line is not None and line < self.before_line:
+            last = min(last, self.before_line)
+        return last
+
     def is_met(self, state: State, setup: Setup, line: int, then: int, *, in_main: bool) -> bool:
         """Whether a line that has been executed was the last one; ``then`` is the one that would follow."""
         passed = self.after_line is not None and in_main and line <= self.after_line < then
@@ -163,15 +171,11 @@ def all_known(state: State, setup: Setup) -> bool:
 
 def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     """Execute a stretch of plain lines at once; False where there is none."""
-    interpreter, in_main = flow.interpreter, flow.text is flow.main
-    row = flow.line - chunk.first_line
+    interpreter, row = flow.interpreter, flow.line - chunk.first_line
     last = chunk.ends[row]
     if flow.text.closing is not None:
         last = min(last, flow.text.closing - chunk.first_line)
-    if stop.after_line is not None and in_main and flow.line <= stop.after_line:
-        last = min(last, stop.after_line + 1 - chunk.first_line)
-    if stop.before_line is not None and in_main and flow.line < stop.before_line:
-        last = min(last, stop.before_line - chunk.first_line)
+    last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
     if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, chunk.lines, row):
         return False
     done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line)

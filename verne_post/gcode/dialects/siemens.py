@@ -72,7 +72,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             if in_main and line == stop.before_line:
                 break
             restart = may_restart(state) and executor.modal is None and executor.interpreter.draft is None
-            last = execute_stretch(flow, chunk, _last_line(stop, line) if in_main else None)
+            last = execute_stretch(flow, chunk, stop, in_main=in_main)
             if last is None:
                 flow.step(chunk.raw(line - chunk.first_line))
             if in_main and stop.trace is not None:
@@ -83,16 +83,6 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
         if stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
     return execution
-
-
-def _last_line(stop: StopConditions, line: int) -> int | None:
-    """The line before which a stretch that begins at a line must end; None for any."""
-    ends = []
-    if stop.after_line is not None and line <= stop.after_line:
-        ends.append(stop.after_line + 1)
-    if stop.before_line is not None and line < stop.before_line:
-        ends.append(stop.before_line)
-    return min(ends, default=None)
 
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:

@@ -156,13 +156,9 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
 
 def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> bool:
     """Execute a stretch of plain lines at once; False where there is none."""
-    interpreter, in_main = flow.interpreter, flow.text is flow.main
-    row = flow.line - chunk.first_line
-    last = chunk.ends[row]
-    if stop.after_line is not None and in_main and flow.line <= stop.after_line:
-        last = min(last, stop.after_line + 1 - chunk.first_line)
-    if stop.before_line is not None and in_main and flow.line < stop.before_line:
-        last = min(last, stop.before_line - chunk.first_line)
+    interpreter, row = flow.interpreter, flow.line - chunk.first_line
+    end = chunk.ends[row] + chunk.first_line
+    last = stop.cut(flow.line, end, in_main=flow.text is flow.main) - chunk.first_line
     if (
         last - row < plain.MIN_LINES
         or not _is_ready(interpreter)

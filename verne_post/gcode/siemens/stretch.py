@@ -7,6 +7,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.gcode import plain
+from verne_post.gcode.execution import StopConditions
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.motion import length_of
@@ -20,7 +21,7 @@ _A, _C = 3, 5
 _NEAR: Final = 64
 
 
-def execute_stretch(flow: Flow, chunk: Chunk, before: int | None) -> int | None:
+def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: bool) -> int | None:
     """Execute the plain lines that come next at once.
 
     Parameters
@@ -28,8 +29,9 @@ def execute_stretch(flow: Flow, chunk: Chunk, before: int | None) -> int | None:
     flow : Flow
     chunk : Chunk
         That holds the next line.
-    before : int or None
-        Line before which the stretch must end.
+    stop : StopConditions
+    in_main : bool
+        The program itself is executed, not what it calls.
 
     Returns
     -------
@@ -38,9 +40,8 @@ def execute_stretch(flow: Flow, chunk: Chunk, before: int | None) -> int | None:
     """
     to, line = flow.executor.interpreter, flow.line
     row = line - chunk.first_line
-    last = min(chunk.ends[row], flow.frame.section.last + 1 - chunk.first_line)
-    if before is not None:
-        last = min(last, before - chunk.first_line)
+    last = min(chunk.ends[row] + chunk.first_line, flow.frame.section.last + 1)
+    last = stop.cut(line, last, in_main=in_main) - chunk.first_line
     if last - row < plain.MIN_LINES or flow.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
     to.state.motion = _MOTION[to.modes.motion]
