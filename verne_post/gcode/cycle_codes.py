@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Final
 
-from verne_post.base.tolerances import DRILL_TILT, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
@@ -74,11 +74,10 @@ class CycleCodes(SplineCodes):
             self._check_tcp_off(state.position, state.position)
         self._check_feed(block, 10)
         self._require_known(block, [0, 1, 2], f"{g_name(motion)}")
-        tool = self.setup.coordinates.tool_axis(state.position, state.frame)
-        if tool is not None and tool[normal] < 1.0 - DRILL_TILT:
+        if (tool := self.tilted_tool(normal)) is not None:
             raise BlockError(
-                "VP017", f"{g_name(motion)} drills along {AXES[normal]}, but the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, "
-                f"{tool[2]:.4f}): it would be dragged sideways; turn the table, or write the hole with G0 and G1",
+                "VP017", f"{g_name(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; turn the table, "
+                "or write the hole with G0 and G1",
             )  # fmt: skip
 
     def _cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:

@@ -73,6 +73,13 @@ class FrameCodes:
     def _named_axes(self, block: Block) -> list[int]:
         return sorted([_NUMBER_OF_AXIS[letter] for letter in block.words if letter in _NUMBER_OF_AXIS])
 
+    def tilted_tool(self, axis: int = 2) -> str | None:
+        """The tool axis in words where it does not point along Z, or another axis of the program; else None."""
+        tool = self.setup.coordinates.tool_axis(self.state.position, self.state.frame)
+        if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
+            return None
+        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f})"
+
     def _require_known(self, block: Block, axes: list[int], why: str) -> None:
         for axis in axes:
             if not self.state.known[axis]:
@@ -257,8 +264,7 @@ class FrameCodes:
             offset[axes] = list(values.values())
         else:
             self._require_known(block, axes, f"G10 L{kind}")
-            tool_axis = self.setup.coordinates.tool_axis(state.position, state.frame)
-            if tool_axis is not None and tool_axis[2] < 1.0 - DRILL_TILT:
+            if self.tilted_tool() is not None:
                 raise BlockError(
                     "VP017", f"G10 L{kind} measures along Z, and the tool is tilted; turn the table to A0 first"
                 )

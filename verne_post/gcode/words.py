@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import release_memory
 from verne_post.base.long_text import Text
 
@@ -66,9 +67,9 @@ class WordTable:
     text: bytes
     n_lines: int
     letter: NDArray[np.uint8]
-    value: NDArray[np.float64]
+    value: Array
     row: NDArray[np.intp]
-    plain: NDArray[np.bool_]
+    plain: Mask
 
 
 def whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
@@ -146,7 +147,7 @@ def _mark_comments(text: bytes, begins: list[int]) -> bytes:
 
 def _read_numbers(
     characters: NDArray[np.uint8], begin: NDArray[np.intp], length: NDArray[np.intp]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[Array, Mask]:
     """Values of the numbers at ``begin``; False where a number is not plain."""
     padded = np.append(characters, np.uint8(0))
     first = padded[begin]

@@ -12,13 +12,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import blocks
 from verne_post.model.toolpath import ToolPath
 
-Ints = NDArray[np.int32]
 #: Numbers of elements, or a slice of them.
-Rows = NDArray[np.integer] | slice
+Rows = Ints | slice
 EVERY: Final = slice(None)
 
 
@@ -147,7 +146,7 @@ class Contour:
         """First element of each section, and the number of elements after the last (n_sections + 1,)."""
         return np.searchsorted(self.section, np.arange(self.n_sections + 1))
 
-    def select(self, elements: NDArray[np.integer]) -> "Contour":
+    def select(self, elements: Ints) -> "Contour":
         """Some elements, in order, as a contour of their own without dwells; each section keeps its elements together."""
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(

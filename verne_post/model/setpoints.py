@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.model.drives import Drive
 
 
@@ -28,7 +29,7 @@ class SetpointFormat:
     drives: tuple[Drive, ...] = ()
 
     @property
-    def quanta(self) -> NDArray[np.float64]:
+    def quanta(self) -> Array:
         """One unit of the last decimal of each joint column, mm or degrees."""
         scales = [drive.scale for drive in self.drives] or [1.0] * len(self.decimals)
         return np.array([10.0**-d / scale for d, scale in zip(self.decimals, scales, strict=True)])
@@ -53,13 +54,13 @@ class SetpointBlock:
     """
 
     first: int
-    values: NDArray[np.float64]
+    values: Array
     line: NDArray[np.int32]
     format: SetpointFormat
-    numbers: NDArray[np.float64] | None = None
-    segment: NDArray[np.int32] | None = None
+    numbers: Array | None = None
+    segment: Ints | None = None
 
     @property
-    def written(self) -> NDArray[np.float64]:
+    def written(self) -> Array:
         """The numbers as written (n, n_joints)."""
         return self.values if self.numbers is None else self.numbers

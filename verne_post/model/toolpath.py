@@ -12,11 +12,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, blocks
 from verne_post.model.splines import Splines
-
-Ints = NDArray[np.int32]
 
 
 class SegmentKind(IntEnum):
@@ -188,7 +186,7 @@ class ToolPath:
         """Number of sections."""
         return int(self.section[-1]) + 1 if len(self.section) else 0
 
-    def tool_length_at(self, line: NDArray[np.integer]) -> Array:
+    def tool_length_at(self, line: Ints) -> Array:
         """Tool length (n,) of rows by their source lines (n,): that of the first segment of the line, or of the line before it."""
         lines, first = np.unique(self.line, return_index=True)
         at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
@@ -250,7 +248,7 @@ SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
 }  # fmt: skip
 
 
-def sections_at(section: Ints, row: NDArray[np.integer]) -> Ints:
+def sections_at(section: Ints, row: Ints) -> Ints:
     """Sections (d,) of rows (d,) of a column of section numbers (n,); the next section for rows after the last."""
     n = len(section)
     if not n:

@@ -4,8 +4,8 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.output.cells import first_wrong
@@ -19,7 +19,7 @@ def read_log(
     columns: tuple[Column, ...],
     column_names: tuple[str, ...],
     columns_by_joint: Mapping[str, str],
-) -> NDArray[np.float64]:
+) -> Array:
     """Measured numbers (n, n_joints), in the order of the machine's joints.
 
     Parameters

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from typing import IO, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
@@ -90,7 +90,7 @@ def _lines(stream: IO[str]) -> Iterator[str]:
         yield line
 
 
-def _numbers(lines: list[str], width: int, name: str, first: int) -> NDArray[np.float64]:
+def _numbers(lines: list[str], width: int, name: str, first: int) -> Array:
     """Parse rows (n, width), the first of which is row ``first`` of the file."""
     try:
         table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
@@ -112,7 +112,7 @@ def _format_of(lines: list[str], cycle: float, drives: tuple[Drive, ...]) -> Set
     return SetpointFormat(cycle, tuple(int(min(d, MAX_DECIMALS)) for d in counts[1:-1]), int(counts[0]), drives)
 
 
-def _check_time(t: NDArray[np.float64], name: str, first: int, fmt: SetpointFormat) -> None:
+def _check_time(t: Array, name: str, first: int, fmt: SetpointFormat) -> None:
     """Refuse rows that are not at their time."""
     expected = (first + np.arange(len(t))) * fmt.cycle
     # half a unit of the last decimal that the cycle has; a time that leaves it out cannot tell rows apart

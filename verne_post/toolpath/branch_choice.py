@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
@@ -29,7 +28,7 @@ def choose_branches(
     errors = np.array([margin.error_below for margin in machine.margins])
     slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     chosen: list[BranchPlan] = []
-    planned: list[NDArray[np.int32]] = []  # the move of each planned segment: some may have no length in the end
+    planned: list[Ints] = []  # the move of each planned segment: some may have no length in the end
 
     def plan_path(path: ToolPath) -> tuple[Array, Array] | None:
         def legal(segment: Ints, u: Array, angles: Array) -> Mask:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from verne_post.base.tolerances import DRILL_TILT, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.cycle_codes import MAX_PECKS
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
@@ -42,12 +42,9 @@ class KlartextCycles(KlartextPlanes):
         self.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:
-        state = self.state
-        tool = self.setup.coordinates.tool_axis(state.position, state.frame)
-        if tool is not None and tool[2] < 1.0 - DRILL_TILT:
+        if (tool := self.tilted_tool()) is not None:
             raise BlockError(
-                "VP017", f"cycle {number} drills along Z, but the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}): it "
-                "would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
+                "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
             )  # fmt: skip
         for name in (200, 204, 258, 259):
             if q.get(name, 0.0) < 0:

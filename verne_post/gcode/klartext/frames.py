@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import DRILL_TILT, ROTARY_CHORD_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import RAD_PER_DEG, SECONDS_PER_MINUTE
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.interpret import Interpreter
@@ -109,11 +109,9 @@ class KlartextFrames(Interpreter):
 
     def check_upright(self, what: str) -> None:
         """Without tool-centre-point control a tilted plane needs the tool upright on it."""
-        state = self.state
         if self.tcp or self.maps.tilt is None or not self.setup.machine:
             return
-        axis = self.setup.coordinates.tool_axis(state.position, state.frame)
-        if axis is not None and axis[2] < 1.0 - DRILL_TILT:
+        if self.tilted_tool() is not None:
             raise BlockError(
                 "VP017", f"{what} in a tilted plane, and the tool does not stand upright on it; position the rotary axes first "
                 "(PLANE ... MOVE or TURN, or L A+Q120 C+Q122)",

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Final
 
-from verne_post.base.tolerances import DRILL_TILT, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.cycle_codes import MAX_PECKS
@@ -85,11 +85,9 @@ class _Hole:
         to._check_feed(self.block, 10)
         if to.state.tool_axis is not None and not to.follows_part:
             to._refuse_open_table(self.block)
-        tool = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
-        if tool is not None and tool[self.normal] < 1.0 - DRILL_TILT:
+        if (tool := to.tilted_tool(self.normal)) is not None:
             raise BlockError(
-                "VP017", f"{name} drills along {AXES[self.normal]}, but the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}): it would be "
-                "dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
+                "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
             )  # fmt: skip
 
     def _length(self, name: str) -> float:
@@ -166,22 +164,18 @@ class _Hole:
             "CYCLE89": self._cycle_89, "CYCLE840": self._cycle_840,
         }[name]()  # fmt: skip
 
-    def _cycle_82(self) -> None:
+    def _cycle_82(self, *, feeds_out: bool = False) -> None:
         seconds = self._seconds("DTB", self.digits[1])
         self.given.refuse_rest()
         self._go(self.clear, rapid=True)
         self._go(self.bottom, rapid=False)
         self._dwell(seconds)
+        if feeds_out:
+            self._go(self.clear, rapid=False)
         self._go(self.retract, rapid=True)
 
     def _cycle_89(self) -> None:
-        seconds = self._seconds("DTB", self.digits[1])
-        self.given.refuse_rest()
-        self._go(self.clear, rapid=True)
-        self._go(self.bottom, rapid=False)
-        self._dwell(seconds)
-        self._go(self.clear, rapid=False)
-        self._go(self.retract, rapid=True)
+        self._cycle_82(feeds_out=True)
 
     def _cycle_85(self) -> None:
         """Ream: FFR in, RFF out."""

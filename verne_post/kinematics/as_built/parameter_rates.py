@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.kinematics.as_built.forward import PlatformPose, rod_vectors
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry
 from verne_post.model.deviations import ENTRIES
-
-Array = NDArray[np.float64]
 
 
 def _places() -> dict[str, slice]:

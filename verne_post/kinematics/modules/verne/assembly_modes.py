@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
 from verne_post.kinematics.modules.solutions import triple
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -23,8 +22,6 @@ from verne_post.kinematics.modules.verne.rods import (
     rod_residuals,
 )
 from verne_post.model.protocols import ForwardSolution
-
-Ints = NDArray[np.intp]
 
 #: Two poses closer than this (over a rod; alpha in rad) are one: far above rounding, far below any two modes.
 SAME_POSE: Final = 1e-7

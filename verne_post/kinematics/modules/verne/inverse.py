@@ -3,13 +3,10 @@
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import BRACKET_STEPS, REAL_ROOT_IMAG, ROD_RESIDUAL_MM2, TILT_ERROR, TILT_STEP
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
-
-Ints = NDArray[np.intp]
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK: Final = 4096
