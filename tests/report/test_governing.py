@@ -155,7 +155,8 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
         study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n"),
         study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 A99 F600\nM2\n"),
     )
-    for seen, word in ((good, "Go"), (bad, "No go")):
+    warned = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n", wcs={})
+    for seen, word in ((good, "Go"), (warned, "Go, with warnings"), (bad, "No go")):
         text = re.sub("<[^>]*>", "|", verdict_html(MACHINE, seen))
         assert text.startswith(f"|{word}|")
         assert "spindle, table, limits" in text

@@ -63,7 +63,9 @@ def verdict_html(machine: Machine, study: Study) -> str:
     said.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
     assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
     said.append(("assumed, not measured", ", ".join(assumed) or "nothing"))
-    word, kind = ("Go", "go") if study.timed else ("No go", "no-go")
+    word, kind = ("Go, with warnings", "warned") if warnings else ("Go", "go")
+    if not study.timed:
+        word, kind = "No go", "no-go"
     cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in said)
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
 
