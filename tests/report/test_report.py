@@ -287,7 +287,7 @@ def test_data_stay_data(tmp_path: Path, run: Callable[..., Any]) -> None:
     ours = outside_of_the_library(written)
     found = Outline(ours)
     assert (found.tags, found.comments) == (expected.tags, [])
-    shown = "".join(character if character.isprintable() else "\ufffd" for character in str(program))
+    shown = str(program).replace("\u2028", "\\u2028").replace("\udcff", "\\udcff")
     assert f"{shown} on <!--library--></script>" in found.texts
     raw = re.search(r'type="application/json">(.*?)</script>', ours, re.DOTALL)
     assert raw

@@ -5,9 +5,10 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.printable import printable
 from verne_post.model.machine import Machine
 from verne_post.output.plots import SUFFIXES, picture
-from verne_post.report.sheet import shares, shown
+from verne_post.report.sheet import shares
 from verne_post.report.table import Study
 
 __all__ = ["SUFFIXES", "picture_of"]
@@ -22,7 +23,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     figure = Figure(figsize=_SIZE, layout="constrained")
     verdict = "converts" if study.timed else f"refused: {sum(one.severity == 'error' for one in study.findings)} errors"
     # a name is no formula, whatever dollars are in it
-    figure.suptitle(f"{shown(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
+    figure.suptitle(f"{printable(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
     names = ["velocity", "acceleration", "jerk"] if study.timed else []
     grid = figure.add_gridspec(2 + len(names), 2, width_ratios=[1.1, 1.0])
     plan = figure.add_subplot(grid[:, 0])

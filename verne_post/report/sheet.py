@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.printable import printable
 from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, tool_names, tool_of_event
@@ -33,14 +34,9 @@ class Place:
     frame: int
 
 
-def shown(text: str) -> str:
-    """Replace what cannot be drawn: bytes that are no character, as in some file names, and control characters."""
-    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
-
-
 def escaped(text: str) -> str:
     """Escape text for HTML."""
-    return html.escape(shown(text))
+    return html.escape(printable(text))
 
 
 # --- the verdict --------------------------------------------------------------------------------------
