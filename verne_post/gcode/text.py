@@ -1,6 +1,7 @@
 """A program text: chunks of lines split into words on demand, its limits, and where its O words lead."""
 
 import re
+from abc import ABC, abstractmethod
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -106,31 +107,22 @@ class Structure:
     loop: dict[int, int] = field(default_factory=dict)
 
 
-class ProgramText:
-    """One file.
+class ChunkedText(ABC):
+    """One file, in chunks of lines that are scanned when they are reached; the last few are kept.
 
-    Attributes
-    ----------
-    name : str or None
-        None for the program itself, else the file of a subroutine.
-    first_line : int
-        1-based; the lines before are not the program's.
+    ``name`` is None for the program itself, else the file of a subroutine.
     """
 
-    #: G0 and G1 alone are moves of no length.
-    bare_codes: ClassVar[bool] = True
-    #: Words that plain lines may have besides axes, F, G and N.
-    other_words: ClassVar[str] = plain_arcs.WORDS
-
-    def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
-        self.source, self.setup, self.name, self.language = source, setup, name, language
-        start = language.find_start(source)
-        self.first_line = source.count(b"\n", 0, start) + 1
-        self.opening, self.closing = _find_percent_lines(source, language, start)
+    def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
+        self.source, self.setup, self.name = source, setup, name
         self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
         self._last: Chunk | None = None
+
+    @abstractmethod
+    def make_chunk(self, first_line: int, text: bytes) -> Chunk:
+        """Scan the lines of a chunk."""
 
     def chunk(self, line: int) -> Chunk | None:
         """The chunk that holds a line; None after the end of the text."""
@@ -157,13 +149,41 @@ class ProgramText:
             return None
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
-        words = self.read_words(first, text)
-        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, others=self.other_words)
-        chunk = Chunk(first, text, lines, lines.ends().tolist(), words)
+        chunk = self.make_chunk(first, text)
         self._kept[first] = chunk
         if len(self._kept) > _KEPT_CHUNKS:
             self._kept.popitem(last=False)
         return chunk
+
+
+class ProgramText(ChunkedText):
+    """One file.
+
+    Attributes
+    ----------
+    name : str or None
+        None for the program itself, else the file of a subroutine.
+    first_line : int
+        1-based; the lines before are not the program's.
+    """
+
+    #: G0 and G1 alone are moves of no length.
+    bare_codes: ClassVar[bool] = True
+    #: Words that plain lines may have besides axes, F, G and N.
+    other_words: ClassVar[str] = plain_arcs.WORDS
+
+    def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
+        super().__init__(source, setup, name)
+        self.language = language
+        start = language.find_start(source)
+        self.first_line = source.count(b"\n", 0, start) + 1
+        self.opening, self.closing = _find_percent_lines(source, language, start)
+
+    def make_chunk(self, first_line: int, text: bytes) -> Chunk:
+        """Split the lines of a chunk into words."""
+        words = self.read_words(first_line, text)
+        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, others=self.other_words)
+        return Chunk(first_line, text, lines, lines.ends().tolist(), words)
 
     def read_words(self, first_line: int, text: bytes) -> WordTable:
         """Words of the plain lines of a chunk."""

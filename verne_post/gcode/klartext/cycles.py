@@ -130,10 +130,9 @@ class KlartextCycles(KlartextPlanes):
         """201: back at Q208, or at Q206 where that is 0."""
         clear, surface = self._start_height(q)
         if q[201] != 0:
-            self._to(surface + q[201], q[206])
-            self._wait(q[211])
-            self._to(clear, q[208] or q[206])
-        self._leave(q, clear)
+            self._finish_hole(q, clear, surface + q[201])
+        else:
+            self._leave(q, clear)
 
     def _bore(self, q: _Q) -> None:
         """202: orients the spindle at the bottom and leaves the wall by Q357, where Q214 says to which side."""

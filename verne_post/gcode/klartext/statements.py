@@ -7,12 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.long_text import Text
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.setup import Setup
-from verne_post.gcode.text import Chunk, decode_line
-from verne_post.gcode.words import chunk_end, split_words
+from verne_post.gcode.text import Chunk, ChunkedText, decode_line
+from verne_post.gcode.words import split_words
 
 #: Keywords that begin a statement, the longer before those that they begin with.
 KEYWORDS: Final = (
@@ -38,7 +36,6 @@ _LABEL: Final = re.compile(
     rb"^[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
-_KEPT_CHUNKS: Final = 8
 _G: Final = 10
 
 # Plain lines in words of RS274/NGC: L becomes G1, with FMAX G0; R0 goes. What a Klartext line may not have must not become
@@ -81,39 +78,14 @@ class Statement:
         return BlockError(code, message, None if at is None else self.begin + at + 1)
 
 
-class KlartextText:
-    """One file: statements on demand, its labels, and its plain lines as the scanner has them.
+class KlartextText(ChunkedText):
+    """One file: statements on demand, its labels, and its plain lines as the scanner has them."""
 
-    ``name`` is None for the program itself.
-    """
-
-    def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
-        self.source, self.setup, self.name = source, setup, name
-        self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
-        self._starts = [(1, 0)]
-        self._kept: dict[int, Chunk] = {}
-
-    def chunk(self, line: int) -> Chunk | None:
-        """The chunk that holds a line, with its plain lines scanned; None after the end of the text."""
-        for kept in self._kept.values():
-            if kept.first_line <= line < kept.first_line + len(kept.ends):
-                return kept
-        while self._starts[-1][0] <= line and self._starts[-1][1] < len(self.source):
-            first, start = self._starts[-1]
-            end = chunk_end(self.source, start)
-            ends_whole = self.source[end - 1 : end] == b"\n"
-            self._starts.append((first + self.source.count(b"\n", start, end) + (not ends_whole), end))
-        at = next((i for i in range(len(self._starts) - 2, -1, -1) if self._starts[i][0] <= line), None)
-        if at is None or line >= self._starts[at + 1][0]:
-            return None
-        first, start = self._starts[at]
-        text = self.source[start : self._starts[at + 1][1]]
-        lines = _scan(first, text, self.setup)
-        chunk = Chunk(first, text, lines, lines.ends().tolist())
-        if len(self._kept) >= _KEPT_CHUNKS:
-            self._kept.pop(next(iter(self._kept)))
-        self._kept[first] = chunk
-        return chunk
+    def make_chunk(self, first_line: int, text: bytes) -> Chunk:
+        """Scan plain lines: those that become G0 or G1 in words of RS274/NGC."""
+        lines = PlainLines(split_words(first_line, _plain_words(text)), self.setup)
+        lines.plain &= lines.row[:, _G] == np.arange(len(lines.plain))
+        return Chunk(first_line, text, lines, lines.ends().tolist())
 
     def raw(self, line: int) -> bytes | None:
         """One line; None after the end of the text."""
@@ -250,10 +222,3 @@ def _plain_words(text: bytes) -> bytes:
     if b"R0" in words:
         words = _NO_SIDE.sub(b"", words)
     return _SPLIT_NUMBER.sub(b"?", words)
-
-
-def _scan(first: int, text: bytes, setup: Setup) -> PlainLines:
-    """The plain lines of a chunk: those that become G0 or G1."""
-    lines = PlainLines(split_words(first, _plain_words(text)), setup)
-    lines.plain &= lines.row[:, _G] == np.arange(len(lines.plain))
-    return lines
