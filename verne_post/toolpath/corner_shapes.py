@@ -81,11 +81,12 @@ def shape_slope(shape: Ints, x: Array) -> Array:
 
 def _evaluate(coefficients: Array, shape: Ints, y: Array) -> Array:
     """Polynomials (powers, pieces) of shapes (n,) at y (n,) between 0 and 1."""
-    piece = 2 * shape + (y > KNEE)
-    result = coefficients[-1].take(piece)
-    for row in coefficients[-2::-1]:
+    # along most of a finely divided program every shape is 0, whose pieces are one polynomial
+    rows = coefficients.take(2 * shape + (y > KNEE), axis=1) if shape.any() else coefficients[:, :1]
+    result = np.array(np.broadcast_to(rows[-1], y.shape))
+    for row in rows[-2::-1]:
         result *= y
-        result += row.take(piece)
+        result += row
     return result
 
 
