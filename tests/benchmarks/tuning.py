@@ -96,11 +96,9 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "MOST_TURN": (0.5, 1.1),
     "SPLINE_TURN": (0.5, 1.1),
     "BULGE": (0.5, 1.1),
-    "SURELY": (0.01, 1.4),
     "PLACES_BETWEEN": HALF_TO_DOUBLE,
     "SCATTERED_ROWS": (0.1, 100.0),
     "AT_A_TIME": (0.01, 10.0),
-    "FEW_AT_A_TIME": (0.01, 100.0),
     "BLAS_WORK": (0.1, 10.0),
 }
 #: Constants that are no plain numbers: their other values.

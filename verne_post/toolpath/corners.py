@@ -12,7 +12,7 @@ sum is that curve with its facets averaged out. Corners that would slow the tool
 (:mod:`verne_post.toolpath.corner_shapes`), which belong to no kernel and need more length.
 
 What counts for the tolerance is the distance from the path, not from the corner: the part of a displacement that lies along
-a segment only says that the nearest pose of the segment is another one (:func:`find_deviations`).
+a segment only says that the nearest pose of the segment is another one (:func:`find_share_used`).
 """
 
 from collections.abc import Callable, Iterator

@@ -125,8 +125,8 @@ def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
     found = np.full(len(a), np.inf)
     # where even motion at the cap keeps all limits, x = K = cap is possible
     tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
-    for first in range(0, len(tight), tuning.FEW_AT_A_TIME):
-        rows = tight[first : first + tuning.FEW_AT_A_TIME]
+    for first in range(0, len(tight), tuning.AT_A_TIME):
+        rows = tight[first : first + tuning.AT_A_TIME]
         found[rows] = _corners_of(a[rows], b[rows])
     return found
 

@@ -168,8 +168,8 @@ def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[
     Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.
     """
     result = [np.empty((q.shape[1], len(kept), q.shape[2])) for _ in _DERIVE]
-    for first in range(0, len(width), tuning.FEW_AT_A_TIME):
-        part = slice(first, first + tuning.FEW_AT_A_TIME)
+    for first in range(0, len(width), tuning.AT_A_TIME):
+        part = slice(first, first + tuning.AT_A_TIME)
         per_mm = (1.0 / width[part])[:, None]
         chunk = np.ascontiguousarray(q[:, part])
         for order, (matrix, out) in enumerate(zip(_DERIVE, result, strict=True), start=1):

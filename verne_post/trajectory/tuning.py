@@ -258,8 +258,6 @@ SPLINE_TURN: Final = 1.5
 #: The path between two rows is no farther from the straight step between them than this share of the step, or of the step
 #: before where that is longer. Half way between two rows of even speed nothing is farther than half a step from both.
 BULGE: Final = 0.45
-#: Within this share of the bounds in tip and angles, the root of the sum of their squares is within 1.
-SURELY: Final = 0.7
 #: At so many places the path between two rows is looked at.
 PLACES_BETWEEN: Final = 8
 #: A feed counts as reached at this share of it, which profiles come to from below; the same share makes a row slow (verify).
@@ -278,8 +276,6 @@ STOP_TO_STOP_SHARE: Final = 1.0 - 1e-6
 
 #: Elements, sections, rows or times that are worked on together.
 AT_A_TIME: Final = 1 << 14
-#: Spans, corners of constraints and steps between rows: each has many numbers, which stay in the processor's cache.
-FEW_AT_A_TIME: Final = 1 << 10
 #: Rows that lie far apart, and what a stretch counts for at least: around each, the system reads 64 kB of every column.
 SCATTERED_ROWS: Final = 1 << 8
 #: Products of so many multiplications are made by one thread.

@@ -72,11 +72,12 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length
     even = (contour.curve[element] < 0) & (contour.path.circle[contour.segment[element]] < 0)
     most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (ROTARY_METRIC_MM * size[1]) ** 2, 0.0))
-    surely = even[1:] & even[:-1] & (most < tuning.SURELY * np.minimum(bound[0], ROTARY_METRIC_MM * bound[1]))
+    # within this of both bounds, the root of the sum of their squares is within 1
+    surely = even[1:] & even[:-1] & (most < np.sqrt(0.5) * np.minimum(bound[0], ROTARY_METRIC_MM * bound[1]))
     rows = rows[~surely[rows]]
     places = np.arange(1, tuning.PLACES_BETWEEN + 1) / (tuning.PLACES_BETWEEN + 1.0)
-    for first in range(0, len(rows), tuning.FEW_AT_A_TIME):
-        some = rows[first : first + tuning.FEW_AT_A_TIME]
+    for first in range(0, len(rows), tuning.AT_A_TIME):
+        some = rows[first : first + tuning.AT_A_TIME]
         here = np.concatenate([tip[some], angles[some]], axis=1)
         step = np.concatenate([tip[some + 1], angles[some + 1]], axis=1) - here
         between = np.concatenate(pose((s[some] + places[:, None] * way[some]).ravel()), axis=1)
