@@ -84,7 +84,11 @@ class GroupedOption(click.Option):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help shows options by groups; its own come first."""
+    """A command whose help shows options by groups; its own come first, unless ``own`` names one of the groups."""
+
+    def __init__(self, *arguments: Any, own: str = "Options", **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.own = own
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, group by group."""
@@ -93,7 +97,7 @@ class GroupedCommand(click.Command):
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
             if record is not None:
-                sections[parameter.group if isinstance(parameter, GroupedOption) else "Options"].append(record)
+                sections[parameter.group if isinstance(parameter, GroupedOption) else self.own].append(record)
         for heading, records in sections.items():
             if records:
                 with formatter.section(heading):

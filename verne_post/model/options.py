@@ -47,15 +47,15 @@ from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, T
 
 
 class Group(StrEnum):
-    """Headings under which help shows the options."""
+    """Headings under which help shows the options, in this order."""
 
     SETUP = "Set-up of machine and part"
+    OUTPUT = "Output"
     PROGRAM = "Reading the program"
+    APPROACH = "Start and end"
     CONTOURING = "Contouring"
     TABLE = "Rotary table"
-    APPROACH = "Approach, departure, restart"
-    SAFETY = "Fixtures and dry runs"
-    SETPOINTS = "Setpoints"
+    SAFETY = "Safety: fixtures and dry runs"
     ADVANCED = "Advanced"
 
 
@@ -227,12 +227,12 @@ class Options(BaseModel):
 
     # --- setpoints ---
     units: Annotated[Literal["joint", "drive"], About(
-        "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.SETPOINTS)] = "joint"
+        "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.OUTPUT)] = "joint"
     decimals: Annotated[int | None, Field(ge=0, le=12), About(
         "Decimals of every column; default: chosen per column, so that rounding stays below 1 % of the jerk limit.",
-        Group.SETPOINTS, Changes.ROWS, metavar="auto|N")] = None
+        Group.OUTPUT, Changes.ROWS, metavar="auto|N")] = None
     accept_rounding: Annotated[bool, About(
-        "Accept setpoints whose rounding alone exceeds a limit.", Group.SETPOINTS, Changes.ROWS)] = False
+        "Accept setpoints whose rounding alone exceeds a limit.", Group.OUTPUT, Changes.ROWS)] = False
 
     # --- advanced ---
     solver: Annotated[Literal["reachability", "toppra", "both"], About(
