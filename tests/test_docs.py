@@ -1,8 +1,16 @@
 """The docs are true: tests that are named as proof exist, and links lead somewhere."""
 
 import ast
+import importlib.util
+import os
 import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -49,5 +57,57 @@ def test_every_finding_code_stands_in_its_table() -> None:
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])
 def test_links_between_pages_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
-        if not target.startswith(("http", "mailto")):
+        if not target.startswith(("http", "mailto", "reference/")):  # docs/make_reference.py makes those pages
             assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def _reference() -> ModuleType:
+    """The script beside the pages; docs are no package."""
+    spec = importlib.util.spec_from_file_location("make_reference", ROOT / "docs" / "make_reference.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[..., Any]) -> None:
+    made = _reference()
+    page, man = made.options_page(), made.man_page().replace("\\-", "-")
+    shown = set(
+        re.findall(
+            r"(?<![\w-])--[a-z][a-z-]+",
+            "".join(run(name, "--help").out for name, _one in made.commands() if " " not in name),
+        )
+    )
+    assert len(shown) > 60
+    assert not {flag for flag in shown if flag not in page and flag != "--help"}
+    assert not {flag for flag in shown if flag not in man and flag != "--help"}
+    assert not [
+        line
+        for line in made.man_page().splitlines()
+        if line.startswith(".") and not re.match(r"\.(TH|S[HS]|B|I|PP|TP|nf|fi)\b", line)
+    ]
+
+
+def test_reference_has_every_key_of_the_shipped_machine_file() -> None:
+    page = _reference().keys_page()
+    machine = tomllib.loads((ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8"))
+    keys = {*machine, *(key for group in ("spindle", "table", "home", "accuracy", "control") for key in machine[group])}
+    assert not {key for key in keys if f"`{key}`" not in page}
+
+
+def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    names = {
+        page.relative_to(ROOT / "docs").with_suffix(".html").as_posix() for page in PAGES if page.name != "README.md"
+    }
+    assert not {name for name in names if not (tmp_path / "site" / name).exists()}
+    searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
+    assert "--tool-length" in searched
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    assert not {page.name for page in PAGES if page.name != "README.md" and page.name not in nav}

@@ -1,0 +1,169 @@
+"""Pages of the site that are made of the program, and its man page: python docs/make_reference.py > verne-post.1.
+
+Commands and options come from click, keys of the machine file from its schema. mkdocs calls this file as a hook (mkdocs.yml), so
+what can be made is not kept.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+
+import click
+from pydantic import BaseModel
+
+from verne_post import __version__
+from verne_post.cli.main import cli
+from verne_post.cli.options import GroupedCommand, GroupedOption
+from verne_post.config import schema
+
+if TYPE_CHECKING:
+    from mkdocs.structure.files import Files
+
+SCHEMAS = (
+    schema.MachineFile, schema.SpindleFile, schema.TableFile, schema.HomeFile, schema.AccuracyFile, schema.RodsFile,
+    schema.ClearanceFile, schema.DriveFile, schema.ControlFile, schema.TolerancesFile, schema.ProvenanceFile,
+)  # fmt: skip
+
+
+def commands() -> Iterator[tuple[str, click.Command]]:
+    """Every command with its whole name, in the order of the help."""
+    context = click.Context(cli)
+    for name in cli.list_commands(context):
+        command = cli.get_command(context, name)
+        assert command is not None
+        yield name, command
+        if isinstance(command, click.Group):
+            yield from ((f"{name} {inner}", command.commands[inner]) for inner in sorted(command.commands))
+
+
+def sections(command: click.Command) -> dict[str, list[tuple[str, str]]]:
+    """Option and help of a command, by heading."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    own = command.own if isinstance(command, GroupedCommand) else "Options"
+    for parameter in command.params:
+        record = parameter.get_help_record(click.Context(command))
+        if record is not None:
+            heading = parameter.group if isinstance(parameter, GroupedOption) else own
+            found.setdefault(str(heading), []).append(record)
+    return found
+
+
+def usage(name: str, command: click.Command) -> str:
+    """The line of use."""
+    pieces = command.collect_usage_pieces(click.Context(command))
+    return " ".join(["verne-post", name, *pieces])
+
+
+def cells(*texts: str) -> str:
+    """A row of a table."""
+    return "| " + " | ".join(text.replace("|", "\\|").replace("\n", " ") for text in texts) + " |"
+
+
+def options_page() -> str:
+    """Every command with its options."""
+    out = ["# Options of the commands", "", "This page is made from the program. What the commands are for, and what goes before",
+           "what, is in [commands](../commands.md)."]  # fmt: skip
+    for name, command in commands():
+        out += ["", f"## {name}", "", "```text", usage(name, command), "```", "", _text(command)]
+        for heading, records in sections(command).items():
+            out += ["", f"**{heading}**", "", "| option | meaning |", "|---|---|"]
+            out += [cells(f"`{flag}`", text) for flag, text in records]
+    return "\n".join(out) + "\n"
+
+
+def _text(command: click.Command) -> str:
+    """The help of a command; paragraphs that click must not wrap stay as they are."""
+    parts = (command.help or "").split("\n\n")
+    return "\n\n".join(
+        "```text\n" + part.removeprefix("\b\n") + "\n```" if part.startswith("\b") else " ".join(part.split())
+        for part in parts
+    )
+
+
+def keys_page() -> str:
+    """Keys of the machine file with type, bounds and default."""
+    out = ["# Keys of the machine file", "", "This page is made from the schema: the bounds that a value is checked against. What the",
+           "keys mean is in [machine file](../machine-file.md); `[module]`, `[limits]` and `[as_built]` belong to the kind of",
+           "machine and stand there too."]  # fmt: skip
+    for model in SCHEMAS:
+        out += ["", f"## {model.__name__.removesuffix('File')}", "", " ".join((model.__doc__ or "").split()).replace("``", "`"),
+                "", "| key | type | bounds | default |", "|---|---|---|---|"]  # fmt: skip
+        for name, field in model.model_fields.items():
+            default = (
+                "needed"
+                if field.is_required()
+                else "none"
+                if field.default is None
+                else f"`{field.get_default(call_default_factory=True)}`"
+            )
+            out.append(cells(f"`{field.alias or name}`", _type(field.annotation), _bounds(field.metadata), default))
+    return "\n".join(out) + "\n"
+
+
+def _type(annotation: Any) -> str:
+    """A type as people say it."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "table"
+    origin = get_origin(annotation)
+    if origin in (list, dict):
+        return {list: "list", dict: "table"}[origin]
+    kinds = [one for one in get_args(annotation) if one is not type(None)]
+    if origin is Annotated:
+        return _type(kinds[0])
+    if kinds:
+        return " or ".join(dict.fromkeys(f'"{one}"' if isinstance(one, str) else _type(one) for one in kinds))
+    names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+    return names.get(annotation, "see the machine file")
+
+
+def _bounds(metadata: list[Any]) -> str:
+    """Bounds of a number."""
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<=", "min_length": "length >=", "max_length": "length <="}
+    return ", ".join(f"{sign} {getattr(one, key):g}" for one in metadata for key, sign in signs.items()
+                     if getattr(one, key, None) is not None)  # fmt: skip
+
+
+def man_page() -> str:
+    """The man page, in the macros of man(7)."""
+    out = [f'.TH VERNE-POST 1 "" "verne-post {__version__}" "User commands"', ".SH NAME",
+           "verne-post \\- G-code in, verified axis setpoints of a five-axis parallel-kinematic machine out", ".SH SYNOPSIS",
+           ".B verne-post", _roff("[COMMAND] [OPTIONS] INPUT"), ".SH COMMANDS"]  # fmt: skip
+    for name, command in commands():
+        out += [".SS " + _roff(usage(name, command))]
+        for part in (command.help or "").split("\n\n"):
+            fixed = part.startswith("\b")
+            lines = part.removeprefix("\b\n").splitlines() if fixed else [" ".join(part.split())]
+            out += [".PP", *([".nf"] if fixed else []), *(_roff(line) for line in lines), *([".fi"] if fixed else [])]
+        for heading, records in sections(command).items():
+            out += [".PP", f".I {_roff(heading)}"]
+            for flag, text in records:
+                out += [".TP", f".B {_roff(flag)}", _roff(" ".join(text.split()))]
+    out += [".SH EXIT STATUS", "0 clean, 1 the program violates a limit, 2 unusable input, 3 no verdict, 70 a fault of verne-post.",
+            ".SH ENVIRONMENT", "NO_COLOR: no colour on terminals. VERNE_POST_CEILING: folders above which no settings file is looked for.",
+            ".SH FILES", "verne-post.toml: settings of a folder. INPUT.toml: set-up of a program."]  # fmt: skip
+    return "\n".join(out) + "\n"
+
+
+def _roff(text: str) -> str:
+    """Text for troff: no escapes, no requests, hyphens that can be searched for."""
+    escaped = text.replace("\\", "\\e").replace("-", "\\-")
+    return "\\&" + escaped if escaped.startswith((".", "'")) else escaped
+
+
+#: Page of the site -> what makes it.
+PAGES: dict[str, Callable[[], str]] = {"reference/options.md": options_page, "reference/machine-keys.md": keys_page}
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Hook of mkdocs: add the pages that are made."""
+    from mkdocs.structure.files import File
+
+    for place, make in PAGES.items():
+        files.append(File.generated(config, place, content=make()))
+    return files
+
+
+if __name__ == "__main__":
+    sys.stdout.write(man_page())
