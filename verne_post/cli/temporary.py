@@ -80,8 +80,12 @@ def _make_file(folder: Path) -> tuple[int, Path]:
 
 
 def _make_folder(folder: Path) -> tuple[int | None, Path]:
-    path = Path(tempfile.mkdtemp(prefix=_PREFIX, suffix=_SUFFIX, dir=folder))
-    return None if fcntl is None else os.open(path, os.O_RDONLY), path
+    while True:
+        path = Path(tempfile.mkdtemp(prefix=_PREFIX, suffix=_SUFFIX, dir=folder))
+        if fcntl is None:
+            return None, path
+        with suppress(FileNotFoundError):  # another process took it for a leftover before it was opened
+            return os.open(path, os.O_RDONLY), path
 
 
 def _lock(handle: int, path: Path) -> bool:
