@@ -129,7 +129,7 @@ def test_the_page_on_the_architecture_names_what_is_there():
     rows = [line.split("|")[2:4] for line in table.splitlines() if line.startswith("| ") and "`" in line]
     assert len(rows) > 30
     for file, name in rows:
-        text = (CHECKOUT / file.strip().strip("`")).read_text("utf-8")
+        text = (PACKAGE.parent / file.strip().strip("`")).read_text("utf-8")
         assert name.strip().strip("`") in text, f"{file.strip()} has no {name.strip()}"
 
 

@@ -23,7 +23,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         # 4: a machine that is not there
         (("p.nc", *PLACE, "--machine", "vern"), "machines by name: linear_delta, serial, verne"),
         # 5: a misspelt option, a misspelt command
-        (("p.nc", "--tool-lenght", 60), "'--tool-length'"),
+        (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
         (("--tool-length", "60", "check", "p.nc"), "check comes first: verne-post check --tool-length 60 p.nc"),
         # 6: output that cannot be, or would destroy something

@@ -131,3 +131,19 @@ def test_records_of_a_batch_that_are_damaged_are_made_anew(ground: Ground) -> No
     assert {path: path.read_bytes() for path in records} == records
     shown = second.out.replace(b"as before", b"converted").splitlines()
     assert shown[:-1] == first.out.splitlines()[:-1]
+
+
+def test_a_conversion_loads_no_more_of_scipy_than_linear_algebra(ground: Ground) -> None:
+    """The rest of it takes longer to load than a short program to convert; corners are blended here."""
+    script = (
+        "import sys; sys.argv = ['verne-post', 'short.nc', *sys.argv[1:]]\n"
+        "from verne_post.cli.main import main\n"
+        "assert main(sys.argv[1:]) == 0\n"
+        "print(*sorted({name.split('.')[1] for name in sys.modules if name.startswith('scipy.')}))\n"
+        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', 'verne_post.gcode.klartext', 'jsonschema'))))\n"
+    )
+    run = ground.run_python(script, *PLACE, "-o", "loaded.csv")
+    assert run.status == 0, run.err
+    parts, others, *_end = run.out.decode().split("\n")
+    assert set(parts.split()) <= {"__config__", "_cyutility", "_distributor_init", "_lib", "linalg", "version"}
+    assert others == ""

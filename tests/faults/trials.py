@@ -99,6 +99,17 @@ class Ground:
         out, err = process.communicate(timeout=300)
         return Run(process.returncode, out or b"", err or b"")
 
+    def run_python(self, script: str, *words: str) -> Run:
+        """Run a script of Python in the folder."""
+        done = subprocess.run(
+            [sys.executable, "-c", script, *words],
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            check=False,
+        )
+        return Run(done.returncode, done.stdout, done.stderr)
+
     def clear(self) -> None:
         """Empty the folder of outputs."""
         for path in sorted(self.out.rglob("*"), reverse=True):

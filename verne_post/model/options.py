@@ -22,10 +22,10 @@ from pydantic import (
     ConfigDict,
     Field,
     InstanceOf,
-    ModelWrapValidatorHandler,
     ValidationError,
     model_validator,
 )
+from pydantic.functional_validators import ModelWrapValidatorHandler  # in pydantic itself only since 2.10
 
 from verne_post.base.modules import names_of_modules
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
