@@ -5,7 +5,7 @@ import pytest
 from tests.faults.trials import Ground
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def ground(tmp_path_factory: pytest.TempPathFactory, environment: dict[str, str]) -> Ground:
     """A prepared folder; trials empty ``out`` themselves."""
     made = Ground(tmp_path_factory.mktemp("ground"), environment)

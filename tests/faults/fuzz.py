@@ -17,6 +17,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 from tests.faults.readers import REFUSALS, Reader, corpus, readers
@@ -75,22 +76,23 @@ def mutate(chosen: dict[str, Reader], texts: dict[str, list[bytes]], first: int,
     """Feed so many changed texts; returns how many were faults."""
     names, faults, inputs = list(chosen), Counter[str](), Counter[str]()
     slowest = dict.fromkeys(names, 0.0)
-    for seed in range(first, first + count):
-        rng = random.Random(seed)
-        name = names[seed % len(names)]
-        raw = mutated(rng, rng.choice(texts[name]), texts[name])
-        inputs[name] += 1
-        begin = time.process_time()
-        fault = fault_of(chosen[name], raw)
-        slowest[name] = max(slowest[name], time.process_time() - begin)
-        if fault is not None:
-            faults[name] += 1
-            print(f"seed {seed}, {name}: {raw[:2000]!r}\n{fault}", flush=True)
+    with suppress(KeyboardInterrupt):  # what ran until then is told
+        for seed in range(first, first + count):
+            rng = random.Random(seed)
+            name = names[seed % len(names)]
+            raw = mutated(rng, rng.choice(texts[name]), texts[name])
+            inputs[name] += 1
+            begin = time.process_time()
+            fault = fault_of(chosen[name], raw)
+            slowest[name] = max(slowest[name], time.process_time() - begin)
+            if fault is not None:
+                faults[name] += 1
+                print(f"seed {seed}, {name}: {raw[:2000]!r}\n{fault}", flush=True)
     print(f"{'reader':<22} {'inputs':>9} {'faults':>7} {'slowest s':>10}")
     for name in names:
         print(f"{name:<22} {inputs[name]:>9} {faults[name]:>7} {slowest[name]:>10.2f}")
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{count} inputs from seed {first}: {faults.total()} faults; {memory:.0f} MiB")
+    print(f"{inputs.total()} inputs from seed {first}: {faults.total()} faults; {memory:.0f} MiB")
     return faults.total()
 
 

@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from tests.faults.trials import (
@@ -95,16 +96,17 @@ def main() -> int:
         pick = random.Random(given.seed)
         every = kinds(ground, pick, seconds)
         chosen = given.kinds.split(",") if given.kinds else list(every)
-        for number in range(given.trials):
-            kind = chosen[number % len(chosen)]
-            count[kind] += 1
-            for text in every[kind]():
-                broken[kind] += 1
-                print(f"trial {number}, {kind}: {text}", flush=True)
+        with suppress(KeyboardInterrupt):  # what ran until then is told
+            for number in range(given.trials):
+                kind = chosen[number % len(chosen)]
+                for text in every[kind]():
+                    broken[kind] += 1
+                    print(f"trial {number}, {kind}: {text}", flush=True)
+                count[kind] += 1
     print(f"{'kind':<10} {'trials':>7} {'broken':>7}")
     for kind in chosen:
         print(f"{kind:<10} {count[kind]:>7} {broken[kind]:>7}")
-    print(f"{given.trials} trials, seed {given.seed}, {time.monotonic() - begin:.0f} s")
+    print(f"{count.total()} trials, seed {given.seed}, {time.monotonic() - begin:.0f} s")
     return int(broken.total() > 0)
 
 

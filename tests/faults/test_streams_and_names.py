@@ -109,7 +109,7 @@ def test_a_name_that_is_no_text_in_a_report(ground: Ground) -> None:
     assert rb"bad\udcff.nc" in (ground.out / "r.html").read_bytes()
 
 
-@pytest.mark.parametrize("reader", ["program", "machine", "settings", "setpoints", "side-car", "tool table"])
+@pytest.mark.parametrize("reader", ["program", "machine", "setpoints", "tool table"])
 def test_files_that_never_end(ground: Ground, reader: str) -> None:
     sparse = ground.folder / "sparse"
     if not sparse.exists():
