@@ -91,7 +91,7 @@ def test_a_signal_that_the_shell_ignores_stays_ignored(tmp_path: Path, environme
 
 
 @pytest.mark.parametrize(("name", "ending", "share"), [
-    ("convert", signal.SIGTERM, 0.8), ("batch", signal.SIGHUP, 0.5), ("batch", signal.SIGKILL, 0.7), ("check", signal.SIGINT, 0.6),
+    ("convert", signal.SIGTERM, 0.8), ("batch", signal.SIGKILL, 0.7), ("check", signal.SIGINT, 0.6),
 ])  # fmt: skip
 def test_commands_that_are_ended(ground: Ground, name: str, ending: signal.Signals, share: float) -> None:
     """At some moment of their work; tests/faults/long.py does it at all of them."""
