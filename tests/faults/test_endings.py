@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -32,11 +34,17 @@ with temporary_folder(Path.cwd()) as folder:
 NEXT = "from pathlib import Path; from verne_post.cli.files import RunFiles; RunFiles().writes(Path('other.csv'), '-o')"
 
 
-def writer(folder: Path, environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-    process = subprocess.Popen([sys.executable, "-c", WRITER], cwd=folder, env=environment, stdout=subprocess.PIPE)
-    assert process.stdout is not None
-    assert process.stdout.readline() == b"writing\n"
-    return process
+@contextmanager
+def writer(folder: Path, environment: dict[str, str], script: str = WRITER) -> Iterator["subprocess.Popen[bytes]"]:
+    """A process that writes; whatever a test finds, none goes on after it."""
+    process = subprocess.Popen([sys.executable, "-c", script], cwd=folder, env=environment, stdout=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"writing\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -44,11 +52,11 @@ def test_what_is_written_meanwhile_does_not_stay(
     tmp_path: Path, environment: dict[str, str], ending: signal.Signals
 ) -> None:
     (tmp_path / "axes.csv").write_text("old")
-    process = writer(tmp_path, environment)
-    assert len(list(tmp_path.iterdir())) == 3
-    process.send_signal(ending)
-    process.communicate(timeout=60)
-    assert process.returncode in (-ending, 1)  # 1: an interruption that a script does not catch
+    with writer(tmp_path, environment) as process:
+        assert len(list(tmp_path.iterdir())) == 3
+        process.send_signal(ending)
+        process.communicate(timeout=60)
+        assert process.returncode in (-ending, 1)  # 1: an interruption that a script does not catch
     left = sorted(path.name for path in tmp_path.iterdir())
     if ending == signal.SIGKILL:
         assert len(left) == 3
@@ -61,32 +69,28 @@ def test_what_is_written_meanwhile_does_not_stay(
 def test_what_a_living_process_writes_stays(tmp_path: Path, environment: dict[str, str]) -> None:
     """And so does what only looks like it: a link, or a file of somebody who named it so."""
     (tmp_path / ".verne-post-link.tmp").symlink_to("axes.csv")
-    process = writer(tmp_path, environment)
-    before = sorted(tmp_path.iterdir())
-    subprocess.run([sys.executable, "-c", NEXT], cwd=tmp_path, env=environment, check=True)
-    assert sorted(tmp_path.iterdir()) == before
-    process.kill()
-    process.communicate()
+    with writer(tmp_path, environment):
+        before = sorted(tmp_path.iterdir())
+        subprocess.run([sys.executable, "-c", NEXT], cwd=tmp_path, env=environment, check=True)
+        assert sorted(tmp_path.iterdir()) == before
 
 
 def test_a_signal_that_the_shell_ignores_stays_ignored(tmp_path: Path, environment: dict[str, str]) -> None:
     script = WRITER.replace(
         "import itertools", "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\nimport itertools"
     )
-    process = subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
-    assert process.stdout is not None
-    process.stdout.readline()
-    process.send_signal(signal.SIGHUP)
-    size = 0
-    for _ in range(200):  # it goes on writing
-        time.sleep(0.05)
-        now = sum(path.stat().st_size for path in tmp_path.iterdir() if path.is_file())
-        if now > size > 0:
-            break
-        size = now
-    assert process.poll() is None
-    process.terminate()
-    process.communicate()
+    with writer(tmp_path, environment, script) as process:
+        process.send_signal(signal.SIGHUP)
+        size = 0
+        for _ in range(200):  # it goes on writing
+            time.sleep(0.05)
+            now = sum(path.stat().st_size for path in tmp_path.iterdir() if path.is_file())
+            if now > size > 0:
+                break
+            size = now
+        assert process.poll() is None
+        process.terminate()
+        process.wait(timeout=60)
     assert list(tmp_path.iterdir()) == []
 
 
