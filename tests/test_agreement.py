@@ -70,7 +70,7 @@ PIN_FILE: Final = "[keep_out.pin]\nmin = [-3.0, -5.0, 0.0]\nmax = [3.0, 5.0, 75.
 PIN_WORDS: Final = ("--keep-out", "pin=-3,-5,0,3,5,75")
 STOCK: Final = vp.Box("the stock", (-9.0, -9.0, 0.0), (9.0, 9.0, 75.0))
 #: A corner that is beyond the travel of two sliders by a few micrometres: blended, it is not.
-CORNER: Final = "G21 G90 G94 F1000\nG0 X0 Y0 Z200 A0 C0\nG1 Z240.79\nX20\nM2\n"
+CORNER: Final = "G21 G90 G94 F1000\nG0 X0 Y0 Z200 A0 C0\nG1 Z240.792\nX20\nM2\n"
 #: A rapid over the middle of the workspace, where the sliders have to go higher than at both ends.
 OVER: Final = "G21 G90 G94 F1000\nG0 X-340 Y0 Z{z} A0 C0\nG0 X-140\nG0 Z50\nM2\n"
 TURNS: Final = "G21 G90 G94 F900\nG0 X0 Y0 Z60 A20 C300\nG1 X10 C350\nG0 Z90\nC400\nG1 X30 C500\nM2\n"

@@ -84,7 +84,7 @@ def test_passes_over_the_same_lines_are_one_finding(tmp_path: Path, run: Callabl
     """A loop that goes deeper each time leaves its limit many times: one finding, with the deepest place."""
     program = tmp_path / "loop.nc"
     program.write_text(
-        "G21 G90 G94\nG0 X0 Y0 Z5\n#1=0\no1 while [#1 lt 60]\nG1 X20 Z[-#1] F900\nX0\nG0 Z5\n#1=[#1+1]\no1 endwhile\nM2\n",
+        "G21 G90 G94 G61\nG0 X0 Y0 Z5\n#1=0\no1 while [#1 lt 60]\nG1 X20 Z[-#1] F900\nX0\nG0 Z5\n#1=[#1+1]\no1 endwhile\nM2\n",
         encoding="utf-8",
     )
     answer = run("check", program, "--tool-length", "80", "--wcs", "G54=0,0,20")

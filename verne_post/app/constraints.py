@@ -1,5 +1,6 @@
 """The check of a program: one function, which every command and the Python API share."""
 
+import re
 from dataclasses import replace
 from typing import Final
 
@@ -47,7 +48,8 @@ def sort_findings(findings: list[Finding]) -> list[Finding]:
     """Findings by line and code, those of the set-up first; several passes over the same lines (loops, calls) are one finding."""
     merged: dict[object, Finding] = {}
     for item in findings:
-        words = item.message if item.value is None else None
+        # the numbers of the passes differ; other words are about something else, as another body near the same box
+        words = item.message if item.value is None else re.sub(r"[-+]?\d+\.\d+", "", item.message)
         key = (item.code, item.severity, item.axis, item.line, item.last_line, words)
         known = merged.setdefault(key, item)
         if known is not item:

@@ -85,7 +85,9 @@ def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
     """
     line = line_of(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
-    parts = (uri(report.program), item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
+    # the program as it was named: its address in results depends on the folder where the command is started
+    name = quote(os.fsencode(PurePath(report.program).as_posix()))
+    parts = (name, item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
     seen[key] += 1
     return f"{key}:{seen[key]}"
