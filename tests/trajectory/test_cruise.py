@@ -6,13 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+import verne_post
 from verne_post.base.arrays import Array
+from verne_post.model.options import Options
 from verne_post.trajectory import continuous
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.cruise import find_cruise
 from verne_post.trajectory.reachability import solve as second_order
 from verne_post.trajectory.section_path import grid_along
 
+from ..builders import MACHINE
 from .curves import Curve, assert_legal, cornered, limits, straight
 
 
@@ -65,3 +68,22 @@ def test_a_corner_between_long_lines_is_solved() -> None:
     s = plan_continuous(section, top, 1e-3).s
     assert_legal(section, s, top, 1e-3)
     assert np.diff(s)[len(s) // 4 : -len(s) // 4].min() < 0.045
+
+
+def test_the_highest_effort_is_no_slower_where_the_feed_rate_is_kept() -> None:
+    """It plans without a margin: rows that followed the feed rate were beyond it by rounding, and the section was slowed down."""
+    turn = np.linspace(0, 2 * np.pi, 127)  # the flank of a cone that leans by 10 degrees
+    sine, cosine, zero = np.sin(turn), np.cos(turn), np.zeros(127)
+    half, lean = np.radians([15, 10])
+    leaning = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
+    tip = (leaning @ [20 * cosine, 20 * sine, zero]).T + [0, 0, 60]
+    axis = leaning @ [-np.sin(half) * cosine, -np.sin(half) * sine, zero + np.cos(half)]
+    a, c = np.degrees(np.arccos(axis[2])), np.degrees(np.unwrap(np.arctan2(axis[0], axis[1])))
+    rows = ["X%.4f Y%.4f Z%.4f A%.4f C%.4f" % (*at, tilt, table) for at, tilt, table in zip(tip, a, c, strict=True)]
+    source = "\n".join(["G21 G90 G94 G64 P0.01 F2000", f"G0 {rows[0]}", *(f"G1 {row}" for row in rows[1:]), "M2\n"])
+    seconds = {}
+    for quality in (False, True):
+        result = verne_post.check(source.encode(), MACHINE, Options(tool_length=80.0, quality=quality))
+        assert result.summary is not None, result.findings
+        seconds[quality] = result.summary.cycle_time
+    assert seconds[True] <= seconds[False]

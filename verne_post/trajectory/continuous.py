@@ -105,6 +105,8 @@ def plan_continuous(
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:
     """Make all passes; repeat the last one while too many rows are far beyond a limit, or cannot be repaired."""
+    if effort is tuning.QUALITY:  # without a margin, rows that follow the feed rate are beyond it by their rounding
+        task = replace(task, cruise=np.empty((0, 2)))
     for settings in effort.passes:
         profile = rebuild_profile(profile, retime(task, profile, settings), task.unit)
     last = replace(effort.last, knot_units=1) if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
