@@ -15,9 +15,9 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rows import row_norm
-from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners
 from verne_post.toolpath.corners import (
+    METRIC,
     SEGMENTS,
     USED_SHARE,
     displacement,
@@ -27,6 +27,7 @@ from verne_post.toolpath.corners import (
     find_slopes,
     find_widest,
     limit_overlap,
+    smaller_beside,
 )
 
 #: The contour passes vertices on the inside at this share of the chord error. At 0.8 it uses as much of the tolerance at
@@ -45,8 +46,6 @@ UNSEEN: Final = 0.002
 MOST_CHORD: Final = 1.2
 #: Weights of neighbouring corners in what they have in common: alternating bends cancel.
 _COMMON: Final = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
-#: mm of metric length a unit of each coordinate of a pose.
-_METRIC: Final = np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
 #: Where bends differ from what they have in common by more than this share, on average, they are no curve: random walks of 5 to
 #: 30 degrees, which would take up to 5 % longer, have 0.6 and more, waves with three decimals 0.1.
 MOST_ROUGH: Final = 0.35
@@ -117,12 +116,11 @@ def _compensate(
     slope = find_slopes(vertex[:-1], vertex[1:], length)
     bend = find_bends(slope)
     bend[~soft] = 0.0
-    shorter = np.zeros(n + 1)
-    shorter[1:-1] = np.minimum(length[1:], length[:-1])
+    shorter = smaller_beside(length)
     bend_share = find_bend_shares(bend, slope, tip_tolerance, axis_tolerance)
     chord = bend_share * shorter / 8.0
     common = np.stack([_average(column) for column in bend.T], axis=1)
-    apart, whole = (_average(row_norm(part * _METRIC)) for part in (bend - common, bend))
+    apart, whole = (_average(row_norm(part * METRIC)) for part in (bend - common, bend))
     chain = _all_near(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD))
     every, shape = np.arange(n + 1), np.zeros(n + 1, dtype=np.int8)
     alone = find_widest(shape, bend_share)

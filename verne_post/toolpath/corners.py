@@ -47,6 +47,8 @@ _PLACES: Final = (0.1, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9)
 #: The contour beside a segment depends on no more than so many segments on each side: on those that a corner blend reaches,
 #: and on as many again in each round of narrowing.
 NEIGHBOURS: Final = (NARROWINGS + 4) * (2 * SEGMENTS + 1)
+#: mm of metric length of a unit of each coordinate of a pose.
+METRIC: Final = np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
 #: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: blending it would not be
 #: faster, and the curve would all but come back on itself.
 REVERSAL: Final = -0.9
@@ -64,9 +66,15 @@ def find_bends(slope: Array) -> Array:
     return bend
 
 
+def smaller_beside(value: Array) -> Array:
+    """The smaller value (n + 1,) of both segments (n,) at each corner."""
+    padded = np.concatenate([value[:1], value, value[-1:]])
+    return np.minimum(padded[1:], padded[:-1])
+
+
 def find_reversals(slope: Array) -> Mask:
     """Find corners (n + 1,) that turn back too sharply to be blended."""
-    metric = slope * np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
+    metric = slope * METRIC
     with np.errstate(invalid="ignore"):  # a full circle has no chord, and no corner of straight segments
         unit = metric / np.linalg.norm(metric, axis=1, keepdims=True)
     reversal = np.zeros(len(slope) + 1, dtype=bool)
@@ -238,15 +246,16 @@ def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance:
     inner_at = np.concatenate([s[between] + share * (s[between + 1] - s[between]), swings])
     every = np.arange(n + 1)
     largest = np.zeros(n + 1)
-    for at, owner, low, high in (
-        (s, np.append(0, every[:-1]), every, every),
-        (s, np.append(every[:-1], n - 1), every, every),
-        (inner_at, inner, inner, inner + 1),
+    at_corners = displacement(corners, np.minimum(every, n - 1), s)
+    for at, off, owner, low, high in (
+        (s, at_corners, np.append(0, every[:-1]), every, every),
+        (s, at_corners, np.append(every[:-1], n - 1), every, every),
+        (inner_at, displacement(corners, inner, inner_at), inner, inner, inner + 1),
     ):
         ends = s[owner] - at, s[owner + 1] - at
         part = (-ends[0] / (ends[1] - ends[0]))[:, None]
         used = find_share_used(
-            displacement(corners, owner, at) + shift[owner] + part * (shift[owner + 1] - shift[owner]), slope[owner], ends,
+            off + shift[owner] + part * (shift[owner + 1] - shift[owner]), slope[owner], ends,
             *(np.minimum(bound[low], bound[high]) for bound in (tip_tolerance, axis_tolerance)),
         )  # fmt: skip
         for step in range(-SEGMENTS, SEGMENTS + 2):

@@ -90,8 +90,8 @@ def round_corners(
     share = np.where(blended, blends.find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
     kind = blends.choose_shapes(
         share,
-        _smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if smoothing.overlap else blends.ROOM_ALONE),
-        _smaller_beside(find_feeds(path).cap),
+        blends.smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if smoothing.overlap else blends.ROOM_ALONE),
+        blends.smaller_beside(find_feeds(path).cap),
         lambda corner: smoothing.jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
         smoothing.cycle,
     )
@@ -130,12 +130,6 @@ def round_corners(
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
     elements["blended"] = on_segment & blends.find_blended(corners, segment, begin, end)
     return RoundedSegments(elements, reach, bend, kind, stops, corner + 1, controls, *tolerances)
-
-
-def _smaller_beside(value: Array) -> Array:
-    """The smaller value (n + 1,) of both segments (n,) at each corner."""
-    padded = np.concatenate([value[:1], value, value[-1:]])
-    return np.minimum(padded[1:], padded[:-1])
 
 
 def _spread_to_segments(bound: Array, reach: Array, s: Array) -> Array:
