@@ -1,10 +1,17 @@
 """``python -m verne_post``, and the command ``verne-post``."""
 
+import gc
 import signal
+from typing import Final
+
+#: Objects that are made between two searches for cycles of garbage. Modules make 100,000 that stay, and every search among
+#: them finds nothing: with the 700 of Python it takes a tenth of the time of loading.
+GARBAGE_AFTER: Final = 20_000
 
 
 def run() -> None:
     """Load the command line, and run the command; an interruption while modules are loaded ends the process without a word."""
+    gc.set_threshold(GARBAGE_AFTER)
     interrupt = signal.signal(signal.SIGINT, signal.SIG_DFL)
     from verne_post.cli.main import run as run_command
 

@@ -5,7 +5,7 @@ import resource
 
 import pytest
 
-from tests.faults.trials import PLACE, Ground
+from tests.faults.trials import PLACE, ROOT, Ground
 from verne_post.config import machine_files
 
 HEAD = "G21 G90 G64\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n"
@@ -133,16 +133,19 @@ def test_records_of_a_batch_that_are_damaged_are_made_anew(ground: Ground) -> No
     assert shown[:-1] == first.out.splitlines()[:-1]
 
 
-def test_a_conversion_loads_no_more_of_scipy_than_linear_algebra(ground: Ground) -> None:
-    """The rest of it takes longer to load than a short program to convert; corners are blended here."""
+@pytest.mark.parametrize(
+    "program", [("short.nc", *PLACE), (str(ROOT / "gcode_samples" / "two_faces.nc"),)], ids=["short", "sample"]
+)
+def test_a_conversion_loads_no_more_than_it_needs(ground: Ground, program: tuple[str, ...]) -> None:
+    """The rest of scipy takes longer to load than a short program to convert; corners are blended, sections repaired here."""
     script = (
-        "import sys; sys.argv = ['verne-post', 'short.nc', *sys.argv[1:]]\n"
+        "import sys\n"
         "from verne_post.cli.main import main\n"
         "assert main(sys.argv[1:]) == 0\n"
         "print(*sorted({name.split('.')[1] for name in sys.modules if name.startswith('scipy.')}))\n"
-        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', 'verne_post.gcode.klartext', 'jsonschema'))))\n"
+        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', 'verne_post.gcode.klartext', 'verne_post.kinematics.as_built', 'verne_post.app.tried', 'jsonschema'))))\n"
     )
-    run = ground.run_python(script, *PLACE, "-o", "loaded.csv")
+    run = ground.run_python(script, *program, "-o", "loaded.csv")
     assert run.status == 0, run.err
     parts, others, *_end = run.out.decode().split("\n")
     assert set(parts.split()) <= {"__config__", "_cyutility", "_distributor_init", "_lib", "linalg", "version"}

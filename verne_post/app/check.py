@@ -4,7 +4,6 @@ from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
 from verne_post.app.result import Progress, Result, refused
 from verne_post.app.summary import summarise
-from verne_post.app.tried_remedies import add_remedies
 from verne_post.base.long_text import Text
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
@@ -30,5 +29,7 @@ def check_source(
     try:
         plan = plan_program(program, progress)
     except InputError as error:
+        from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
+
         return Result(tuple(add_remedies(source, program, error.findings)))
     return Result(plan.findings, summarise(source, plan, fmt, None))

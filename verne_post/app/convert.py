@@ -13,7 +13,6 @@ from verne_post.app.assemble import Program, assemble, drives_of
 from verne_post.app.plan import Plan, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.summary import summarise
-from verne_post.app.tried_remedies import add_remedies
 from verne_post.app.verify import verifier_of
 from verne_post.base.long_text import Text
 from verne_post.model.findings import Finding, InputError, finding
@@ -73,6 +72,8 @@ def convert_program(
     try:
         plan = plan_program(program, progress)
     except InputError as error:
+        from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
+
         return Result(tuple(add_remedies(source, program, error.findings)))
     verification, timed = _write(plan, fmt, take, progress)
     summary = replace(summarise(source, plan, fmt, verification), timed=timed)

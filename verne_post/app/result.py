@@ -1,6 +1,5 @@
 """What a check or a conversion came to."""
 
-import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -168,5 +167,7 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
 
 def _html_table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as an HTML table for notebooks."""
+    import html
+
     body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table>{body}</table>"

@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import ValidationError
 
 from verne_post.base.units import MILLI, RAD_PER_DEG
-from verne_post.config.as_built import build_as_built, read_as_built
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.machine_paths import machine_path, names_hint, read_file
 from verne_post.config.plausibility import find_implausible
@@ -27,8 +26,6 @@ from verne_post.config.schema import (
     limits_file,
 )
 from verne_post.config.sentences import describe_mistakes
-from verne_post.kinematics.as_built.bodies import VerneRods
-from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -42,6 +39,8 @@ from verne_post.model.protocols import FiveAxis
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
+
+    from verne_post.kinematics.as_built.bodies import VerneRods
 
 _Schema = TypeVar("_Schema", bound=Group)
 
@@ -80,7 +79,11 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
     except (ValueError, RecursionError) as error:  # a number or a nesting beyond any machine file counts too
         raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
     content, kind, module_file, limits, rods = _checked(data, file_name)
-    as_built = None if content.as_built is None else read_as_built(content.as_built, file_name, read)
+    as_built = None
+    if content.as_built is not None:
+        from verne_post.config.as_built import build_as_built, read_as_built  # few machines have it
+
+        as_built = read_as_built(content.as_built, file_name, read)
     module = kind.build(**module_file.model_dump())
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
@@ -301,6 +304,18 @@ def _require_places(content: MachineFile, places: RodPlaces | None, file_name: s
         )  # fmt: skip
 
 
+def _rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPlaces) -> "VerneRods":
+    """The rods as bodies, where they are on the machine as built."""
+    from verne_post.kinematics.as_built.bodies import VerneRods  # few machine files have their diameters
+    from verne_post.kinematics.as_built.machine import AsBuiltMachine
+
+    as_built = (
+        five_axis if isinstance(five_axis, AsBuiltMachine) else AsBuiltMachine(nominal, places, Deviations.none())
+    )
+    assert isinstance(nominal.module, VerneGeometry)
+    return VerneRods(nominal.module, as_built.geometry)
+
+
 def _clearance(
     content: MachineFile, five_axis: FiveAxis, nominal: HybridMachine, rods: RodsFile | None, places: RodPlaces | None
 ) -> Clearance | None:
@@ -309,12 +324,7 @@ def _clearance(
     measured = rods is not None and (rods.diameter_mm is not None or rods.cone_centre is not None)
     if file is None and not measured:
         return None
-    rod_module: VerneRods | None = None
-    if places is not None and measured:
-        geometry = five_axis.geometry if isinstance(five_axis, AsBuiltMachine) else (
-            AsBuiltMachine(nominal, places, Deviations.none()).geometry)  # fmt: skip
-        assert isinstance(nominal.module, VerneGeometry)
-        rod_module = VerneRods(nominal.module, geometry)
+    rod_module = _rod_bodies(five_axis, nominal, places) if places is not None and measured else None
     radius = None
     if rods is not None and rods.diameter_mm is not None and rod_module is not None:
         legs = list(dict.fromkeys(rod_module.rod_legs))

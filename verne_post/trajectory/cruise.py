@@ -12,6 +12,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
+from verne_post.trajectory.interpolation import lowest_around, mean_around
 from verne_post.trajectory.reachability import jerk_caps
 from verne_post.trajectory.section_path import Grid, SectionTask
 from verne_post.trajectory.spline_profile import Profile
@@ -83,15 +84,11 @@ def split_into_pieces(task: SectionTask, profile: Profile, knots: int, settings:
 
 def _follow_feed(task: SectionTask, profile: Profile, begin: int, end: int, settings: PassSettings) -> Array:
     """Coefficients of X (end - begin + 3,) that lead to the planned share of the feed, over knots ``begin`` to ``end``."""
-    from scipy.ndimage import minimum_filter1d, uniform_filter1d  # slow to import, and seldom needed
-
     knot = settings.knot_units * task.unit
     s = profile.s(knot * np.arange(begin, end + 1, dtype=float))
     feed = np.asarray(task.section.speed(s), dtype=float)
     lowest = (settings.shares[0] * knot * np.minimum(feed[1:], feed[:-1]) / np.diff(s)) ** 2
     # means of means over so many knots are below the limits of all intervals that a coefficient reaches
-    wide = tuning.CRUISE_EVEN // settings.knot_units // 2 * 2 + 1
-    lowest = minimum_filter1d(lowest, 2 * (wide + 2) + 1, mode="nearest")
-    for _ in range(2):
-        lowest = uniform_filter1d(lowest, wide, mode="nearest")
+    reach = tuning.CRUISE_EVEN // settings.knot_units // 2
+    lowest = mean_around(mean_around(lowest_around(lowest, 2 * reach + 3), reach), reach)
     return np.pad(lowest, (1, 2), mode="edge")

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.trajectory import tuning
+from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.row_limits import REST_ROWS
 
 Array = NDArray[np.float64]
@@ -26,15 +27,13 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     inside[[0, -1]] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
     parts, done = [], 0
-    from scipy.interpolate import make_interp_spline  # slow to import, and seldom needed
-
     for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         first, last = low - 1, high  # rows that stay where they are
         around = slice(max(first - reach, 0), min(last + reach, n - 1) + 1)
         at = _slower_instants(first, slowness[first : last + 1])
         parts += [
             s[done : first + 1],
-            make_interp_spline(np.arange(around.start, around.stop), s[around], k=5)(at[1:-1]),
+            interpolate(np.arange(around.start, around.stop, dtype=float), s[around], at[1:-1]),
         ]
         done = last
     return np.asarray(np.maximum.accumulate(np.clip(np.concatenate([*parts, s[done:]]), s[0], s[-1])))
@@ -42,14 +41,12 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
 
 def _slower_instants(first: int, slowness: Array) -> Array:
     """Instants (in rows) from row ``first`` on that pass slower by ``1 + slowness``, a whole number of them."""
-    from scipy.interpolate import make_interp_spline
-
     rows = np.arange(len(slowness), dtype=float)
     added = float(np.sum(0.5 * (slowness[1:] + slowness[:-1])))
     density = 1.0 + slowness * (np.ceil(added) / added)
     passed = np.append(0.0, np.cumsum(0.5 * (density[1:] + density[:-1])))
     wanted = np.arange(round(float(passed[-1])) + 1, dtype=float)
-    found = make_interp_spline(passed, rows, k=min(5, len(rows) - 1))(wanted)
+    found = interpolate(passed, rows, wanted)
     return np.asarray(first + found)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.trajectory import tuning
+from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.local_slowdown import excess_of_rows, slow_down_locally
 from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, exceeding, excess, rows_excess
 from verne_post.trajectory.row_shifts import HELD_ROWS, join_stretches, shift_rows
@@ -162,11 +163,9 @@ def _add_rows(part: Array, more: int) -> Array:
     n = len(part)
     if more == 0:
         return part
-    from scipy.interpolate import make_interp_spline  # slow to import, and seldom needed
-
     k = np.arange(n + more, dtype=float)
     f = np.clip((k - HELD_ROWS) / (n + more - 1 - 2 * HELD_ROWS), 0.0, 1.0)
     step = f**4 * (35 + f * (-84 + f * (70 - 20 * f)))
-    at = make_interp_spline(np.arange(n, dtype=float), part, k=5)(k - more * step)
+    at = interpolate(np.arange(n, dtype=float), part, k - more * step)
     at[:HELD_ROWS], at[-HELD_ROWS:] = part[:HELD_ROWS], part[-HELD_ROWS:]
     return np.maximum.accumulate(np.clip(at, part[0], part[-1]))
