@@ -72,7 +72,7 @@ def refusals(source, machine, **options):
     """Findings of a refused program as (code, line)."""
     with pytest.raises(InputError) as caught:
         assemble(source.encode(), machine, Options(**options))
-    return [(item.code, item.line) for item in caught.value.findings]
+    return [(item.code, item.line) for item in caught.value.findings if item.code != "VP033"]
 
 
 def near(*values):
@@ -232,7 +232,7 @@ def test_tool_lengths_that_are_refused(machine, name):
 def test_the_remedies_are_named(machine):
     with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*G49"):
         assemble((HERE + "G1 X2 F100\nM2").encode(), machine, Options())
-    with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*G10 L1 P7"):
+    with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*where the program has one tool"):
         assemble((HERE + "G43 H7\nM2").encode(), machine, Options())
 
 

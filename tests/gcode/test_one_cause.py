@@ -13,7 +13,9 @@ HEAD = "G21 G90\nG0 X0 Y0 Z100 A0 C0\n"
 
 def found(machine, program, **options):
     """Code, first and last line, and count of every finding of a program."""
-    result = check(f"{HEAD}{program}\nM30".encode(), machine, Options(dialect="rs274", **options))
+    result = check(
+        f"{HEAD}{program}\nM30".encode(), machine, Options(dialect="rs274", wcs={"G54": (0, 0, 0)}, **options)
+    )
     return [(item.code, item.line, item.last_line, item.count) for item in result.findings]
 
 
@@ -43,10 +45,46 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     assert found(machine, program) == wanted
 
 
-def test_a_table_without_the_tool_is_one_finding_for_each_tool(machine):
+def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     table = read_tool_table("T1 P1 Z50 D6\n", "t.tbl")
     program = "T7 M6\nG43\nG41\nG40\nG43 H8\nG43 H8"
-    assert found(machine, program, tools=table) == [("VP012", 3, 3, 1), ("VP012", 7, 7, 1)]
+    assert found(machine, program, tools=table) == [("VP012", 3, 7, 2)]
+
+
+#: The tool n in a program of each dialect, what stands before the first and after the last one, and what the first is called.
+MANY_TOOLS = {
+    "rs274": (HEAD, "T{n} M6\nG43 H{n}\nG0 Z50\nG1 X50 F100\nG0 Z100\n", "M30", "tool 1"),
+    "fanuc": (f"%\nO1\n{HEAD}", "T{n} M6\nG43 H{n}\nG0 Z50\nG1 X50 F100\nG0 Z100\n", "M30\n%", "tool 1"),
+    "siemens": (HEAD.replace("G21", "G71"), 'T="MILL{n}"\nM6\nD1\nG0 Z50\nG1 X50 F100\nG0 Z100\n', "M30\n", 'tool "MILL1"'),
+    "heidenhain": (
+        "BEGIN PGM A MM\n", "TOOL CALL {n} Z S5000\nL X+0 Y+0 Z+100 R0 FMAX M3\nL X+50 F200\nL X+0\n", "END PGM A MM\n", "tool 1"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("dialect", MANY_TOOLS)
+def test_many_tools_without_a_table_are_one_finding_and_the_work_offset_is_asked_for_with_them(machine, dialect):
+    before, each, after, first = MANY_TOOLS[dialect]
+    text = before + "".join(each.format(n=number) for number in range(1, 61)) + after
+    tools, place = check(text.encode(), machine, Options(dialect=dialect)).findings
+    assert (tools.code, tools.severity, place.code, place.severity) == ("VP012", "error", "VP033", "warning")
+    assert tools.message.startswith(first) and "and 53 more: " in tools.message
+    assert tools.last_line > 4 * 59
+    placed = check(text.encode(), machine, Options(dialect=dialect, wcs={"G54": (0, 0, 9)})).findings
+    assert [item.code for item in placed] == ["VP012"]
+    one = check(text.encode(), machine, Options(dialect=dialect, tool_length=80.0)).findings
+    assert [item.code for item in one] == ["VP018", "VP033"] and "52 more" in one[0].message
+
+
+def test_stops_for_a_person_are_one_finding(machine):
+    program = "G49\nG1 X1 F100\n" + "M0\nG1 X2\nG1 X1\n" * 40
+    assert found(machine, program) == [("VP014", 5, 4 + 3 * 39 + 1, 40)]
+
+
+def test_a_finding_names_few_tools_one_by_one(machine):
+    program = f"{HEAD}T1 M6\nG43 H1\nG1 X1 F100\nT2 M6\nG43 H2\nG1 X2\nM30"
+    (item,) = check(program.encode(), machine, Options(dialect="rs274", wcs={"G54": (0, 0, 0)})).findings
+    assert item.message.startswith("tool 1 and tool 2: there is no tool table")
 
 
 def test_findings_say_where_else_and_what_settles_them(machine):
@@ -59,7 +97,7 @@ def test_apt_statements_go_on_too(machine):
     text = (
         "PARTNO X\nMULTAX/ON\nFROM/0,0,100,0,0,1\nFEDRAT/100\nGOTO/1,0,90\nGOTO/2,0,90\nINSERT X\nGOTO/3,0,90\nFINI\n"
     )
-    result = check(text.encode(), machine, Options())
+    result = check(text.encode(), machine, Options(wcs={"G54": (0, 0, 0)}))
     assert [(item.code, item.line) for item in result.findings] == [("VP012", 5), ("VP002", 7)]
 
 

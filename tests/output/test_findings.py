@@ -149,7 +149,7 @@ def test_text_counts() -> None:
     shown = text_report.write(
         [Report("a.nc", (finding("VP101", "x"), finding("VP202", "y")), None), Report("b.nc", (), 1.5)]
     )
-    assert shown.splitlines()[2] == "a.nc: refused: 1 errors, 1 warnings"
+    assert shown.splitlines()[2] == "a.nc: refused: 1 error, 1 warning"
     assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"
 
 

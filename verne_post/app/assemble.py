@@ -23,7 +23,7 @@ from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding, InputError, UsageError, finding
+from verne_post.model.findings import Finding, InputError, UsageError, finding, merge_same
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
@@ -216,7 +216,7 @@ def cut_at_stops(draft: Draft) -> Draft:
     begin = int(kept[0] if draft.restart is None else kept[np.searchsorted(kept, draft.restart.move)])
     waits = _waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
     if not draft.options.split_at_stops and any(before > begin for before, _item in waits):
-        raise InputError(*(item for before, item in waits if before > begin))
+        raise InputError(*merge_same(item for before, item in waits if before > begin))
     gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
     gaps.pop(len(kept), None)  # after the last motion there is nothing to cut
     places = sorted(gaps.values())

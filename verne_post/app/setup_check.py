@@ -3,11 +3,11 @@
 import numpy as np
 
 from verne_post.base.columns import blocks
+from verne_post.gcode.missing_setup import missing_offset
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.toolpath import ToolPath
 
 
@@ -23,23 +23,16 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
         if bare < 0 and len(cutting):
             bare = int(move[cutting[0]])
-    unplaced: dict[str, int] = {}  # name of a system -> first move that uses it
+    unplaced: dict[int, int] = {}  # system -> first move that uses it
     for index, at in sorted(systems.items(), key=lambda item: item[1]):
         frame = moves.frames[index]
         if frame.system not in options.wcs and not frame.part_turn and not any(machine.origin_on_table(frame)):
-            unplaced.setdefault(SYSTEM_NAMES[frame.system], at)
-    found = [
-        _warning("VP033", f"no work offset was given: {name} stands on the table face, at the rotary centre; "
-                 f"give --wcs {name}=X,Y,Z", int(moves.line[at]))
-        for name, at in unplaced.items()
-    ]  # fmt: skip
+            unplaced.setdefault(frame.system, at)
+    found = [missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
         text = (
             "the tool has no length (G49): its tip is the gauge line of the spindle; write G43, or give --tool-length"
         )
-        found.append(_warning("VP034", text, int(moves.line[bare])))
+        line = int(moves.line[bare])
+        found.append(finding("VP034", text, line=line, last_line=line, worst_line=line))
     return found
-
-
-def _warning(code: str, text: str, line: int) -> Finding:
-    return finding(code, text, line=line, last_line=line, worst_line=line)

@@ -115,9 +115,9 @@ class Block:
     polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
 
-    def error(self, code: str, message: str, letter: str) -> BlockError:
+    def error(self, code: str, message: str, letter: str, about: str | None = None) -> BlockError:
         """An error at the word of a letter; without a column where the block has no such word."""
-        return BlockError(code, message, self.columns.get(letter))
+        return BlockError(code, message, self.columns.get(letter), about=about)
 
 
 def block_of_words(letters: str, values: list[float], line: int) -> Block | None:

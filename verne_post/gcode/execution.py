@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
@@ -19,6 +19,8 @@ from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import AXES
 
+#: So many things that errors of one cause are about are named.
+_NAMED: Final = 8
 #: At most so many findings, and errors that they count: a file with more is not G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
@@ -31,8 +33,8 @@ class Execution:
     recorder: Recorder
     errors: list[Finding] = field(default_factory=list)
     _reported: set[tuple[int, str, str]] = field(default_factory=set)
-    #: Where the finding of each cause stands among the errors.
-    _causes: dict[tuple[str, str], int] = field(default_factory=dict)
+    #: Where the finding of each cause stands among the errors, and what it is about.
+    _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
     _counted: int = 0
 
     def report(self, error: BlockError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
@@ -47,7 +49,7 @@ class Execution:
         if key in self._reported:  # the error is in a loop, whose end may depend on what was not executed
             return False
         self._reported.add(key)
-        self.report_at_line(error.code, message, shown, error.column if file is None else None)
+        self.report_at_line(error.code, message, shown, error.column if file is None else None, error.about)
         self._counted += 1
         return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._counted < MAX_COUNTED
 
@@ -55,14 +57,28 @@ class Execution:
         """Report the errors of one block; False where execution cannot go on after them."""
         return all(self.report(error, line, **where) for error in errors)
 
-    def report_at_line(self, code: str, message: str, line: int, column: int | None = None) -> None:
-        """Add an error of one line, or count it with those of its cause."""
-        at = self._causes.setdefault((code, message), len(self.errors))
+    def report_at_line(
+        self, code: str, message: str, line: int, column: int | None = None, about: str | None = None
+    ) -> None:
+        """Add an error of one line, or count it with those of its cause; it then names everything that they are about."""
+        words = message if about is None else message.replace(about, "\0")
+        at, things = self._causes.setdefault((code, words), (len(self.errors), []))
+        if about is not None and about not in things:
+            things.append(about)
         if at == len(self.errors):
             self.errors.append(finding(code, message, line=line, last_line=line, worst_line=line, column=column))
-        else:
-            item = self.errors[at]
-            self.errors[at] = replace(item, last_line=max(item.last_line or line, line), count=item.count + 1)
+            return
+        item = self.errors[at]
+        self.errors[at] = replace(
+            item, last_line=max(item.last_line or line, line), count=item.count + 1,
+            message=words.replace("\0", _names(things)),
+        )  # fmt: skip
+
+
+def _names(things: list[str]) -> str:
+    """Tool 1, tool 2 and tool 3."""
+    shown = things if len(things) <= _NAMED else [*things[: _NAMED - 1], f"{len(things) - _NAMED + 1} more"]
+    return " and ".join((*([", ".join(shown[:-1])] if shown[:-1] else []), *shown[-1:]))
 
 
 @dataclass

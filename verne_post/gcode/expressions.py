@@ -32,12 +32,15 @@ Key = int | str
 class BlockError(Exception):
     """A block that cannot be used: finding code, sentence, 1-based column (None: the whole block).
 
-    ``line`` is None where it is that of the block being executed.
+    ``line`` is None where it is that of the block being executed. ``about`` is the thing that the message names, such as a tool, where
+    the same message about other things has the same cause.
     """
 
-    def __init__(self, code: str, message: str, column: int | None = None, line: int | None = None) -> None:
+    def __init__(
+        self, code: str, message: str, column: int | None = None, line: int | None = None, about: str | None = None
+    ) -> None:
         super().__init__(message)
-        self.code, self.message, self.column, self.line = code, message, column, line
+        self.code, self.message, self.column, self.line, self.about = code, message, column, line, about
 
 
 class Values(Protocol):

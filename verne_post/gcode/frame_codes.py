@@ -13,6 +13,7 @@ from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
+from verne_post.gcode.missing_setup import missing_tool
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -95,10 +96,11 @@ class FrameCodes:
         """--tool-length is the length of one tool."""
         state = self.state
         if self.setup.tool_length is not None and state.only_tool is not None and state.only_tool != tool:
+            names = [tool_word(number, state.tool_names) for number in (state.only_tool, tool)]
             raise BlockError(
                 "VP018",
-                f"--tool-length holds for one tool, but the program uses {tool_word(state.only_tool, state.tool_names)} and "
-                f"{tool_word(tool, state.tool_names)}; use --tool-table instead",
+                f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use --tool-table instead",
+                about=names[1],
             )
         state.only_tool = tool
 
@@ -142,12 +144,7 @@ class FrameCodes:
                 )
             return ZERO9
         if state.tools is None or number not in state.tools:
-            why = "there is no tool table" if state.tools is None else "the tool table has no such tool"
-            raise block.error(
-                "VP012",
-                f"H{number}: {why}; give --tool-table FILE or --tool-length MM, or G10 L1 P{number} Z in the program",
-                "H",
-            )
+            raise missing_tool(number, "H", block, self.setup, state)
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
             raise BlockError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")

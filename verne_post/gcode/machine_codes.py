@@ -5,6 +5,7 @@ from typing import Final
 
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import FrameCodes, whole
+from verne_post.gcode.missing_setup import missing_tool
 from verne_post.gcode.state import Saved, tool_facts
 from verne_post.model.moves import FeedMode
 
@@ -55,7 +56,7 @@ class MachineCodes(FrameCodes):
         if "T" in block.words:
             tool = whole(block, "T")
             if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise block.error("VP012", f"T{tool}: the tool table has no such tool", "T")
+                raise missing_tool(tool, "T", block, self.setup, state)
             state.selected_tool = tool
         for code in m.get("signals", []):
             self._set_output(block, code)
@@ -84,7 +85,7 @@ class MachineCodes(FrameCodes):
                 raise BlockError("VP005", "M61 needs Q, the number of the tool")
             tool = whole(block, "Q")
             if state.tools is not None and tool != 0 and tool not in state.tools:
-                raise block.error("VP012", f"M61 Q{tool}: the tool table has no such tool", "Q")
+                raise missing_tool(tool, "Q", block, self.setup, state)
         if tool:
             self._check_one_tool(tool)
         state.loaded_tool = tool

@@ -328,16 +328,12 @@ class MotionCodes(MachineCodes):
                 "VP012", f"{g_name(code)} without D, and no tool is in the spindle; load one, or write {g_name(code + 1)} "
                 "with the diameter (D0 for a path on the contour)",
             )  # fmt: skip
+        name = tool_text(number, state.tool_names)
         if state.tools is None or number not in state.tools:
-            raise block.error(
-                "VP012",
-                f"the diameter of {tool_text(number, state.tool_names)} is not known; give --tool-table FILE, or use {g_name(code + 1)} D",
-                "D",
-            )
+            text = f"the diameter of {name} is not known; give --tool-table FILE, or use {g_name(code + 1)} D"
+            raise block.error("VP012", text, "D", name)
         if state.tools[number].diameter <= 0:
-            raise block.error(
-                "VP012", f"{tool_text(number, state.tool_names)} has no diameter in the tool table (D)", "D"
-            )
+            raise block.error("VP012", f"{name} has no diameter in the tool table (D)", "D", name)
         return state.tools[number].diameter
 
     def _check_compensated(self, start: list[float], end: list[float]) -> None:

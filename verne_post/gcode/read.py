@@ -10,6 +10,7 @@ from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.execution import Execution, StopConditions, all_known
 from verne_post.gcode.languages import find_other_language
+from verne_post.gcode.missing_setup import missing_offsets
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -47,17 +48,17 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             position = _start_position(source, setup, dialect)
         except InputError as error:  # report what else is wrong, after the opening lines
             state.known = [True] * 9
-            others = dialect.execute(source, setup, state, StopConditions()).errors
-            seen = {(item.line, item.code) for item in others}
-            every = [*others, *(item for item in error.findings if (item.line, item.code) not in seen)]
-            raise InputError(*_find_cause(source, every, dialect)) from None
+            done = dialect.execute(source, setup, state, StopConditions())
+            seen = {(item.line, item.code) for item in done.errors}
+            every = [*done.errors, *(item for item in error.findings if (item.line, item.code) not in seen)]
+            raise _refusal(source, every, dialect, done, setup) from None
         state.known = [True] * 9
         state.position = position
     start, start_frame = list(state.position), state.frame
     done = dialect.execute(source, setup, state, StopConditions())
     if done.errors:
         every = [*done.errors, *done.recorder.warnings.values()]
-        raise InputError(*_find_cause(source, every, dialect))
+        raise _refusal(source, every, dialect, done, setup)
     return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
 
 
@@ -79,6 +80,15 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[F
     """Errors in the order of their lines; one alone where the program is in another language."""
     other = _find_language(source, errors, dialect)
     return sorted(errors, key=lambda item: item.line or 0) if other is None else [other]
+
+
+def _refusal(source: Text, errors: list[Finding], dialect: Dialect, done: Execution, setup: Setup) -> InputError:
+    """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
+    found = _find_cause(source, errors, dialect)
+    if done.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
+        moves = done.recorder.freeze(list(done.state.position), done.state.frame, {})
+        found += missing_offsets(moves, setup)
+    return InputError(*found)
 
 
 def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:

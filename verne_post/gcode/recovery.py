@@ -16,8 +16,8 @@ from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, TAKES_AXES
 from verne_post.gcode.frame_codes import LINEAR
 from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.missing_setup import ASSUMED_TOOL
 from verne_post.model.moves import AXES, ZERO9
-from verne_post.model.part_setup import Tool
 
 #: Errors after which a program does not go on: the next line is not known.
 FATAL: Final = ("VP023", "VP024", "VP027")
@@ -28,18 +28,6 @@ _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
 _WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{1,3})?(?![\d.])|)")
 #: Groups of codes that are no modes.
 _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "subprograms", "cutter compensation")
-#: Stands for a tool that is not in the tool table: its width only has to be greater than 0.
-_ASSUMED: Final = Tool(0, 0, ZERO9, 1.0)
-
-
-class _AnyTool(dict[int, Tool]):
-    """The tool table that a program needs and does not have."""
-
-    def __contains__(self, key: object) -> bool:
-        return True
-
-    def __missing__(self, key: int) -> Tool:
-        return _ASSUMED
 
 
 class Recovery:
@@ -153,14 +141,13 @@ class Recovery:
             return True
         numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}
         numbers.add(state.loaded_tool or 0)
-        if state.tools is None:
-            state.tools = _AnyTool()
-        elif missing := {n for n in numbers if n not in state.tools or state.tools[n].diameter <= 0}:
-            state.tools = {**state.tools, **{n: replace(_ASSUMED, number=n, pocket=n) for n in missing}}
+        known = state.tools or {}
+        if missing := {n for n in numbers if n not in known or known[n].diameter <= 0}:
+            state.tools = {**known, **{n: replace(ASSUMED_TOOL, number=n, pocket=n) for n in missing}}
         elif state.loaded_tool:
             return False
         state.loaded_tool = state.loaded_tool or 1
-        state.tools.setdefault(state.loaded_tool, _ASSUMED)
+        state.tools = {state.loaded_tool: ASSUMED_TOOL, **(state.tools or {})}
         return True
 
     def _assume_home(self, _block: Block, _error: BlockError) -> bool:

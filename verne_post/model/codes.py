@@ -99,7 +99,7 @@ CODES: Final[dict[str, Code]] = _table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Give --tool-length, --tool-table with the tool, or G10 L1 in the program.",
+        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (part.nc.toml); the program may say it too (G10 L1, TOOL DEF).",
     ),
     (
         "VP013",
@@ -238,7 +238,7 @@ CODES: Final[dict[str, Code]] = _table(
         "no work offset",
         "warning",
         "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the table face.",
-        "Give --wcs; where the part zero really is there, say so: --wcs G54=0,0,0.",
+        "Give --wcs, or wcs.G54 in the set-up beside the program: mm from the rotary centre and the table face. Where the part zero really is there, say so: --wcs G54=0,0,0.",
     ),
     (
         "VP034",

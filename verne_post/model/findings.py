@@ -1,6 +1,7 @@
 """Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from verne_post.model.codes import CODES
 from verne_post.model.verdict import Severity
@@ -50,6 +51,17 @@ def finding(code: str, message: str, **where: object) -> Finding:
     """Build a finding whose severity is that of its code, unless ``severity=`` is given."""
     where.setdefault("severity", CODES[code].severity)
     return Finding(code=code, message=message, **where)  # type: ignore[arg-type]
+
+
+def merge_same(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings of the same words as one, from the first line to the last, in the order in which they begin."""
+    merged: dict[tuple[str, str], Finding] = {}
+    for item in findings:
+        known = merged.setdefault((item.code, item.message), item)
+        if known is not item:
+            last = replace(known, last_line=item.last_line, count=known.count + item.count)
+            merged[item.code, item.message] = last
+    return list(merged.values())
 
 
 class InputError(Exception):

@@ -214,9 +214,8 @@ class KlartextContour(KlartextPaths):
         state = self.state
         number = state.loaded_tool or 0
         if number == 0 or state.tools is None or number not in state.tools:
-            raise BlockError(
-                "VP012", f"the radius of tool {number} is not known; give --tool-table FILE, or TOOL DEF {number} L R"
-            )
+            text = f"the radius of tool {number} is not known; give --tool-table FILE, or TOOL DEF with L and R"
+            raise BlockError("VP012", text, about=f"tool {number}")
         radius = 0.5 * state.tools[number].diameter + self.delta_radius
         if radius < 0:
             raise BlockError("VP007", f"tool {number} has the radius {radius:g} mm with DR of its call")

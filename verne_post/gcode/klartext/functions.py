@@ -75,23 +75,23 @@ class KlartextFunctions(KlartextApproach):
         words.check_used(statement)
         if feed is not None:
             self.call_feed = self.feed_of_word(feed)
-        if number is not None:
+        if number is not None and found is not None:
             self._refuse_compensation("TOOL CALL")
-            self._change(int(number), *delta)
+            self._change(int(number), *delta, column=statement.begin + found.start(1) + 1)
         elif any(delta):
             raise statement.error("VP006", "DL and DR belong to a tool number")
         if speed is not None:
             self._run(Block(statement.line, words={"S": speed}, columns={"S": 1}))
 
-    def _change(self, number: int, delta_length: float, delta_radius: float) -> None:
+    def _change(self, number: int, delta_length: float, delta_radius: float, *, column: int) -> None:
         """The tool comes into the spindle, and its length counts at once."""
         line, state = self.block.line, self.state
         self.delta_radius, self.delta_length = delta_radius, delta_length
-        self._run(Block(line, [("M", 6.0, 1)], {"T": float(number)}, {"T": 1}))
+        self._run(Block(line, [("M", 6.0, 1)], {"T": float(number)}, {"T": column}))
         if number == 0:
             self._run(Block(line, [("G", 49.0, 1)]))
         else:
-            self._run(Block(line, [("G", 43.0, 1)], {"H": float(number)}, {"H": 1}))
+            self._run(Block(line, [("G", 43.0, 1)], {"H": float(number)}, {"H": column}))
         if delta_length:
             length = state.frame.tool_length + delta_length
             if self.setup.machine and length < 0:

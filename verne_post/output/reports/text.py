@@ -18,6 +18,12 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         hidden = report.errors_not_counted
         verdict = "refused" if errors else f"not refused, {hidden} errors do not count" if hidden else "can run"
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
-        lines.append(f"{printable(report.program)}: {verdict}: {errors} errors, {warnings} warnings{time}")
+        lines.append(
+            f"{printable(report.program)}: {verdict}: {_counted(errors, 'error')}, {_counted(warnings, 'warning')}{time}"
+        )
         lines += [f"  {remark}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

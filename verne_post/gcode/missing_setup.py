@@ -1,0 +1,44 @@
+"""What the set-up of a program lacks: tools that no table has, and work offsets that nobody gave; the same words in every dialect."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.state import State
+from verne_post.model.findings import Finding, finding
+from verne_post.model.moves import ZERO9, Moves
+from verne_post.model.part_setup import SYSTEM_NAMES, Tool, tool_text
+
+#: Stands for a tool that is in no table, once that has been reported: its width only has to be greater than 0.
+ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
+
+
+def missing_tool(number: int, letter: str, block: Block, setup: Setup, state: State) -> BlockError:
+    """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
+    name = tool_text(number, state.tool_names)
+    if setup.tools is None:
+        why = "there is no tool table; give --tool-table FILE, or --tool-length MM where the program has one tool"
+    else:
+        why = "the tool table has no such tool; add it, or give --tool-length MM where the program has one tool"
+    return block.error("VP012", f"{name}: {why}", letter, name)
+
+
+def missing_offset(system: int, line: int) -> Finding:
+    """VP033: a work system that a program uses from a line on, and that nobody has placed on the table."""
+    name = SYSTEM_NAMES[system]
+    text = f"no work offset was given: {name} stands on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
+    return finding("VP033", text, line=line, last_line=line, worst_line=line)
+
+
+def missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
+    """VP033 for a program that was refused, with the moves that it would have had."""
+    found: dict[int, Finding] = {}
+    for index, at in zip(*np.unique(moves.frame, return_index=True), strict=True):
+        frame = moves.frames[index]
+        given = setup.frames.get(frame.system)
+        placed = frame.system in setup.given_systems or given is None or frame.origin != given.origin
+        if setup.machine and not placed:
+            found.setdefault(frame.system, missing_offset(frame.system, int(moves.line[at])))
+    return list(found.values())
