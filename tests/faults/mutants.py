@@ -27,7 +27,7 @@ TARGETS = {
     "verification/rows.py": ("verification",),
     "gcode/arcs.py": ("gcode/test_arcs.py", "gcode/test_reference.py"),
     "gcode/cycle_codes.py": ("gcode/test_cycles.py", "gcode/test_reference.py"),
-    "trajectory/window_problem.py": ("trajectory/test_interior_point.py", "trajectory/test_continuous.py", "trajectory/test_tightest_rows.py"),
+    "trajectory/window_problem.py": ("trajectory/test_interior_point.py", "trajectory/test_continuous.py", "trajectory/test_window_problem.py"),
 }  # fmt: skip
 #: A change that makes tests run so long is noticed, s.
 LONGEST = 600

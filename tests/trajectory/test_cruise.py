@@ -9,13 +9,13 @@ import pytest
 import verne_post
 from verne_post.base.arrays import Array
 from verne_post.model.options import Options
-from verne_post.trajectory import continuous
+from verne_post.trajectory import continuous, tuning
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.cruise import find_cruise
 from verne_post.trajectory.reachability import solve as second_order
 from verne_post.trajectory.section_path import grid_along
 
-from ..builders import MACHINE
+from ..builders import MACHINE, SAMPLES
 from .curves import Curve, assert_legal, cornered, limits, straight
 
 
@@ -68,6 +68,36 @@ def test_a_corner_between_long_lines_is_solved() -> None:
     s = plan_continuous(section, top, 1e-3).s
     assert_legal(section, s, top, 1e-3)
     assert np.diff(s)[len(s) // 4 : -len(s) // 4].min() < 0.045
+
+
+def test_pieces_that_are_solved_together_take_the_time_of_each_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    section, top = cornered(40.0, 6, 0.2, 50.0), limits(3)
+    together = plan_continuous(section, top, 1e-3).s
+    assert_legal(section, together, top, 1e-3)
+    monkeypatch.setattr(tuning, "TOGETHER_KNOTS", 0)
+    alone = plan_continuous(section, top, 1e-3).s
+    assert_legal(section, alone, top, 1e-3)
+    # each is within 0.3 % of the time that its six corners take, some 40 ms each
+    assert len(together) == pytest.approx(len(alone), abs=2)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("START_X", 0.3), ("START_X", 0.6), ("START_SLACK", 0.05), ("START_SLACK", 0.5), ("START_SMOOTH", 20)],
+)
+def test_what_a_solution_starts_from_does_not_decide_the_time(
+    name: str, value: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pieces without a solution tied to the cruise beside them, and steps spoilt by rounding, once took twelve times as long."""
+    source = (SAMPLES / "blade_5axis.nc").read_bytes()
+    options = Options(tool_length=120.0, wcs={"G54": (0.0, 0.0, 10.0)})
+    seconds = []
+    for attribute in ("START_X", name):
+        monkeypatch.setattr(tuning, attribute, getattr(tuning, attribute) if not seconds else value)
+        result = verne_post.check(source, MACHINE, options)
+        assert result.summary is not None, result.findings
+        seconds.append(result.summary.cycle_time)
+    assert seconds[1] == pytest.approx(seconds[0], rel=0.005)
 
 
 def test_the_highest_effort_is_no_slower_where_the_feed_rate_is_kept() -> None:

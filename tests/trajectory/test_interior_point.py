@@ -8,7 +8,7 @@ import pytest
 from verne_post.trajectory.interior_point import Problem, basis, solve
 
 
-def line(n: int = 200, cap: float = 1.0, *, fixed: np.ndarray | None = None, end: float | None = None) -> Problem:
+def line(n: int = 200, cap: float = 1.0, *, held: slice = slice(0)) -> Problem:
     """A joint with Q' = 1: X below its cap, |X'| / 2 <= 5 and |X''| / 2 <= 100 X^(-1/2)."""
     phases = np.array([0.25, 0.75])
     one, none = np.ones((1, 2 * n)), np.zeros((1, 2 * n))
@@ -18,7 +18,9 @@ def line(n: int = 200, cap: float = 1.0, *, fixed: np.ndarray | None = None, end
 
     acceleration = (both(none), both(0.5 * one / 5.0))
     jerk = (both(none), both(none), both(0.5 * one / 100.0))
-    return Problem(0.01, phases, np.full(2 * n, cap), acceleration, jerk, np.empty(0) if fixed is None else fixed, end)
+    stays = np.zeros(n + 3, dtype=bool)
+    stays[held] = True
+    return Problem(0.01, phases, np.full(2 * n, cap), acceleration, jerk, stays)
 
 
 def values(problem: Problem, c: np.ndarray) -> np.ndarray:
@@ -49,7 +51,8 @@ def test_nothing_but_the_cap() -> None:
 def test_limits_hold_at_every_point_whatever_the_start() -> None:
     rng = np.random.default_rng(3)
     start = rng.uniform(0.05, 3.0, 203)  # far beyond every limit
-    problem = line(fixed=np.full(3, 0.2))
+    start[:3] = 0.2
+    problem = line(held=slice(3))
     found = solve(problem, start, start_gap=30.0, final_gap=1e-3, iterations=60)
     x, x1, x2 = values(problem, found.coefficients)
     assert found.legal
@@ -62,8 +65,10 @@ def test_limits_hold_at_every_point_whatever_the_start() -> None:
 
 
 def test_a_window_that_is_not_the_last_ends_slowly() -> None:
-    problem = line(end=0.01)
-    found = solve(problem, np.full(203, 0.9), start_gap=10.0, final_gap=1e-2, iterations=40)
+    problem = line(held=slice(-3, None))
+    found = solve(
+        problem, np.append(np.full(200, 0.9), np.full(3, 0.01)), start_gap=10.0, final_gap=1e-2, iterations=40
+    )
     assert found.legal
     assert found.coefficients[-3:].max() <= 0.011
     assert found.coefficients[:100].min() > 0.95

@@ -10,21 +10,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.columns import Growing, release_memory
-from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
+from verne_post.base.columns import Growing
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
-from verne_post.trajectory.cruise import Piece, split_into_pieces
 from verne_post.trajectory.initial_profile import Solver, initial_profile
-from verne_post.trajectory.interior_point import solve
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.repair import repair_or_slow_down, repair_rows
+from verne_post.trajectory.retiming import retime
 from verne_post.trajectory.row_limits import at_rest, exceeding, excess
 from verne_post.trajectory.section_path import Section, SectionTask
 from verne_post.trajectory.section_rows import sample_rows
 from verne_post.trajectory.spline_profile import Profile, Times, positions
-from verne_post.trajectory.tuning import Effort, PassSettings
-from verne_post.trajectory.window_problem import Window, window_problem
+from verne_post.trajectory.tuning import Effort
 
 Array = NDArray[np.float64]
 
@@ -131,74 +128,3 @@ def rebuild_profile(profile: Profile, times: Times, unit: float) -> Profile:
     for part in positions(profile, times, count, lambda number: np.minimum(unit * number, times.total)):
         samples.extend(part)
     return Profile.through_samples(samples.column(), unit)
-
-
-# --- one pass ------------------------------------------------------------------------------------
-
-
-def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
-    """Make one pass of the interior point method over the whole section: over the pieces between its ranges of cruise."""
-    knot = settings.knot_units * task.unit
-    knots = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
-    settled = Growing(float)
-    for piece in split_into_pieces(task, profile, knots, settings):
-        settled.extend(piece.cruise[3:-3])
-        _retime_piece(task, profile, settings, piece, settled)
-    return Times.of_coefficients(settled.column(), knot)
-
-
-def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, piece: Piece, settled: Growing) -> None:
-    """Solve a piece window by window, and add its coefficients to the settled ones, which are those of all knots before."""
-    recent = piece.cruise[-3:]  # coefficients of the window before, and of this one
-    held = float(recent[-1]) if len(recent) else 1.0 if piece.after is None else float(piece.after[0])
-    begin, careful = piece.begin, -1
-    look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
-    while begin < piece.end:
-        release_memory()
-        end = min(begin + tuning.WINDOW_KNOTS + look_ahead, piece.end)
-        if piece.end - end < look_ahead:
-            end = piece.end
-        recent = np.append(recent, np.full(max(end + 3 - settled.count - len(recent), 0), held))
-        coefficients = recent[begin - settled.count : end + 3 - settled.count]
-        fixed = coefficients[:3].copy() if begin else np.empty(0)
-        crawl = tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
-        window = Window(begin, end, fixed, piece.after if end == piece.end else np.full(3, crawl))
-        found = solve(
-            window_problem(task, profile, settings, window),
-            _start(coefficients, held, settings.knot_units, window),
-            start_gap=settings.start_gap,
-            final_gap=settings.final_gap,
-            iterations=settings.iterations,
-        )
-        if begin > careful and begin > piece.begin and not found.legal:
-            # the window before may have been too fast at its end: again, this time down to a crawl
-            careful = begin
-            begin -= tuning.WINDOW_KNOTS
-            continue
-        coefficients[:] = found.coefficients
-        done = begin - settled.count
-        settled.extend(recent[:done].copy())
-        recent = recent[done:]
-        begin = end if end == piece.end else begin + tuning.WINDOW_KNOTS
-    settled.extend(recent)
-
-
-def _start(known: Array, held: float, knot_units: int, window: Window) -> Array:
-    """Coefficients that a window starts from, near the X ``held`` in cruises.
-
-    Where it goes on, ``known`` begins with those of the window before.
-    """
-    start = np.full(len(known), tuning.START_X * held)
-    ramp, seen = tuning.START_RAMP // knot_units, (tuning.LOOK_AHEAD_UNITS - tuning.START_RAMP) // knot_units
-    ramp, seen = min(ramp, len(known)), min(seen, len(known))
-    if window.begin:  # less and less of them: the window before slows down
-        start[:seen] += (known[:seen] - start[:seen]) * _falling(seen)
-    if window.end_x is not None:  # as the solution will, change over the end of the window
-        start[-ramp:] *= (window.end_x[0] / held) ** (1.0 - _falling(ramp))
-    return start
-
-
-def _falling(n: int) -> Array:
-    """From 1 to 0 in n values, even at both ends."""
-    f = np.linspace(0.0, 1.0, n)
-    return np.asarray(1.0 - f * f * (3.0 - 2.0 * f))

@@ -75,20 +75,31 @@ def split_into_pieces(task: SectionTask, profile: Profile, knots: int, settings:
     )
     kept = (ends - begins) * knot >= tuning.LOOK_AHEAD_UNITS * task.unit
     solved, cruise = 0, np.empty(0)
-    for begin, end in zip(begins[kept].tolist(), ends[kept].tolist(), strict=True):
-        following = _follow_feed(task, profile, begin, end, settings)
+    stretches = list(zip(begins[kept].tolist(), ends[kept].tolist(), strict=True))
+    for (begin, end), following in zip(stretches, _follow_feed(task, profile, stretches, settings), strict=True):
         yield Piece(solved, begin, cruise, following[:3])
         solved, cruise = end, following
     yield Piece(solved, knots, cruise, None)
 
 
-def _follow_feed(task: SectionTask, profile: Profile, begin: int, end: int, settings: PassSettings) -> Array:
-    """Coefficients of X (end - begin + 3,) that lead to the planned share of the feed, over knots ``begin`` to ``end``."""
+def _follow_feed(
+    task: SectionTask, profile: Profile, stretches: list[tuple[int, int]], settings: PassSettings
+) -> Iterator[Array]:
+    """Coefficients of X (end - begin + 3,) that lead to the planned share of the feed, over each stretch of knots."""
+    if not stretches:
+        return
     knot = settings.knot_units * task.unit
-    s = profile.s(knot * np.arange(begin, end + 1, dtype=float))
-    feed = np.asarray(task.section.speed(s), dtype=float)
-    lowest = (settings.shares[0] * knot * np.minimum(feed[1:], feed[:-1]) / np.diff(s)) ** 2
     # means of means over so many knots are below the limits of all intervals that a coefficient reaches
     reach = tuning.CRUISE_EVEN // settings.knot_units // 2
-    lowest = mean_around(mean_around(lowest_around(lowest, 2 * reach + 3), reach), reach)
-    return np.pad(lowest, (1, 2), mode="edge")
+    at_a_time = max(tuning.AT_A_TIME // max(end - begin for begin, end in stretches), 1)
+    for first in range(0, len(stretches), at_a_time):
+        group = stretches[first : first + at_a_time]
+        s = profile.s(knot * np.concatenate([np.arange(begin, end + 1, dtype=float) for begin, end in group]))
+        feed = np.asarray(task.section.speed(s), dtype=float)
+        # those between two stretches mean nothing
+        every = (settings.shares[0] * knot * np.minimum(feed[1:], feed[:-1]) / np.diff(s)) ** 2
+        at = 0
+        for begin, end in group:
+            lowest = lowest_around(every[at : at + end - begin], 2 * reach + 3)
+            yield np.pad(mean_around(mean_around(lowest, reach), reach), (1, 2), mode="edge")
+            at += end - begin + 1

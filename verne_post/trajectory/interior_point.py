@@ -29,7 +29,7 @@ _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One window of pseudo-time: n knot intervals with k points each.
+    """Windows of pseudo-time laid end to end: n knot intervals with k points each.
 
     Point arrays are ordered by phase, then by interval: point p of interval i stands at
     ``(i + phases[p]) * knot`` and has index ``p * n + i``.
@@ -46,10 +46,8 @@ class Problem:
         Rows g with ``g0 X + g1 X' <= 1``.
     jerk : tuple of 3 ndarrays, shape (j, k n)
         Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
-    fixed : ndarray, shape (0,) or (3,)
-        The first coefficients, where the window before gives them.
-    end : float, ndarray of shape (3,), or None
-        The last coefficients: slow, so that a next window exists, or those of the cruise that follows. None for the last window.
+    held : ndarray of bool, shape (n + 3,)
+        Coefficients that stay what they are at the start.
     """
 
     knot: float
@@ -57,8 +55,7 @@ class Problem:
     cap: Array
     acceleration: tuple[Array, ...]
     jerk: tuple[Array, ...]
-    fixed: Array
-    end: float | Array | None
+    held: NDArray[np.bool_]
 
 
 def basis(knot: float, fraction: Array) -> Array:
@@ -80,7 +77,7 @@ class Solution:
 
 
 def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float, iterations: int) -> Solution:
-    """Minimise the time of one window.
+    """Minimise the time.
 
     Parameters
     ----------
@@ -88,7 +85,7 @@ def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float,
     start : ndarray, shape (n + 3,)
         Coefficients to start from, positive; they need not be legal.
     start_gap : float
-        Sum of slack times multiplier to start from, over the window's time.
+        Sum of slack times multiplier to start from, over the time.
     final_gap : float
         The same sum at which the iteration ends.
     iterations : int
@@ -112,10 +109,6 @@ class _Iteration:
         self.problem = problem
         self.n = len(problem.cap) // len(problem.phases)
         self.points = len(problem.cap)
-        self.held = np.zeros(self.n + 3, dtype=bool)
-        self.held[: len(problem.fixed)] = True
-        if problem.end is not None:
-            self.held[-3:] = True
         self.weight = problem.knot / len(problem.phases)
         table = basis(problem.knot, problem.phases)
         self.to_points = np.ascontiguousarray(table.reshape(-1, 4))
@@ -204,7 +197,7 @@ class _Iteration:
             for k in range(i, 4):
                 band[k - i, i : i + self.n] += parts[row]
                 row += 1
-        band[0, self.held] = tuning.FIXED_DIAGONAL
+        band[0, self.problem.held] = tuning.FIXED_DIAGONAL
         factor, info = _PBTRF(band, lower=1, overwrite_ab=1)
         return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
@@ -218,19 +211,16 @@ class _Iteration:
         pull[1] = -_dot(acc, self.acc[1]) - _dot(jerk, self.jerk[1])
         pull[2] = -_dot(jerk, self.jerk[2])
         rhs = self.gathered(pull)
-        rhs[self.held] = 0.0
+        rhs[self.problem.held] = 0.0
         change, _info = _PBTRS(factor, rhs, lower=1)
         change = change.reshape(-1)
-        change[self.held] = 0.0
+        change[self.problem.held] = 0.0
         return change
 
     @np.errstate(over="ignore", invalid="ignore")
     def iterate(self, start: Array, start_gap: float, final_gap: float, iterations: int) -> Solution:
         """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
         c = start.copy()
-        if self.problem.end is not None:
-            c[-3:] = self.problem.end
-        c[: len(self.problem.fixed)] = self.problem.fixed
         y = self.at_points(c)
         now = self.slacks(y, self._slack_now)
         slack: Rows = np.maximum(now, np.float32(tuning.START_SLACK))
@@ -290,6 +280,8 @@ class _Iteration:
             d_dual -= dual
             step_p = min(tuning.TO_BOUNDARY * _step(-float(np.multiply(d_slack, inverse, out=target).min())), 1.0)
             step_d = min(tuning.TO_BOUNDARY * _step(-float(np.divide(d_dual, dual, out=target).min())), 1.0)
+            if step_p < tuning.STUCK_STEP:
+                break
             c += step_p * change
             y = self.at_points(c)
             blocked = min(step_p, step_d) < tuning.SHORT_STEP

@@ -77,7 +77,7 @@ class Effort:
 NORMAL: Final = Effort(
     passes=(
         PassSettings(
-            knot_units=8, points_per_knot=3, tightest_rows=ALL_ROWS, largest_x=8.0, start_gap=30.0, final_gap=3e-1,
+            knot_units=8, points_per_knot=3, tightest_rows=ALL_ROWS, largest_x=8.0, start_gap=100.0, final_gap=3e-1,
             iterations=25,
         ),
         PassSettings(
@@ -132,6 +132,9 @@ TIME_UNIT: Final = 1e-3
 #: slows down at the end of each window.
 WINDOW_KNOTS: Final = 3500
 LOOK_AHEAD_UNITS: Final = 300
+#: Pieces between cruises are solved together up to so many knots. Fewer pay more for each array operation; more no longer
+#: fit the processor's cache, and one difficult piece takes more iterations of all.
+TOGETHER_KNOTS: Final = 800
 #: X at the end of a window that is not the last; and of one after which no next one was feasible: smaller is safer and slower.
 WINDOW_END_X: Final = 0.1
 CRAWLING_X: Final = 0.01
@@ -153,7 +156,7 @@ JERK_BOUND_RATIO: Final = 1.2
 #: Smallest X: one pass may slow the profile down a hundredfold. X^(-1/2) is evaluated no closer to zero.
 SMALLEST_X: Final = 1e-4
 #: Slacks start no smaller than this, so that a start outside the limits is inside the method's set.
-START_SLACK: Final = 0.1
+START_SLACK: Final = 0.3
 #: A constraint may be off by this share of its limit at the end. More saves iterations and is left to repair.
 ACCEPTED_INFEASIBILITY: Final = 5e-4
 #: Diagonal entry that keeps an unknown where it is; far above any other, and far from overflow.
@@ -163,6 +166,9 @@ TO_BOUNDARY: Final = 0.99
 #: After a step shorter than this, the next one aims at no less than this share of the complementarity.
 SHORT_STEP: Final = 0.3
 RECENTRE: Final = 0.3
+#: Where a step would be shorter than this, rounding has spoilt the direction: the iteration ends with what it has. Going on once
+#: ended with nearly everything at rest, where any limit holds, at twelve times the duration.
+STUCK_STEP: Final = 1e-4
 #: The jerk constraints bend the other way than the objective: at least this share of the objective's curvature stays.
 LEAST_CURVATURE: Final = 0.1
 
@@ -177,7 +183,7 @@ FINEST_UNIT: Final = 0.25
 START_STEP: Final = 4
 START_SMOOTH: Final = 10
 #: The first profile may ask for more jerk than allowed: its speed squared is over the jerk's cap by this factor at most.
-START_JERK_EXCESS: Final = 4.0
+START_JERK_EXCESS: Final = 2.0
 #: It is slowed down by this factor: knots are even in its time, and the slow spots of the profile need many.
 START_SLOWER: Final = 1.5
 

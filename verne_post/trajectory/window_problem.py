@@ -1,14 +1,21 @@
-"""The constraints of one window of a pass: limits at the points, from differences of rows a cycle apart."""
+"""The constraints of windows of a pass: limits at the points, from differences of rows a cycle apart.
 
+Windows that do not depend on each other are laid end to end and make one problem. Between them stand intervals without
+constraints, whose coefficients are held. So what an array operation costs beside its work is paid once for all of them.
+"""
+
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import Problem
-from verne_post.trajectory.section_path import SectionTask, joints_at
+from verne_post.trajectory.section_path import Section, SectionTask, joints_at
 from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
 
@@ -19,6 +26,10 @@ Array = NDArray[np.float64]
 _HELD_EXCESS: Final = (tuning.ACCEPTED_RATIOS[0] / tuning.PLANNED_SHARES[0]) ** 2
 
 
+#: Coefficients of a cubic spline that an interval shares with the next one; so many are held where a window is tied.
+TIED: Final = 3
+
+
 @dataclass(frozen=True, eq=False)
 class Window:
     """Part of a profile that one solution re-times.
@@ -27,44 +38,110 @@ class Window:
     ----------
     begin, end : int
         Knots, ``end`` excluded.
-    fixed : ndarray, shape (0,) or (3,)
-        The first coefficients, where the window before gives them.
-    end_x : ndarray, shape (3,), or None
-        The last coefficients; None where the section ends there.
+    start : ndarray, shape (end - begin + 3,)
+        Coefficients to start from.
+    begin_tied, end_tied : bool
+        The first three, or the last three stay what they are. Where they do not, the section begins or ends.
     """
 
     begin: int
     end: int
-    fixed: Array
-    end_x: Array | None
+    start: Array
+    begin_tied: bool
+    end_tied: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Windows laid end to end.
+
+    Attributes
+    ----------
+    windows : sequence of Window
+        Only the first may begin where the section does, and only the last one end there.
+    gap : int
+        Intervals between two windows: as many as coefficients and differences reach.
+    """
+
+    windows: Sequence[Window]
+    gap: int
+
+    @classmethod
+    def of(cls, windows: Sequence[Window], task: SectionTask, settings: PassSettings) -> "Layout":
+        """With gaps for a pass."""
+        reach = 3.0 * task.cycle / (settings.knot_units * task.unit)
+        return cls(windows, max(TIED, math.ceil(reach)))
+
+    def first(self) -> list[int]:
+        """The interval, and the coefficient, with which each window begins."""
+        counts = [window.end - window.begin + self.gap for window in self.windows]
+        return np.cumsum([0, *counts[:-1]]).tolist()
+
+    def start(self) -> Array:
+        """Coefficients (n + 3,) to start from; in the gaps those of the window before go on."""
+        filled = [np.pad(window.start, (0, self.gap - TIED), mode="edge") for window in self.windows]
+        return np.concatenate(filled)[: self.first()[-1] + len(self.windows[-1].start)]
+
+    def held(self) -> NDArray[np.bool_]:
+        """Coefficients (n + 3,) that stay what they are."""
+        held = np.zeros(self.first()[-1] + len(self.windows[-1].start), dtype=bool)
+        for first, window in zip(self.first(), self.windows, strict=True):
+            end = first + window.end - window.begin
+            held[first : first + TIED * window.begin_tied] = True
+            if window.end_tied:
+                held[end : end + self.gap] = True
+        return held
+
+    def knots(self) -> Array:
+        """Knots (n,) of the profile at which the intervals begin; in the gaps those behind the window before."""
+        parts = [np.arange(window.begin, window.end + self.gap, dtype=float) for window in self.windows]
+        return np.concatenate(parts)[: len(self.held()) - TIED]
+
+    def in_gap(self) -> NDArray[np.bool_]:
+        """Intervals (n,) that belong to no window."""
+        parts = [
+            np.arange(window.end - window.begin + self.gap) >= window.end - window.begin for window in self.windows
+        ]
+        return np.concatenate(parts)[: len(self.held()) - TIED]
+
+    def split(self, coefficients: Array) -> list[Array]:
+        """The coefficients of each window, of those of all."""
+        parts = zip(self.first(), self.windows, strict=True)
+        return [coefficients[first : first + len(window.start)] for first, window in parts]
 
 
 @dataclass(frozen=True, eq=False)
 class _Differences:
-    """Joints' first three derivatives by pseudo-time (n_joints, points), and the share of the feed that is used (points,)."""
+    """Joints' first three derivatives by pseudo-time (n_joints, points), and the largest rate by the feed (points,)."""
 
     first: Array
     second: Array
     third: Array
-    feed_x: Array
+    by_feed: Array
 
 
-def window_problem(task: SectionTask, profile: Profile, settings: PassSettings, window: Window) -> Problem:
-    """Constraints at the points of a window, from differences of rows a cycle apart: the acceptance metric itself."""
-    n, k = window.end - window.begin, settings.points_per_knot
+def windows_problem(task: SectionTask, profile: Profile, settings: PassSettings, layout: Layout) -> Problem:
+    """Constraints at the points of windows, from differences of rows a cycle apart: the acceptance metric itself."""
+    k = settings.points_per_knot
     unit, limits, shares = task.unit, task.limits, settings.shares
-    at_points = _differences(task, profile, settings, window)
+    samples = _Samples.of(layout.knots(), settings.knot_units * unit, k, task.cycle)
+    at_points = _differences(task.section, profile, samples, task.cycle)
     q1, q2, q3 = at_points.first, at_points.second, at_points.third
     with np.errstate(divide="ignore", invalid="ignore"):
         by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
-    cap = np.minimum(np.where(np.isnan(at_points.feed_x), np.inf, at_points.feed_x), by_speed)
+    by_feed = (shares[0] * at_points.by_feed) ** 2
+    cap = np.minimum(np.where(np.isnan(by_feed), np.inf, by_feed), by_speed)
     cap = np.clip(cap, 2 * tuning.SMALLEST_X, settings.largest_x)
     # coefficients that are held may stand at the cap itself, which leaves no room inside
-    near_held = cap.reshape(k, n)
-    near_held[:, : len(window.fixed)] *= _HELD_EXCESS
-    near_held[:, n - 3 * (window.end_x is not None) :] *= _HELD_EXCESS
+    by_interval = cap.reshape(k, -1)
+    for first, window in zip(layout.first(), layout.windows, strict=True):
+        end = first + window.end - window.begin
+        by_interval[:, first : first + TIED * window.begin_tied] *= _HELD_EXCESS
+        by_interval[:, end - TIED * window.end_tied : end] *= _HELD_EXCESS
+    in_gap = layout.in_gap()
+    by_interval[:, in_gap] = 2.0 * settings.largest_x
     acceleration, jerk = shares[1] * limits.acceleration[:, None], shares[2] * limits.jerk[:, None]
-    virtual = np.zeros((1, n * k))
+    virtual = np.zeros((1, len(cap)))
     q1a = np.concatenate([0.5 * q1 / acceleration, virtual + 0.5 * unit / tuning.VIRTUAL_ACCELERATION])
     q2a = np.concatenate([q2 / acceleration, virtual])
     q1j = np.concatenate([0.5 * q1 / jerk, virtual + 0.5 * unit**2 / tuning.VIRTUAL_JERK])
@@ -75,41 +152,68 @@ def window_problem(task: SectionTask, profile: Profile, settings: PassSettings, 
     acceleration_rows, jerk_rows = (
         _tightest(rows, count or len(rows[0])) for rows, count in zip(both, settings.tightest_rows, strict=True)
     )
-    phases = (np.arange(k) + 0.5) / k
-    knot = settings.knot_units * unit
-    return Problem(knot, phases, cap, acceleration_rows, jerk_rows, window.fixed, window.end_x)
+    for row in (*acceleration_rows, *jerk_rows):
+        row.reshape(len(row), k, -1)[:, :, in_gap] = 0.0
+    return Problem(settings.knot_units * unit, samples.phases, cap, acceleration_rows, jerk_rows, layout.held())
 
 
-def _differences(task: SectionTask, profile: Profile, settings: PassSettings, window: Window) -> _Differences:
-    """Differences at the points of a window over the control cycle, by phase and then by interval."""
-    section, k = task.section, settings.points_per_knot
-    delta = task.cycle
-    knot = settings.knot_units * task.unit
-    spacing = knot / k
-    points = (window.end - window.begin) * k
-    apart = round(delta / spacing)
-    if apart >= 1 and abs(apart * spacing - delta) < 1e-9 * delta:  # points share their samples
-        first = window.begin * knot + 0.5 * spacing - 1.5 * delta
-        s = profile.s(first + spacing * np.arange(points + 3.0 * apart))
-        offset = apart
-    else:
-        at = (window.begin + (np.arange(points) + 0.5) / k) * knot
-        s = profile.s(at + delta * np.array([[-1.5], [-0.5], [0.5], [1.5]])).reshape(-1)
-        offset = points
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Where the profile is sampled to take differences at the points of n intervals.
+
+    Attributes
+    ----------
+    times : ndarray, shape (m,)
+        Pseudo-times of the samples.
+    first : ndarray, shape (k n,)
+        First of the four samples around each point, by phase and then by interval.
+    stride : int
+        From each of the four to the next.
+    phases : ndarray, shape (k,)
+        Positions of the points in an interval, 0 to 1.
+    """
+
+    times: Array
+    first: NDArray[np.int64]
+    stride: int
+    phases: Array
+
+    @classmethod
+    def of(cls, knots: Array, knot: float, k: int, cycle: float) -> "_Samples":
+        """For k points in each of the intervals that begin at ``knots`` (n,); points share samples where they can."""
+        phases = (np.arange(k) + 0.5) / k
+        if _is_multiple(cycle, knot / k):
+            step, begin, of_interval, chosen = knot / k, 0.5, k, np.arange(k)
+        elif _is_multiple(knot, cycle) and k < round(knot / cycle) < 4 * k:  # fewer samples than four for each point
+            step, begin, of_interval = cycle, 0.0, round(knot / cycle)
+            chosen = np.rint(phases * of_interval).astype(np.int64)
+            phases = chosen / of_interval
+        else:
+            at = (knots + phases[:, None]).ravel() * knot
+            apart = cycle * np.array([[-1.5], [-0.5], [0.5], [1.5]])
+            return cls((at + apart).ravel(), np.arange(len(at)), len(at), phases)
+        stride = round(cycle / step)
+        at = (knots[:, None] * knot + step * (begin + np.arange(of_interval))).ravel()
+        times = np.append(at, at[-1] + step * np.arange(1.0, 3.0 * stride + 1.0)) - 1.5 * cycle
+        return cls(times, (chosen[:, None] + of_interval * np.arange(len(knots))).ravel(), stride, phases)
+
+
+def _is_multiple(a: float, b: float) -> bool:
+    """Whether a is 1, 2, 3, ... times b."""
+    times = round(a / b)
+    return times >= 1 and abs(times * b - a) < WHOLE_CYCLE * b
+
+
+def _differences(section: Section, profile: Profile, samples: _Samples, cycle: float) -> _Differences:
+    """Differences at the points over the control cycle."""
+    s = profile.s(samples.times)
     q = np.ascontiguousarray(joints_at(section, s).T)
-    a, b, c, d = (q[:, m * offset : m * offset + points] for m in range(4))
-    low, high = slice(offset, offset + points), slice(2 * offset, 2 * offset + points)
-    speed = np.asarray(section.speed(s[offset : high.stop]), dtype=float)
-    speed = np.minimum(speed[:points], speed[offset:])
-    slope = s[high] - s[low]
+    low, high = samples.first + samples.stride, samples.first + 2 * samples.stride
+    a, b, c, d = (q.take(at, axis=1) for at in (samples.first, low, high, high + samples.stride))
+    speed = np.asarray(section.speed(s), dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
-        feed_x = _by_phase((settings.shares[0] * delta * speed / slope)[None], k)[0] ** 2
-    return _Differences(
-        _by_phase((c - b) / delta, k),
-        _by_phase((d - c - b + a) / (2 * delta**2), k),
-        _by_phase((d - 3 * (c - b) - a) / delta**3, k),
-        feed_x,
-    )
+        by_feed = cycle * np.minimum(speed[low], speed[high]) / (s[high] - s[low])
+    return _Differences((c - b) / cycle, (d - c - b + a) / (2 * cycle**2), (d - 3 * (c - b) - a) / cycle**3, by_feed)
 
 
 def _tightest(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
@@ -149,8 +253,3 @@ def largest_rows(scores: Array, count: int) -> NDArray[np.int64]:
             np.maximum(place, key, out=place)
             key = lower  # what gives way may be larger than the next
     return result.view(np.int64) & mask
-
-
-def _by_phase(a: Array, k: int) -> Array:
-    """Points in order of time (m, n k) -> by phase, then by interval."""
-    return np.ascontiguousarray(a.reshape(len(a), -1, k).transpose(0, 2, 1)).reshape(len(a), -1)

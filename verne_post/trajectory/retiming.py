@@ -1,0 +1,151 @@
+"""One pass of the interior point method over a section: X, the square of the rate at which a profile is re-timed.
+
+Between two ranges of cruise lies a piece. Short pieces are solved together, a long one window by window.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.columns import Growing, release_memory
+from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
+from verne_post.trajectory import tuning
+from verne_post.trajectory.cruise import Piece, split_into_pieces
+from verne_post.trajectory.interior_point import solve
+from verne_post.trajectory.section_path import SectionTask
+from verne_post.trajectory.spline_profile import Profile, Times
+from verne_post.trajectory.tuning import PassSettings
+from verne_post.trajectory.window_problem import TIED, Layout, Window, windows_problem
+
+Array = NDArray[np.float64]
+
+
+def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
+    """Make one pass over the whole section: over the pieces between its ranges of cruise.
+
+    Where a piece has no solution that is tied to the cruise beside it, the pass is made without cruises.
+    """
+    times, legal = _retime(task, profile, settings)
+    if not legal and len(task.cruise):
+        times, _legal = _retime(replace(task, cruise=task.cruise[:0]), profile, settings)
+    return times
+
+
+def _retime(task: SectionTask, profile: Profile, settings: PassSettings) -> tuple[Times, bool]:
+    """One pass, and whether all limits hold at its points."""
+    knot = settings.knot_units * task.unit
+    knots = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
+    settled, legal = Growing(float), True
+    for group in _group(split_into_pieces(task, profile, knots, settings)):
+        release_memory()
+        if len(group) == 1:
+            settled.extend(group[0].cruise[TIED:-TIED])
+            legal &= _retime_piece(task, profile, settings, group[0], settled)
+            continue
+        found, all_legal = _solve(task, profile, settings, [_whole(piece, settings) for piece in group])
+        legal &= all_legal
+        for piece, coefficients in zip(group, found, strict=True):
+            settled.extend(piece.cruise[TIED:-TIED])
+            settled.extend(coefficients.copy())
+    return Times.of_coefficients(settled.column(), knot), legal
+
+
+def _group(pieces: Iterable[Piece]) -> Iterator[list[Piece]]:
+    """Pieces that are solved together: of no more knots than a window has."""
+    group: list[Piece] = []
+    knots = 0
+    for piece in pieces:
+        knots += piece.end - piece.begin
+        if group and knots > tuning.TOGETHER_KNOTS:
+            yield group
+            group, knots = [], piece.end - piece.begin
+        group.append(piece)
+    yield group
+
+
+def _solve(
+    task: SectionTask, profile: Profile, settings: PassSettings, windows: list[Window]
+) -> tuple[list[Array], bool]:
+    """Coefficients of every window, and whether all limits hold in all of them."""
+    layout = Layout.of(windows, task, settings)
+    found = solve(
+        windows_problem(task, profile, settings, layout),
+        layout.start(),
+        start_gap=settings.start_gap,
+        final_gap=settings.final_gap,
+        iterations=settings.iterations,
+    )
+    return layout.split(found.coefficients), found.legal
+
+
+def _whole(piece: Piece, settings: PassSettings) -> Window:
+    """A piece as one window."""
+    known = np.append(piece.cruise[-TIED:], np.full(piece.end - piece.begin + TIED, _held(piece)))
+    known = known[: piece.end - piece.begin + TIED]
+    return _window(known, _held(piece), settings.knot_units, piece.begin, piece.after)
+
+
+def _held(piece: Piece) -> float:
+    """X of the cruise beside a piece; 1 where there is none."""
+    if len(piece.cruise):
+        return float(piece.cruise[-1])
+    return 1.0 if piece.after is None else float(piece.after[0])
+
+
+def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, piece: Piece, settled: Growing) -> bool:
+    """Solve a piece window by window, and add its coefficients to the settled ones, which are those of all knots before.
+
+    Returns whether all limits hold.
+    """
+    recent = piece.cruise[-TIED:]  # coefficients of the window before, and of this one
+    held = _held(piece)
+    begin, careful, all_legal = piece.begin, -1, True
+    look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
+    while begin < piece.end:
+        release_memory()
+        end = min(begin + tuning.WINDOW_KNOTS + look_ahead, piece.end)
+        if piece.end - end < look_ahead:
+            end = piece.end
+        recent = np.append(recent, np.full(max(end + TIED - settled.count - len(recent), 0), held))
+        coefficients = recent[begin - settled.count : end + TIED - settled.count]
+        crawl = tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
+        after = piece.after if end == piece.end else np.full(TIED, crawl)
+        found, legal = _solve(task, profile, settings, [_window(coefficients, held, settings.knot_units, begin, after)])
+        if begin > careful and begin > piece.begin and not legal:
+            # the window before may have been too fast at its end: again, this time down to a crawl
+            careful = begin
+            begin -= tuning.WINDOW_KNOTS
+            continue
+        all_legal &= legal
+        coefficients[:] = found[0]
+        done = begin - settled.count
+        settled.extend(recent[:done].copy())
+        recent = recent[done:]
+        begin = end if end == piece.end else begin + tuning.WINDOW_KNOTS
+    settled.extend(recent)
+    return all_legal
+
+
+def _window(known: Array, held: float, knot_units: int, begin: int, after: Array | None) -> Window:
+    """The window from knot ``begin`` on that starts near the X ``held`` in cruises, and ends with coefficients ``after``.
+
+    Where it goes on, ``known`` begins with those of the window before.
+    """
+    start = np.full(len(known), tuning.START_X * held)
+    ramp, seen = tuning.START_RAMP // knot_units, (tuning.LOOK_AHEAD_UNITS - tuning.START_RAMP) // knot_units
+    ramp, seen = min(ramp, len(known)), min(seen, len(known))
+    if begin:  # less and less of them: the window before slows down
+        start[:seen] += (known[:seen] - start[:seen]) * _falling(seen)
+        start[:TIED] = known[:TIED]
+    if after is not None:  # as the solution will, change over the end of the window
+        start[-ramp:] *= (after[0] / held) ** (1.0 - _falling(ramp))
+        start[-TIED:] = after
+    return Window(begin, begin + len(known) - TIED, start, begin > 0, after is not None)
+
+
+def _falling(n: int) -> Array:
+    """From 1 to 0 in n values, even at both ends."""
+    f = np.linspace(0.0, 1.0, n)
+    return np.asarray(1.0 - f * f * (3.0 - 2.0 * f))
