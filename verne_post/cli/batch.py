@@ -12,8 +12,8 @@ import click
 from verne_post.base.printable import printable
 from verne_post.cli.common import expect_machine, load, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
-from verne_post.cli.files import RunFiles, Unreadable
-from verne_post.cli.options import FILE, WRITING, GroupedCommand, build_options, options_of, program_options
+from verne_post.cli.files import RunFiles, Unreadable, is_dash
+from verne_post.cli.options import FILE, FOLDER, WRITING, GroupedCommand, build_options, options_of, program_options
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     metavar="OUTDIR",
     help="Folder for the setpoint files, in the structure of the input.",
 )
@@ -64,6 +64,10 @@ def command(
     from verne_post.model.findings import InputError
 
     files = RunFiles()
+    if github or not quiet:
+        files.prints("--github" if github else "the table of results (none with --quiet)")
+    if any(map(is_dash, inputs)):
+        raise click.UsageError("batch takes files and folders; convert and check read standard input (-)")
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
         if path is not None:
             files.writes(path, option)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, expect_machine, load, program_text, quiet_option, refuse, shown_name
-from verne_post.cli.files import RunFiles, Unreadable
+from verne_post.cli.common import PROGRAM, expect_machine, load, program_text, quiet_option, refuse
+from verne_post.cli.files import RunFiles, Unreadable, is_dash, shown_name
 from verne_post.cli.options import FILE, GroupedCommand, build_options, program_options, settings_of
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
@@ -77,6 +77,9 @@ def command(
     programs = [name for name, _place in find_programs(inputs, may_lack=output_format != "text")]
     for name in programs:
         files.reads(name, PROGRAM)
+    output_file = None if is_dash(output_file) else output_file
+    if output_file is None:
+        files.prints("the findings")
     for path, option in ((output_file, "--output-file"), (write_baseline, "--write-baseline")):
         if path is not None:
             files.writes(path, option)
@@ -187,7 +190,7 @@ def _policy_of(
     fingerprints = (
         frozenset()
         if known is None
-        else read_baseline(files.read(known, "--baseline").decode("utf-8", errors="replace"), str(known))
+        else read_baseline(files.read(known, "--baseline").decode("utf-8", errors="replace"), shown_name(known))
     )
     return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
         file.fail_level if file else None

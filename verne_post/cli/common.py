@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.printable import printable
 from verne_post.cli.colour import say
-from verne_post.cli.files import RunFiles, reading
+from verne_post.cli.files import RunFiles, is_dash, reading, shown_name
 from verne_post.model.verdict import status_of
 
 if TYPE_CHECKING:
@@ -59,9 +58,9 @@ def program_text(
     check_source_text(source, shown_name(name))
     if source.startswith(b"t_s,"):
         raise InputError(finding("VP022", f"{shown_name(name)} is a setpoint file, not a program"))
-    if name == "-" and not subroutine_path:
+    if is_dash(name) and not subroutine_path:
         return source, options
-    folder = Path.cwd() if name == "-" else Path(name).resolve().parent
+    folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent
     try:
         found = subprograms_of(
             source, folder, subroutine_path, lambda path, called: files.read(path, f"subprogram {called}")
@@ -72,20 +71,27 @@ def program_text(
 
 
 def expect_machine(name: str) -> None:
-    """See whether a machine file can be read, without what reads it.
+    """See whether a machine file can be read, without what reads it; not for standard input.
 
     Raises
     ------
     InputError
     """
+    if is_dash(name):
+        return
     from verne_post.config.machine_paths import machine_path, names_hint, read_file
 
     read_file(machine_path(name), f"machine file {name!r}", names_hint())
 
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
-    """Load a machine; its findings end the command."""
+    """Load a machine, from standard input for "-"; its findings end the command."""
     expect_machine(name)
+    if is_dash(name):
+        raw = files.read(name, what)
+        from verne_post.config.load import machine_from_toml
+
+        return machine_from_toml(raw, shown_name(name))
     from verne_post.config import load_machine
 
     return load_machine(name, lambda path: files.reads(path, what))
@@ -127,11 +133,6 @@ def _text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
                 with reading(name):
                     part = file.read(LONG_TEXT)
             return text_in(copy)
-
-
-def shown_name(name: str) -> str:
-    """How an input is called in messages."""
-    return "<stdin>" if name == "-" else printable(name)
 
 
 def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:

@@ -74,6 +74,8 @@ class Outputs:
             raise click.UsageError(f"--events {self.events}: expected a name that ends in {' or '.join(SUFFIXES)}")
         if split:
             self._check_parts(files)
+        if self.rows is None:
+            files.prints("the rows")
         named = {"-o": self.rows, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
         for what, path in named.items():
             if path is not None:

@@ -6,9 +6,9 @@ from typing import Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse, shown_name
+from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse
 from verne_post.cli.conversion import Outputs, convert_to_files, format_option
-from verne_post.cli.files import RunFiles
+from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.options import FILE, WRITING, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.options import Group
@@ -41,6 +41,7 @@ def command(
     """
     from verne_post.model.findings import InputError
 
+    output = None if is_dash(output) else output
     files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
     files.expects(input_name, PROGRAM)
     outputs.check(files, split=bool(given["split_at_stops"]))

@@ -1,14 +1,17 @@
 """`verne-post dump`: one stage as JSON lines."""
 
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import print_findings, read_program, refuse, shown_name
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import print_findings, read_program, refuse
+from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import GroupedCommand, program_options
 from verne_post.model.verdict import ExitStatus, status_of
+
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
 
 
 @click.command("dump", cls=GroupedCommand)
@@ -29,16 +32,17 @@ def command(stage: str, input_name: str, **given: Any) -> int:
 
     name = shown_name(input_name)
     files = RunFiles()
+    source: Text = b""
     try:
         machine, source, options = read_program(files, input_name, given)
         if stage == "moves":
             moves, errors = interpreter_view(source, options)
             sys.stdout.writelines(dump.moves(moves))
-            print_findings(name, (*moves.findings, *errors))
+            print_findings(name, (*moves.findings, *errors), source)
             return status_of(errors)
         program = assemble(source, machine, options)
     except InputError as error:
-        return refuse(name, error)
+        return refuse(name, error, source)
     lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.joints(program.joints())
     sys.stdout.writelines(lines)
     return ExitStatus.CLEAN

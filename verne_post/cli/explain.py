@@ -1,19 +1,36 @@
 """`verne-post explain`: one line of a program worked through, or the text of a finding code."""
 
 import os
+import re
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from verne_post.cli.common import read_program, refuse
-from verne_post.cli.files import RunFiles
+from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import GroupedCommand, program_options
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus
 
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
 
-@click.command("explain", cls=GroupedCommand)
+_LINE_OF_INPUT: Final = re.compile(r"-:\d+")
+
+
+class ExplainCommand(GroupedCommand):
+    """A command whose argument may begin with a dash: line 12 of standard input is ``-:12``."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Put such an argument behind the options."""
+        lines = [word for word in args if _LINE_OF_INPUT.fullmatch(word)]
+        if lines and "--" not in args:
+            args = [*(word for word in args if word not in lines), "--", *lines]
+        return super().parse_args(ctx, args)
+
+
+@click.command("explain", cls=ExplainCommand)
 @click.argument("what", metavar="INPUT:LINE|CODE")
 @program_options("solver", "quality")
 def command(what: str, **given: Any) -> int:
@@ -43,13 +60,14 @@ def command(what: str, **given: Any) -> int:
         )
     from verne_post.model.findings import InputError
 
+    source: Text = b""
     try:
         machine, source, options = read_program(RunFiles(), name, given)
         from verne_post.app.explain import explain_source
 
         click.echo(str(explain_source(source, machine, options, int(number))), nl=False)
     except InputError as error:
-        return refuse(name, error)
+        return refuse(shown_name(name), error, source)
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN

@@ -21,6 +21,18 @@ from verne_post.cli.temporary import temporary_file
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
 
 _Name = str | Path
+#: In place of a file: standard input or standard output.
+DASH: Final = "-"
+
+
+def is_dash(name: _Name | None) -> bool:
+    """Whether a name stands for standard input or standard output; a file of this name is ``./-``."""
+    return str(name) == DASH
+
+
+def shown_name(name: _Name) -> str:
+    """How an input is called in messages."""
+    return "<stdin>" if is_dash(name) else printable(str(name))
 
 
 class FileError(Exception):
@@ -39,7 +51,9 @@ class RunFiles:
 
     A file is known by its resolved name and, where it exists, by its inode: neither symbolic nor hard links hide it. It counts from the moment at which it
     is named, in whatever order that happens: naming a file for writing that is read, or is written as something else, raises
-    :class:`FileError`, and so does reading a file that is named for writing. Devices, pipes and standard streams may serve several times.
+    :class:`FileError`, and so does reading a file that is named for writing. Devices and pipes may serve several times.
+
+    "-" is standard input where a file is read, and standard output where one is written; each serves one purpose in a run.
 
     ``what`` says in messages what a file is for: an option such as "--meta", or words such as "the rows of a.nc".
     """
@@ -49,6 +63,10 @@ class RunFiles:
         self._written: dict[object, tuple[str, _Name]] = {}
         #: (folder, stem) -> outputs that are cut into parts
         self._cut: dict[tuple[str, str], tuple[str, Path]] = {}
+        #: What "-" is for, and what has been read from standard input: options are built once for each program.
+        self._input: str | None = None
+        self._output: str | None = None
+        self._input_bytes: bytes | None = None
         for stream in (sys.stdout, sys.stderr):
             self._written.update(dict.fromkeys(_stream_keys(stream), ("standard output", "")))
 
@@ -58,7 +76,11 @@ class RunFiles:
         """Name a file that the run reads; "-" is standard input."""
         if "\0" in str(name):
             raise FileError(f"{_show(what, name)}: a file name has no zero byte")
-        for key in _stream_keys(sys.stdin) if name == "-" else _keys(name):
+        if is_dash(name):
+            self._input = self._input or what
+            if self._input != what:
+                raise FileError(f"{self._input} and {what}: only one of them can be standard input (-)")
+        for key in _stream_keys(sys.stdin) if is_dash(name) else _keys(name):
             other, where = self._written.get(key, (what, name))
             if other != what:
                 raise _meeting(other, where, what)
@@ -73,25 +95,32 @@ class RunFiles:
         Unreadable
         """
         self.reads(name, what)
-        if name != "-":
-            with reading(name), Path(name).open("rb"):
+        if not is_dash(name):
+            with reading(name, what), Path(name).open("rb"):
                 pass
 
     def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
         """A file, or standard input for "-", to be read in parts within :func:`reading`."""
         self.reads(name, what)
-        with reading(name):
-            return nullcontext(sys.stdin.buffer) if name == "-" else Path(name).open("rb")
+        with reading(name, what):
+            return nullcontext(sys.stdin.buffer) if is_dash(name) else Path(name).open("rb")
 
     def read(self, name: _Name, what: str) -> bytes:
-        """The bytes of a file, or of standard input for "-"."""
-        with self.opened(name, what) as file, reading(name):
-            return read_bounded(file)
+        """The bytes of a file, or of standard input for "-", also a second time."""
+        if is_dash(name) and self._input == what and self._input_bytes is not None:
+            return self._input_bytes
+        with self.opened(name, what) as file, reading(name, what):
+            raw = read_bounded(file)
+        if is_dash(name):
+            self._input_bytes = raw
+        return raw
 
     # --- writing -----------------------------------------------------------------------------------
 
     def claims(self, path: Path, what: str) -> None:
-        """Name a file that the run will write."""
+        """Name a file that the run will write; "-" is standard output."""
+        if is_dash(path):
+            self.prints(what)
         if _is_stream(path):
             return
         if path.is_dir():
@@ -106,6 +135,12 @@ class RunFiles:
                     raise _meeting(what, path, other)
             self._written[key] = (what, path)
         self._not_a_part(path, what)
+
+    def prints(self, what: str) -> None:
+        """Say what the run writes to standard output."""
+        self._output = self._output or what
+        if self._output != what:
+            raise FileError(f"{what} and {self._output}: only one of them can be standard output (-); give a file")
 
     def claims_parts(self, output: Path, what: str) -> None:
         """Name ``output`` as what is cut into parts with an index, however many: no other file may have such a name."""
@@ -137,6 +172,11 @@ class RunFiles:
         devices, pipes and streams are written through.
         """
         self.claims(path, what)
+        if is_dash(path):
+            sys.stdout.flush()
+            sys.stdout.buffer.writelines(_encode(parts))
+            sys.stdout.buffer.flush()
+            return
         if _is_stream(path):
             sys.stdout.flush()
             with path.open("ab") as stream:
@@ -169,7 +209,7 @@ class RunFiles:
         """Refuse a file with the name of a part of another output."""
         from verne_post.output.parts import is_derived
 
-        if not self._cut or name == "-":
+        if not self._cut or is_dash(name):
             return
         folder, last = os.path.split(os.path.realpath(name))
         for stem in {last.rsplit(".", fields)[0] for fields in (1, 2)}:
@@ -181,13 +221,14 @@ class RunFiles:
 
 
 @contextmanager
-def reading(name: _Name) -> Iterator[None]:
-    """What goes wrong while a file is read is an :class:`Unreadable` with its name."""
+def reading(name: _Name, what: str = "") -> Iterator[None]:
+    """What goes wrong while a file is read is an :class:`Unreadable` with its name, and the option that names it."""
     try:
         yield
     except OSError as error:
-        why = "is closed" if name == "-" and error.errno == errno.EBADF else error.strerror or error
-        raise Unreadable(f"{'standard input' if name == '-' else name}: {why}") from None
+        why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
+        shown = _show(what if what.startswith("-") else "", "standard input" if is_dash(name) else name)
+        raise Unreadable(f"{shown}: {why}") from None
 
 
 def _keys(name: _Name) -> tuple[object, ...]:
@@ -210,7 +251,9 @@ def _stream_keys(stream: Any) -> tuple[object, ...]:
 
 
 def _is_stream(path: Path) -> bool:
-    """True for a device, a pipe, or a name of a stream of this process."""
+    """True for standard output, a device, a pipe, or a name of a stream of this process."""
+    if is_dash(path):
+        return True
     if _STREAMS.fullmatch(os.path.abspath(path)):
         return True
     try:
@@ -238,6 +281,8 @@ def _encode(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
 
 def _show(what: str, name: _Name) -> str:
     """A file with its purpose: "--meta a.json", "out/a.csv (the rows of a.nc)"."""
+    if not what:
+        return str(name)
     return f"{what} {name}".rstrip() if what.startswith("-") or not str(name) else f"{name} ({what})"
 
 

@@ -1,14 +1,17 @@
 """`verne-post fit`: the work offset with which a program fits."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import read_program, refuse, shown_name
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import read_program, refuse
+from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import GroupedCommand, numbers_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
+
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
 
 
 @click.command("fit", cls=GroupedCommand)
@@ -47,6 +50,7 @@ def command(
     name = shown_name(input_name)
     if not free or len(set(free)) != len(free) or not set(free) <= set("xyzc"):
         raise click.UsageError(f"--free {free}: expected some of the letters x, y, z, c, each once")
+    source: Text = b""
     try:
         machine, source, options = read_program(RunFiles(), input_name, given)
         from verne_post.app.fit import propose
@@ -57,7 +61,7 @@ def command(
             least = minimise == "time"
             proposal = propose(source, machine, options, free, allowed, least_time=least, progress=progress)
     except InputError as error:
-        return refuse(name, error)
+        return refuse(name, error, source)
     click.echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
     return status_of(proposal.findings)
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import load, refuse, shown_name, sigma_option
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import load, refuse, sigma_option
+from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
-from verne_post.cli.options import options_of
+from verne_post.cli.options import FOLDER, options_of
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus
 
@@ -140,7 +140,7 @@ def validate(name: str) -> int:
     except InputError as error:
         refuse(name, error)
         return ExitStatus.UNUSABLE
-    click.echo(f"{name}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
+    click.echo(f"{shown_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         click.echo(f"  {group}: {source}")
     for text in describe_moves(machine):
@@ -158,7 +158,7 @@ def validate(name: str) -> int:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=FOLDER,
     default=Path("axis-check"),
     show_default=True,
     metavar="DIR",

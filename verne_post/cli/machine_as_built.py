@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import refuse, require_positive, shown_name, sigma_option
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import refuse, require_positive, sigma_option
+from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.model.verdict import ExitStatus
 
@@ -59,7 +59,7 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
     except InputError as error:
         return refuse(machine_name, error)
     files.write(output, "-o", [text])
-    click.echo(f"{output}: {opened.machine.name}, {source}")
+    click.echo(f"{output}: {opened.machine.name}, {source}", err=is_dash(output))
     return ExitStatus.CLEAN
 
 
@@ -183,6 +183,8 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
 
     if given["planned"] is None and readings is None:
         raise click.UsageError("READINGS.csv is missing: name a file of readings, or --plan N for the poses to measure")
+    if is_dash(output):
+        raise click.UsageError("-o -: a second file is written beside FILE; name it")
     _require_used(given, plan=given["planned"] is not None, plot=plot)
     for option in ("drift_mm", "dwell"):
         if given[option] is not None:

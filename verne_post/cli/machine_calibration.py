@@ -24,8 +24,8 @@ from verne_post.calibration.as_built.readings import read_length_readings, read_
 from verne_post.calibration.as_built.report_json import calibration_json
 from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
 from verne_post.calibration.as_built.stations import align_stations
-from verne_post.cli.common import print_findings, shown_name
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import print_findings
+from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import numbers_of
 from verne_post.model.findings import InputError, finding

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Union, get_args, get_orig
 import click
 
 from verne_post.base.printable import printable
-from verne_post.cli.files import RunFiles
+from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
 from verne_post.cli.setups import Placed, place_options
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import check_box, system_number
@@ -35,7 +35,9 @@ class _FileName(click.Path):
         """Check a name."""
         if value == "":
             self.fail("the name is empty", param, ctx)
-        return super().convert(value, param, ctx)
+        path: Any = super().convert(value, param, ctx)
+        # a path forgets that ./- was not -
+        return Path(path).absolute() if is_dash(path) and not is_dash(value) else path
 
 
 #: Type of an option that names a file.
@@ -73,6 +75,20 @@ FILES: Final = (
     FileOption("--settings", "settings", "FILE", "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
                Group.ADVANCED),
 )  # fmt: skip
+
+
+class _FolderName(_FileName):
+    """The name of a folder, which cannot be a stream."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Check a name."""
+        if is_dash(value):
+            self.fail("- is standard output; a folder is needed here (./- for one of this name)", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+#: Type of an option that names a folder.
+FOLDER: Final = _FolderName(file_okay=False, path_type=Path)
 
 
 class GroupedOption(click.Option):
@@ -201,6 +217,9 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
     InputError
         For what stands in a file.
     """
+    for one in FILES:
+        if is_dash(given.get(one.name)):
+            files.reads(DASH, one.flag)
     settings = settings_of(files, given.get("settings"), tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
@@ -241,7 +260,7 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
 
     def content(name: str, flag: str) -> tuple[bytes, str] | None:
         path = given.get(name)
-        return None if path is None else (files.read(path, flag), str(path))
+        return None if path is None else (files.read(path, flag), shown_name(path))
 
     if (table := content("tool_table", "--tool-table")) is not None:
         from verne_post.gcode.tools import read_tool_table
@@ -343,10 +362,11 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
     files.expects(found, "--settings")
     from verne_post.config.settings import load_settings
 
-    settings = load_settings(found)
+    settings = load_settings(found, lambda path: files.read(path, "--settings"))
     if tell:
         hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))
-        click.echo(printable(f"verne-post: settings of {found.absolute()}{hidden}"), err=True)
+        where = shown_name(found) if is_dash(found) else found.absolute()
+        click.echo(printable(f"verne-post: settings of {where}{hidden}"), err=True)
     return settings
 
 

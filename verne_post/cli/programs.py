@@ -7,6 +7,8 @@ from typing import Final
 
 import click
 
+from verne_post.cli.files import DASH, is_dash
+
 #: Endings of programs that are looked for in folders.
 PROGRAMS: Final = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
 
@@ -31,21 +33,23 @@ def find_programs(
         Where a pattern fits nothing, a folder has no program, or nothing that is named exists.
     """
     found: list[tuple[str, Path]] = []
+    if list(inputs).count(DASH) > 1:
+        raise click.UsageError("- stands twice; standard input can be read once")
     for name in inputs:
-        has_pattern = name != "-" and glob.has_magic(name) and not Path(name).exists()
+        has_pattern = not is_dash(name) and glob.has_magic(name) and not Path(name).exists()
         matches = sorted(glob.glob(name, recursive=True)) if has_pattern else [name]
         if not matches:
             raise click.UsageError(f"{name}: no such file")
         for match in matches:
             path = Path(match)
-            if match != "-" and path.is_dir():
+            if not is_dash(match) and path.is_dir():
                 inside = _inside(path, but_in)
                 if not inside:
                     raise click.UsageError(f"no programs in {match}; looked for {', '.join(PROGRAMS)}")
                 found += inside
             else:
                 found.append((match, Path(path.name)))
-    if not may_lack and not any(name == "-" or Path(name).exists() for name, _place in found):
+    if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise click.UsageError(f"{', '.join(name for name, _place in found)}: no such file or folder")
     return found
 

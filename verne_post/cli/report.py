@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse, shown_name
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse
+from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import FILE, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of

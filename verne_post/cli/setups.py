@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from verne_post.cli.files import RunFiles
+from verne_post.cli.files import RunFiles, is_dash, shown_name
 
 if TYPE_CHECKING:
     from verne_post.config.box_file import BoxFile
@@ -92,15 +92,15 @@ def _setups(
     """The set-ups of a program, the weaker first: tables of the settings file, then the file of the program."""
     if asked == NONE:
         return
-    if settings is not None and program not in ("", "-"):
+    if settings is not None and program and not is_dash(program):
         yield from settings.setups_of(Path(program))
-    if asked is None and program in ("", "-"):
+    if asked is None and (not program or is_dash(program)):
         return
     path = Path(asked) if asked is not None else Path(f"{program}.toml")
     if asked is None and not path.is_file():
         return
-    if path.suffix != ".toml":
-        raise click.UsageError(f"--setup {path}: expected {NONE}, or a file that ends in .toml")
+    if path.suffix != ".toml" and not is_dash(path):
+        raise click.UsageError(f"--setup {path}: expected {NONE}, -, or a file that ends in .toml")
     from verne_post.config.program_setup import read_setup
 
-    yield read_setup(path, lambda name: files.read(name, "--setup"))
+    yield read_setup(path, lambda name: files.read(name, "--setup"), shown_name(path.name))

@@ -9,8 +9,8 @@ from typing import IO, TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, shown_name
-from verne_post.cli.files import RunFiles
+from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
+from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest, status_of
@@ -72,11 +72,9 @@ def command(
     """
     from verne_post.model.findings import InputError
 
-    if setpoints == "-" and against == "-":
-        raise click.UsageError("only one of the two inputs can be standard input")
     if measured is None and (columns or delay != "auto" or following is not None):
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
-    if measured is not None and (setpoints == "-" or setpoints.endswith(".index.json")):
+    if measured is not None and (is_dash(setpoints) or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
     if not (delay == "auto" or delay.isdecimal()):
         raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
@@ -104,8 +102,11 @@ def command(
         if meta is not None:
             side_car = read_side_car(files.read(meta, "--meta").decode("utf-8", errors="replace"), str(meta))
             found = changed_since(side_car, source, machine, options)
-        with progress_line("reading", quiet=quiet):
-            program = assemble(source, machine, options)
+        try:
+            with progress_line("reading", quiet=quiet):
+                program = assemble(source, machine, options)
+        except InputError as error:
+            return refuse(shown_name(against), error, source)
         if options.keep_out or options.stock:
             found += check_program(program)[1]
         drives = drives_of(program.machine, options)
@@ -130,17 +131,21 @@ def command(
     except OSError as error:
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
-    print_findings(shown_name(against), findings, quiet=quiet)
+    print_findings(shown_name(against), findings, source, quiet=quiet)
     if not quiet:
         say(verdict_line(name, verdict, program.machine) + "\n")
     status = status_of(findings)
-    if log is not None:
+    if log is not None and measured is not None:
         followed, source_lines = log
         click.echo(
-            following_text(str(measured), followed, source_lines, program.cycle, program.machine), nl=False, err=True
+            following_text(shown_name(measured), followed, source_lines, program.cycle, program.machine),
+            nl=False,
+            err=True,
         )
         if following is not None and not followed.path_worst <= following:
-            click.echo(f"{measured}: farther from the commanded path than --following {following:g} mm", err=True)
+            click.echo(
+                f"{shown_name(measured)}: farther from the commanded path than --following {following:g} mm", err=True
+            )
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 

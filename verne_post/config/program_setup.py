@@ -65,8 +65,8 @@ class ProgramSetup:
     stock: BoxFile | None = None
 
 
-def read_setup(path: Path, read: Callable[[Path], bytes]) -> ProgramSetup:
-    """The set-up in a file.
+def read_setup(path: Path, read: Callable[[Path], bytes], name: str) -> ProgramSetup:
+    """The set-up in a file, which messages call ``name``.
 
     Raises
     ------
@@ -76,8 +76,8 @@ def read_setup(path: Path, read: Callable[[Path], bytes]) -> ProgramSetup:
     try:
         data = tomllib.loads(read(path).decode("utf-8"))
     except (ValueError, RecursionError) as error:
-        raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
-    return setup_of(data, path.name, path.parent)
+        raise InputError(finding("VP503", f"{name}: not a TOML file: {error}")) from None
+    return setup_of(data, name, path.parent)
 
 
 def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") -> ProgramSetup:

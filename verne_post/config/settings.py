@@ -1,6 +1,7 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
 
 import tomllib
+from collections.abc import Callable
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -76,8 +77,8 @@ def find_settings(folder: Path) -> Path | None:
     return None
 
 
-def load_settings(path: Path) -> SettingsFile:
-    """Read a settings file.
+def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> SettingsFile:
+    """The settings in a file, of which ``read`` gives the bytes.
 
     Raises
     ------
@@ -85,7 +86,7 @@ def load_settings(path: Path) -> SettingsFile:
         With one finding (VP503) a mistake.
     """
     try:
-        data = tomllib.loads(read_file(path).decode("utf-8"))
+        data = tomllib.loads(read(path).decode("utf-8"))
         if path.name == PROJECT_FILE:
             data = data.get("tool", {}).get("verne-post", {})
         settings = SettingsFile.model_validate(data)
