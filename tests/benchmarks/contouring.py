@@ -1,8 +1,8 @@
 """What contouring costs and gains: limits, deviation, machining time, distance from the optimum, CPU.
 
-Run from the repository's root: python tests/benchmarks/contouring.py [--write] [--million]
+Run from the repository's root: python tests/benchmarks/contouring.py [--write]
 Prints the tables of docs/performance.md; ``--write`` puts them there, with the machine's name and the date.
-``--million`` adds a program of 10^6 lines to the scaling table. Compare ratios: machines are shared and drift.
+Long programs are in scaling.py. Compare ratios: machines are shared and drift.
 
 Velocity, acceleration, jerk and feed are measured on the text of the written file, with differences taken here.
 """
@@ -12,9 +12,7 @@ import io
 import os
 import platform
 import re
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -349,36 +347,6 @@ def toppra_table(machine: Machine) -> str:
     return table(header, rows)
 
 
-#: The command line, and then its CPU (s) and peak memory (KiB). The latter as the system counts it for this program alone: what
-#: getrusage tells begins with that of the process which has started it.
-MEASURED = """
-import sys, time
-from verne_post.cli.main import main, same_everywhere
-same_everywhere()
-status = main(sys.argv[1:])
-peak = next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
-print(time.process_time(), peak)
-sys.exit(status)
-"""
-
-
-def scaling_table(sizes: list[int]) -> str:
-    """The command line on longer and longer programs: CPU a line, and peak memory."""
-    rows = []
-    for moves in sizes:
-        print(f"... {moves} lines", file=sys.stderr)
-        with tempfile.TemporaryDirectory() as folder:
-            source, target = Path(folder) / "program.nc", Path(folder) / "axes.csv"
-            source.write_bytes(blade(moves))
-            command = [sys.executable, "-c", MEASURED, str(source), "--tool-length", "80", "-o", str(target)]
-            done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True)
-            size = target.stat().st_size
-        cpu, peak_kib = map(float, done.stdout.split())
-        rows.append([f"{moves:,}", f"{cpu:.1f}", f"{1e6 * cpu / moves:.0f}", f"{peak_kib / 1024:.0f}",
-                     f"{size / 2**20:.0f}"])  # fmt: skip
-    return table(["lines", "CPU s", "us/line", "peak memory MiB", "file MiB"], rows)
-
-
 def processor() -> str:
     """Name of the CPU."""
     try:
@@ -392,7 +360,6 @@ def main() -> None:
     """Measure, print, and with --write put the tables into the page."""
     parser = argparse.ArgumentParser(description="Benchmark of contouring.")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/performance.md")
-    parser.add_argument("--million", action="store_true", help="measure a program of 10^6 lines too")
     given = parser.parse_args()
     machine = verne_post.load_machine()
     written, timed = contour_tables(machine)
@@ -409,8 +376,6 @@ def main() -> None:
         gain_table(machine),
         "**The reachability pass against toppra,** same grid, same constraints:",
         toppra_table(machine),
-        "**Long programs,** the blade again, by the command line, everything included:",
-        scaling_table([10_000, 100_000] + [1_000_000] * given.million),
     ]
     text = "\n\n".join(block.strip("\n") for block in blocks)
     print(text)

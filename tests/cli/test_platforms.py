@@ -84,6 +84,23 @@ def test_without_toppra_the_solver_says_what_is_missing(
         verne_post.Options(solver=solver)
 
 
+def test_a_format_whose_package_does_not_load_is_refused_before_the_work(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As pyarrow beside an older numpy than it was made for."""
+    package = tmp_path / "packages" / "pyarrow"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("raise ImportError('pyarrow requires NumPy 2.0 or newer, found 1.26.4')\n")
+    path = tmp_path / "part.nc"
+    path.write_text(PROGRAM, "utf-8")
+    for name in [name for name in sys.modules if name.partition(".")[0] == "pyarrow"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.syspath_prepend(str(package.parent))
+    answer = run(path, *OPTIONS, "--format", "parquet", "-o", tmp_path / "axes.parquet")
+    assert (answer.code, answer.out) == (2, "")
+    assert "--format parquet needs pyarrow, which does not load: pyarrow requires NumPy 2.0 or newer" in answer.err
+
+
 @pytest.mark.parametrize("name", ["verne-post.toml", "pyproject.toml"])
 def test_a_ceiling_hides_settings_above_it(
     name: str, tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch

@@ -1,8 +1,10 @@
-"""Mutation testing by sample: one small change of the code at a time, and the tests that should notice.
+"""Mutation testing by sample: one small change of the code at a time; does a test notice?
 
-Run: python -m tests.faults.mutants [--mutants 30] [--seed 0] [--files inverse.py,...]
-Works on a copy of the checkout. A change swaps an operator or a comparison, negates a condition, or moves a number. Prints every
-survivor with its line, and a table. A survivor is a missing test, or a change that means the same: somebody has to look.
+Run: python -m tests.faults.mutants [--mutants 150] [--seed 0] [--areas arcs,...] [--numbers 3,17] [--coverage FILE]
+Works on a copy of the checkout (pip install coverage). The tests of each area run once, and coverage keeps which of them run
+each line; with --coverage that is read from a file that an earlier run has left. A change swaps an operator or a comparison, negates a
+condition, or moves a number by one. The tests that run the changed line are asked, the ones that run the fewest lines first. Prints
+every survivor with its line, and a table. A survivor is a missing test, or a change that means the same: somebody has to look.
 """
 
 import argparse
@@ -15,22 +17,29 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from tests.faults.trials import ROOT
 
-#: File of the package -> tests that should notice.
-TARGETS = {
-    "kinematics/modules/verne/inverse.py": ("kinematics/test_verne_module.py", "kinematics/test_verne_modes.py", "kinematics/test_round_trip.py"),
-    "kinematics/five_axis.py": ("kinematics/test_five_axis.py", "kinematics/test_identities.py"),
-    "verification/verifier.py": ("verification",),
-    "verification/rows.py": ("verification",),
-    "gcode/arcs.py": ("gcode/test_arcs.py", "gcode/test_reference.py"),
-    "gcode/cycle_codes.py": ("gcode/test_cycles.py", "gcode/test_reference.py"),
-    "trajectory/window_problem.py": ("trajectory/test_interior_point.py", "trajectory/test_continuous.py", "trajectory/test_window_problem.py"),
+#: Area -> files of the package, and tests that are asked.
+AREAS: Final = {
+    "kinematics": (("kinematics/**/*.py",), ("kinematics",)),
+    "verification": (("verification/*.py",), ("verification",)),
+    "arcs": (
+        ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/spatial_arc.py", "gcode/cycle_codes.py", "gcode/*/*cycle*.py"),
+        ("gcode",),
+    ),
+    "rows": (("trajectory/window_problem.py", "trajectory/row_limits.py", "trajectory/section_rows.py"), ("trajectory",)),
 }  # fmt: skip
-#: A change that makes tests run so long is noticed, s.
-LONGEST = 600
+#: Tests of the whole pipeline, asked in every area.
+COMMON: Final = ("test_samples.py", "test_metamorphic.py", "golden")
+#: So many of the tests that run the changed line are asked at first, and then so many.
+FIRST: Final = 12
+THEN: Final = 80
+#: A change that makes the first tests run so long is noticed, s; the others take long by themselves.
+LONGEST: Final = 300
 
 _SWAPS: dict[type, type] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE,
@@ -38,10 +47,21 @@ _SWAPS: dict[type, type] = {
     ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
 }  # fmt: skip
 
+Change = tuple[int, str, Callable[[], None]]
 
-def changes(tree: ast.AST) -> Iterator[tuple[int, str, Callable[[], None]]]:
-    """Line, description and deed of every change of a file."""
+
+def changes(tree: ast.AST) -> Iterator[Change]:
+    """Line, description and deed of every change of a file; types are no code."""
+    types = {
+        id(part)
+        for node in ast.walk(tree)
+        for note in (getattr(node, "annotation", None), getattr(node, "returns", None))
+        if note is not None
+        for part in ast.walk(note)
+    }
     for node in ast.walk(tree):
+        if id(node) in types:
+            continue
         if isinstance(node, ast.BinOp | ast.BoolOp) and type(node.op) in _SWAPS:
             if isinstance(node.op, ast.BitOr) and isinstance(node.right, ast.Name | ast.Constant):
                 continue  # a type
@@ -72,56 +92,144 @@ def changes(tree: ast.AST) -> Iterator[tuple[int, str, Callable[[], None]]]:
             )
 
 
+@dataclass(frozen=True)
+class Mutant:
+    """One changed file, and the tests to ask."""
+
+    name: str
+    line: int
+    what: str
+    text: str
+    first: tuple[str, ...]
+    then: tuple[str, ...]
+
+
+class Sampler:
+    """Draws mutants, each area's in proportion to what can be changed in its files."""
+
+    def __init__(self, folder: Path, data: Path, areas: list[str], seed: int) -> None:
+        from coverage import CoverageData
+
+        self._folder, self._areas, self._pick = folder, areas, random.Random(seed)
+        self._data = CoverageData(str(data))
+        self._data.read()
+        self._of_file = {str(Path(name)).rpartition("/verne_post/")[2]: name for name in self._data.measured_files()}
+        self._lines = Counter[str]()
+        for name in self._data.measured_files():
+            for contexts in self._data.contexts_by_lineno(name).values():
+                self._lines.update(contexts)
+
+    def draw(self, number: int) -> Mutant:
+        """The mutant of a number; numbers are drawn in order."""
+        patterns, tests = AREAS[self._areas[number % len(self._areas)]]
+        package = self._folder / "verne_post"
+        files = sorted({path for pattern in patterns for path in package.glob(pattern)})
+        every = [
+            (path, index) for path in files for index in range(len(list(changes(ast.parse(path.read_text("utf-8"))))))
+        ]
+        path, index = self._pick.choice(every)
+        tree = ast.parse(path.read_text("utf-8"))
+        line, what, change = list(changes(tree))[index]
+        change()
+        name = str(path.relative_to(package))
+        asked = self._asked(name, line, tests)
+        # what runs when a module is loaded is of no test
+        whole = () if asked else tuple(f"tests/{one}" for one in tests)
+        return Mutant(name, line, what, ast.unparse(ast.fix_missing_locations(tree)), (*asked[:FIRST], *whole), asked[FIRST : FIRST + THEN])  # fmt: skip
+
+    def _asked(self, name: str, line: int, tests: tuple[str, ...]) -> tuple[str, ...]:
+        """Tests that run a line, those that run the fewest lines first."""
+        contexts = self._data.contexts_by_lineno(self._of_file[name]).get(line, []) if name in self._of_file else []
+        found = sorted((self._lines[context], context) for context in contexts if _is_test(context))
+        return tuple(_node(context) for _count, context in found)
+
+
+def _is_test(context: str) -> bool:
+    """Whether a context is a test function, and not one that a test makes."""
+    return context.startswith("tests.") and ".test_" in context and "<" not in context
+
+
+def _node(context: str) -> str:
+    """``tests.gcode.test_arcs.test_it`` -> ``tests/gcode/test_arcs.py::test_it``."""
+    module, _dot, function = context.rpartition(".")
+    return f"{module.replace('.', '/')}.py::{function}"
+
+
 def main() -> int:
     """Make and judge a sample."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--mutants", type=int, default=30)
+    parser.add_argument("--mutants", type=int, default=150)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--files", default="")
+    parser.add_argument("--areas", default=",".join(AREAS))
+    parser.add_argument("--numbers", default="", help="judge only these of them")
+    parser.add_argument("--coverage", type=Path, help="what an earlier run has left, or where to leave it")
     given = parser.parse_args()
-    chosen = [name for name in TARGETS if not given.files or Path(name).name in given.files.split(",")]
-    pick, made, killed = random.Random(given.seed), Counter[str](), Counter[str]()
-    with tempfile.TemporaryDirectory() as folder:
+    areas = given.areas.split(",")
+    wanted = {int(number) for number in given.numbers.split(",") if number}
+    made, killed = Counter[str](), Counter[str]()
+    with tempfile.TemporaryDirectory() as made_folder:
+        folder = Path(made_folder)
         for name in ("verne_post", "tests", "machine_configs", "gcode_samples", "docs"):
-            shutil.copytree(ROOT / name, Path(folder, name), ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
         for name in ("pyproject.toml", "CHANGELOG.md", "README.md"):
             shutil.copy(ROOT / name, folder)
-        for name in chosen:
-            if _tests_notice(folder, TARGETS[name]):
-                raise SystemExit(f"the tests of {name} fail, or take too long, on the code as it is")
-        for number in range(given.mutants):
-            name = chosen[number % len(chosen)]
-            path = Path(folder, "verne_post", name)
+        data = (given.coverage or folder / "coverage").absolute()
+        if not data.exists():
+            _cover(folder, data, areas)
+        sampler = Sampler(folder, data, areas, given.seed)
+        drawn = [(number, sampler.draw(number)) for number in range(given.mutants)]
+        drawn = [(number, mutant) for number, mutant in drawn if not wanted or number in wanted]
+        whole = sorted({test for _number, mutant in drawn for test in mutant.first})
+        later = sorted({test for _number, mutant in drawn for test in mutant.then})
+        if _notice(folder, tuple(whole)) or _notice(folder, ("--collect-only", *later)):
+            raise SystemExit("these tests fail on the code as it is")
+        for number, mutant in drawn:
+            area, path = areas[number % len(areas)], folder / "verne_post" / mutant.name
             good = path.read_text("utf-8")
-            tree = ast.parse(good)
-            line, what, change = pick.choice(list(changes(tree)))
-            change()
-            path.write_text(ast.unparse(ast.fix_missing_locations(tree)), "utf-8")
-            made[name] += 1
-            if _tests_notice(folder, TARGETS[name]):
-                killed[name] += 1
-            else:
-                print(f"survives: {name}:{line}: {what}: {good.splitlines()[line - 1].strip()}", flush=True)
+            path.write_text(mutant.text, "utf-8")
+            noticed = _notice(folder, mutant.first, LONGEST) is not False or (
+                bool(mutant.then) and _notice(folder, mutant.then, LONGEST) is True
+            )
             path.write_text(good, "utf-8")
-    print(f"{'file':<40} {'mutants':>8} {'killed':>7}")
-    for name in chosen:
-        print(f"{name:<40} {made[name]:>8} {killed[name]:>7}")
+            made[area] += 1
+            killed[area] += noticed
+            if not noticed:
+                line = good.splitlines()[mutant.line - 1].strip()
+                print(f"survives: {number}: {mutant.name}:{mutant.line}: {mutant.what}: {line}", flush=True)
+    print(f"{'area':<20} {'mutants':>8} {'killed':>7}")
+    for area in areas:
+        print(f"{area:<20} {made[area]:>8} {killed[area]:>7}")
+    print(f"{'':<20} {made.total():>8} {killed.total():>7}")
     return 0
 
 
-def _tests_notice(folder: str, tests: tuple[str, ...]) -> bool:
-    words = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *(f"tests/{one}" for one in tests)]
-    # the copy goes before an editable install
-    environment = {**os.environ, "PYTHONPATH": folder}
+def _cover(folder: Path, data: Path, areas: list[str]) -> None:
+    """Run the tests of some areas, and keep which of them run each line."""
+    settings = folder / "coveragerc"
+    settings.write_text(
+        f"[run]\nsource_pkgs = verne_post\ndata_file = {data}\ndynamic_context = test_function\n", "utf-8"
+    )
+    tests = [f"tests/{name}" for area in areas for name in AREAS[area][1]] + [f"tests/{name}" for name in COMMON]
+    words = ["-m", "coverage", "run", f"--rcfile={settings}", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
+    if subprocess.run([sys.executable, *words, *tests], cwd=folder, env=_environment(folder), check=False).returncode:
+        raise SystemExit("the tests fail on the code as it is")
+
+
+def _notice(folder: Path, tests: tuple[str, ...], longest: float | None = None) -> bool | None:
+    """True where a test fails, None where they take too long."""
+    words = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     try:
-        return (
-            subprocess.run(
-                words, cwd=folder, env=environment, capture_output=True, timeout=LONGEST, check=False
-            ).returncode
-            != 0
+        run = subprocess.run(
+            words, cwd=folder, env=_environment(folder), capture_output=True, timeout=longest, check=False
         )
     except subprocess.TimeoutExpired:
-        return True
+        return None
+    return run.returncode != 0
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    """The copy goes before an editable install; compiled files would hide changes made within a second."""
+    return {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 if __name__ == "__main__":

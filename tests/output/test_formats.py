@@ -279,9 +279,7 @@ def test_parts_are_csv(tmp_path: Path, run: Callable[..., Any]) -> None:
 
 
 def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    import importlib.util
-
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)  # as if it were not there
     (tmp_path / "p.nc").write_text(PROGRAM, encoding="utf-8")
     answer = run("convert", tmp_path / "p.nc", *PLACE, "--format", "parquet", "-o", tmp_path / "o")
     assert answer.code == 2

@@ -1,6 +1,6 @@
 """One conversion with its files: what `convert` and `batch` do for each program, whole or not at all."""
 
-import importlib.util
+import importlib
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -96,12 +96,20 @@ class Outputs:
 
 
 def check_format(name: str) -> None:
-    """Refuse a format whose package is not installed."""
+    """Refuse a format whose package is not installed, or does not load beside the others that are."""
     needs = FORMATS[name].needs
-    if needs is not None and importlib.util.find_spec(needs) is None:
+    if needs is None:
+        return
+    try:
+        importlib.import_module(needs)
+    except ModuleNotFoundError:
         raise click.UsageError(
             f"--format {name} needs {needs}, which is not installed; install it with: pip install 'verne-post[{name}]'"
-        )
+        ) from None
+    except ImportError as error:  # another numpy than it was made for
+        raise click.UsageError(
+            f"--format {name} needs {needs}, which does not load: {str(error).splitlines()[0]}"
+        ) from None
 
 
 def convert_to_files(
