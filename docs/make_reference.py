@@ -1,7 +1,7 @@
 """Pages of the site that are made of the program, and its man page: python docs/make_reference.py > verne-post.1.
 
 Commands and options come from click, keys of the machine file from its schema. mkdocs calls this file as a hook (mkdocs.yml), so
-what can be made is not kept.
+what can be made is not kept; hatch_build.py puts the man page into wheels.
 """
 
 from __future__ import annotations
@@ -16,15 +16,9 @@ from pydantic import BaseModel
 from verne_post import __version__
 from verne_post.cli.main import cli
 from verne_post.cli.options import GroupedCommand, GroupedOption
-from verne_post.config import schema
 
 if TYPE_CHECKING:
     from mkdocs.structure.files import Files
-
-SCHEMAS = (
-    schema.MachineFile, schema.SpindleFile, schema.TableFile, schema.HomeFile, schema.AccuracyFile, schema.RodsFile,
-    schema.ClearanceFile, schema.DriveFile, schema.ControlFile, schema.TolerancesFile, schema.ProvenanceFile,
-)  # fmt: skip
 
 
 def commands() -> Iterator[tuple[str, click.Command]]:
@@ -44,7 +38,7 @@ def sections(command: click.Command) -> dict[str, list[tuple[str, str]]]:
     own = command.own if isinstance(command, GroupedCommand) else "Options"
     for parameter in command.params:
         record = parameter.get_help_record(click.Context(command))
-        if record is not None:
+        if record is not None and isinstance(parameter, click.Option):
             heading = parameter.group if isinstance(parameter, GroupedOption) else own
             found.setdefault(str(heading), []).append(record)
     return found
@@ -87,7 +81,12 @@ def keys_page() -> str:
     out = ["# Keys of the machine file", "", "This page is made from the schema: the bounds that a value is checked against. What the",
            "keys mean is in [machine file](../machine-file.md); `[module]`, `[limits]` and `[as_built]` belong to the kind of",
            "machine and stand there too."]  # fmt: skip
-    for model in SCHEMAS:
+    from verne_post.config import schema  # needs numpy, which the man page does not
+
+    for model in (
+        schema.MachineFile, schema.SpindleFile, schema.TableFile, schema.HomeFile, schema.AccuracyFile, schema.RodsFile,
+        schema.ClearanceFile, schema.DriveFile, schema.ControlFile, schema.TolerancesFile, schema.ProvenanceFile,
+    ):  # fmt: skip
         out += ["", f"## {model.__name__.removesuffix('File')}", "", " ".join((model.__doc__ or "").split()).replace("``", "`"),
                 "", "| key | type | bounds | default |", "|---|---|---|---|"]  # fmt: skip
         for name, field in model.model_fields.items():

@@ -1,6 +1,7 @@
 """Machine files are found in a built wheel, in an editable install and in the source checkout."""
 
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -8,6 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from verne_post.cli.main import COMMANDS
+
+#: Where the man page is, in the data of a wheel.
+MAN = "data/share/man/man1/verne-post.1"
 ROOT = Path(__file__).resolve().parents[1]
 SHIPPED = sorted(path.name for path in (ROOT / "machine_configs").glob("*.toml"))
 
@@ -74,7 +79,31 @@ def test_a_wheel_has_the_whole_package_and_nothing_else(wheel):
         inside = set(archive.namelist())
     assert source <= inside
     rest = {name for name in inside - source if not name.startswith("verne_post/machine_configs/")}
-    assert all(name.split("/")[0].endswith(".dist-info") for name in rest), rest
+    assert all(name.split("/")[0].endswith(".dist-info") for name in rest if not name.endswith(MAN)), rest
+
+
+def test_the_wheel_has_the_man_page(wheel, tmp_path):
+    """Where `man` finds it beside the command; it is made anew, and names every command."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(MAN))
+        page = archive.read(name).decode("utf-8")
+    assert name.split("/")[0].endswith(".data")
+    assert page.startswith(".TH VERNE-POST 1")
+    headings = {line.replace("\\-", "-") for line in page.splitlines() if line.startswith(".SS verne")}
+    assert set(COMMANDS) == {line.split()[2] for line in headings}
+    if shutil.which("man") is None:
+        return
+    manual = tmp_path / "share" / "man" / "man1" / "verne-post.1"
+    manual.parent.mkdir(parents=True)
+    manual.write_text(page, encoding="utf-8")
+    (tmp_path / "bin").mkdir()
+    environment = {**os.environ, "PATH": f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
+    environment.pop("MANPATH", None)
+    done = subprocess.run(
+        ["man", "-P", "cat", "verne-post"], capture_output=True, text=True, env=environment, check=False, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert "--tool-length" in done.stdout and not done.stderr
 
 
 def test_the_wheel_has_the_command(unpacked):

@@ -111,8 +111,8 @@ class GroupedCommand(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {"Options": []}
         sections |= {group: [] for group in Group}
         for parameter in self.get_params(ctx):
-            record = parameter.get_help_record(ctx)
-            if record is not None:
+            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
+            if record is not None:  # newer releases of click have a record without text for arguments
                 sections[parameter.group if isinstance(parameter, GroupedOption) else self.own].append(record)
         for heading, records in sections.items():
             if records:
