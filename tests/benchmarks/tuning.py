@@ -9,6 +9,7 @@ import argparse
 import os
 import platform
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -335,7 +336,8 @@ def main() -> None:
     text = "\n\n".join([
         f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy {np.__version__}; "
         f"{minutes:.0f} minutes of CPU.\nThe same constants measured again: CPU {percent(spread)} apart.",
-        "Programs: " + ", ".join(f"{job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)) + ".",
+        textwrap.fill("Programs: " + ", ".join(
+            f"{job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)) + ".", 120),
         table(["constant", "value", "range", "cycle time", "CPU", "failed"], rows).strip("\n"),
     ])  # fmt: skip
     print(text)

@@ -12,7 +12,7 @@ from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 
-#: What the set-up lacks is said first: other findings may follow from it.
+#: What the set-up lacks is reported first: other findings may follow from it.
 SET_UP: Final = ("VP033", "VP034")
 
 

@@ -1,6 +1,6 @@
 """What would make one line legal, in words of its program: less tilt, another branch, a move of the part, another end.
 
-Every proposal has been checked along the whole line before it is told.
+Every proposal has been checked along the whole line before it is reported.
 """
 
 from collections.abc import Iterator, Sequence

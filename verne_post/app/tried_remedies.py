@@ -1,4 +1,4 @@
-"""What would make a refused program legal: every remedy is tried on the program before it is told.
+"""What would make a refused program legal: every remedy is tried on the program before it is reported.
 
 A work offset and an option are tried on the whole program; a tilt, another table solution and another end on their line.
 """
@@ -51,12 +51,12 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     chosen: dict[object, Finding] = {}
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
-    told = list(chosen.values())[:REMEDIED]
+    remedied = list(chosen.values())[:REMEDIED]
     joints = guarded_joints(program)
     offset = _offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     made: list[Finding] = []
     for item in findings:
-        if item in told:
+        if item in remedied:
             texts = tuple(_remedies(source, program, joints, item, offset))
             item = replace(item, remedies=texts)
         made.append(item)

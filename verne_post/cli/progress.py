@@ -71,7 +71,7 @@ def progress_line(stage: str, *, quiet: bool = False) -> "Iterator[Progress | No
     Parameters
     ----------
     stage : str
-        What is done until another stage is told.
+        What is done until another stage is given.
     """
     if quiet or not sys.stderr.isatty():
         yield None

@@ -7,7 +7,7 @@ from typing import Any
 
 
 class ErrorStream(io.TextIOWrapper):
-    """Standard error that fails silently: what cannot be said must not change what is done, nor the exit status."""
+    """Standard error that fails silently: what cannot be shown must not change what is done, nor the exit status."""
 
     def write(self, text: str) -> int:
         """Write, or not."""

@@ -33,7 +33,7 @@ _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "sub
 class Recovery:
     """Executes blocks of one program, and goes on after errors.
 
-    ``uncertain`` are the axes whose position is not known, as has been said, or depends on a block that was not executed.
+    ``uncertain`` are the axes whose position is not known, as has been reported, or depends on a block that was not executed.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:
@@ -75,9 +75,9 @@ class Recovery:
         """True for an error that another one has caused."""
         if error.code == "VP013":
             unknown = {axis for axis, known in enumerate(self.interpreter.state.known) if not known}
-            said = bool(unknown & self.uncertain)
+            reported = bool(unknown & self.uncertain)
             self.uncertain |= unknown
-            return said
+            return reported
         return bool(errors) and error.code in ("VP005", "VP006")  # words beside what has been left out of the block
 
     # --- what the block needs is assumed ----------------------------------------------------------
@@ -178,7 +178,7 @@ class Recovery:
         used = "FST" + "".join(table.words_of_g.get(code, "") for letter, code, _column in codes if letter == "G")
         modes.words = {letter: value for letter, value in block.words.items() if letter in used and letter in "FSTH"}
         modes.columns = dict.fromkeys(modes.words, 1)
-        with suppress(BlockError):  # it has been said what is wrong with the block
+        with suppress(BlockError):  # it has been reported what is wrong with the block
             Interpreter.execute(interpreter, modes)
         g = {code for letter, code, _column in codes if letter == "G"}
         motion = g & set(table.g_groups["motion"])

@@ -144,15 +144,15 @@ def _restart(summary: Summary) -> Facts:
 
 
 def _dry_run(summary: Summary) -> Facts:
-    options, said = summary.options, []
+    options, texts = summary.options, []
     if options.air:
         along = "the tool axis" if options.air_along == "tool" else "the table's normal"
-        said.append(("dry run", f"everything is lifted by {options.air:g} mm along {along}"))
+        texts.append(("dry run", f"everything is lifted by {options.air:g} mm along {along}"))
     if options.override != 1.0:
-        said.append(("feed override", f"all motion at {100 * options.override:g} % of the planned speed"))
+        texts.append(("feed override", f"all motion at {100 * options.override:g} % of the planned speed"))
     if options.slow_start:
-        said.append(("slow start", f"a tenth of the speed at first, the whole of it after {options.slow_start:g} s"))
-    return said
+        texts.append(("slow start", f"a tenth of the speed at first, the whole of it after {options.slow_start:g} s"))
+    return texts
 
 
 def _is_as_planned(summary: Summary) -> bool:
@@ -197,14 +197,14 @@ def _limits(summary: Summary) -> Facts:
 
 def _tolerance(summary: Summary) -> Facts:
     tip, axis = summary.tolerance
-    said = [
+    texts = [
         ("tolerance", f"{summary.n_blended} corners blended within {tip:g} mm and {DEG_PER_RAD * axis:g} deg")
     ] if summary.n_blended else []  # fmt: skip
     if (verdict := summary.verification) is not None:
-        said.append(
+        texts.append(
             ("path", f"at most {verdict.tip_deviation_mm:.6f} mm and {verdict.axis_deviation_deg:.6f} deg from the programmed one")
         )  # fmt: skip
-    return said
+    return texts
 
 
 def _axis_error(summary: Summary) -> Facts:

@@ -46,23 +46,23 @@ def verdict_html(machine: Machine, study: Study) -> str:
     """Go or no go, how long it takes, and what is assumed."""
     errors = sum(item.severity == "error" for item in study.findings)
     warnings = sum(item.severity == "warning" for item in study.findings)
-    said = []
+    shown = []
     if study.timed:
         assert study.summary is not None
-        said = [("time", f"{study.summary.cycle_time:.3f} s")]
+        shown = [("time", f"{study.summary.cycle_time:.3f} s")]
         if study.governing is not None and study.summary.feed_segments:
-            said.append(("below the feed rate", f"{study.governing.lost.sum():.3f} s lost"))
+            shown.append(("below the feed rate", f"{study.governing.lost.sum():.3f} s lost"))
     elif len(study.x):
-        said = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
+        shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
     else:
-        said = [("program", "cannot be read")]
-    said.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
+        shown = [("program", "cannot be read")]
+    shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
     assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
-    said.append(("assumed, not measured", ", ".join(assumed) or "nothing"))
+    shown.append(("assumed, not measured", ", ".join(assumed) or "nothing"))
     word, kind = ("Go, with warnings", "warned") if warnings else ("Go", "go")
     if not study.timed:
         word, kind = "No go", "no-go"
-    cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in said)
+    cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in shown)
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
 
 

@@ -150,8 +150,8 @@ def _best(design: Array, covariance: Array, weight: Array, chosen: list[int]) ->
     """The candidate whose reading takes most away from the mean square error."""
     moved = design @ covariance  # (n, 3, p)
     spread = moved @ design.transpose(0, 2, 1) + np.eye(design.shape[1])
-    told = moved @ weight @ moved.transpose(0, 2, 1)
-    gain = np.trace(np.linalg.solve(spread, told), axis1=1, axis2=2)
+    gained = moved @ weight @ moved.transpose(0, 2, 1)
+    gain = np.trace(np.linalg.solve(spread, gained), axis1=1, axis2=2)
     gain[chosen] = -np.inf
     return int(np.argmax(gain))
 

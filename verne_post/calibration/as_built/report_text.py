@@ -47,8 +47,8 @@ def _lines(report: CalibrationReport) -> Iterator[str]:
     tools = measurement.tools
     tips, axes = (int(np.isfinite(values).any(axis=1).sum()) for values in (tools.tip, tools.axis))
     parts = [f"{tips} tips", f"{axes} tool axes", f"{len(measurement.lengths)} lengths"]
-    said = ", ".join(part for part in parts if not part.startswith("0 "))
-    yield f"{report.source}: {said}; {report.machine.name} ({report.machine.kind})"
+    texts = ", ".join(part for part in parts if not part.startswith("0 "))
+    yield f"{report.source}: {texts}; {report.machine.name} ({report.machine.kind})"
     if measurement.stations:
         yield f"measured from {measurement.stations} unknown place{'s' if measurement.stations > 1 else ''}, estimated too"
     if report.blank:
@@ -150,8 +150,8 @@ def _drift(drift: Drift) -> Iterator[str]:
     ):
         for leg, value, sigma in zip(("I", "II", "III"), values, spread, strict=True):
             yield f"  {name + ', leg ' + leg:<27}{value:>+10.4f} ({sigma:.4f})"
-    told = [*zip(drift.growth, drift.growth_sigma, strict=True), *zip(drift.zeros, drift.zeros_sigma, strict=True)]
-    still = all(abs(value) < 2.0 * sigma for value, sigma in (*told, (drift.height, drift.height_sigma)))
+    known = [*zip(drift.growth, drift.growth_sigma, strict=True), *zip(drift.zeros, drift.zeros_sigma, strict=True)]
+    still = all(abs(value) < 2.0 * sigma for value, sigma in (*known, (drift.height, drift.height_sigma)))
     yield f"  {'height of the table':<27}{drift.height:>+10.4f} ({drift.height_sigma:.4f})"
     if still:
         yield "none of it is beyond twice its uncertainty: the machine stands as it was calibrated"

@@ -15,7 +15,7 @@ _CYLINDER_WORD: Final = re.compile(rf"[ \t]*(DIST|RI|DI|R|D|L)[ \t]*({VALUE})")
 
 
 class Blank:
-    """What BLK FORM statements have said so far."""
+    """What BLK FORM statements have defined so far."""
 
     def __init__(self) -> None:
         self._low: dict[str, float] = {}

@@ -107,9 +107,7 @@ class Klartext(KlartextPatterns):
         rapid = words.rapid
         self.set_feed(statement, words)
         if self.approach is not None and words.compensation is not None:
-            raise statement.error(
-                "VP017", f"{words.compensation} in the first element after APPR, which has said the side"
-            )
+            raise statement.error("VP017", f"{words.compensation} in the first element after APPR, which sets the side")
         words.check_used(statement, "side F DR M" if statement.keyword in ("C", "CP", "CR") else "side F M")
         if rapid and arc is not None:
             raise statement.error("VP017", "FMAX on an arc is not executed; give F")

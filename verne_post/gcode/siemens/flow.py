@@ -257,10 +257,10 @@ class Flow:
         ]
         if not values or isinstance(values[0], str):
             raise cursor.error("VP005", "SETAL takes the number of an alarm, and a text", 0)
-        said = " ".join(shown(value) for value in values)
+        shown_values = " ".join(shown(value) for value in values)
         if any(round(values[0]) in numbers for numbers in _STOPPING_ALARMS):
-            raise BlockError("VP027", f"the program asks to stop: alarm {said}")
-        self.executor.event(self.shown_line or line, "message", text=f"alarm {said}")
+            raise BlockError("VP027", f"the program asks to stop: alarm {shown_values}")
+        self.executor.event(self.shown_line or line, "message", text=f"alarm {shown_values}")
 
 
 _Handler = Callable[[Flow, Cursor, int], None]

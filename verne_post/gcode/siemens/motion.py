@@ -40,7 +40,7 @@ def length_of(vector: Array) -> Array:
 
 
 class SiemensMotion(Interpreter):
-    """The interpreter of all dialects, which is told places instead of blocks."""
+    """The interpreter of all dialects, which is given places instead of blocks."""
 
     table: ClassVar[CodeTable] = replace(
         RS274,
