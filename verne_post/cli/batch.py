@@ -71,6 +71,7 @@ def command(
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
         if path is not None:
             files.writes(path, option)
+    files.makes(output, "-o")
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)

@@ -4,7 +4,7 @@ import importlib
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import click
 
@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from verne_post.model.summary import Summary
     from verne_post.output.spool import WrittenRows
 
+#: The format of rows where nobody names one.
+DEFAULT_FORMAT: Final = "csv"
+#: Endings of the file of events, each a format.
+_EVENT_SUFFIXES: Final = (".csv", ".json")
 #: Names that formats had before -> what to give now.
 _FORMER_FORMATS = {
     "ros2-json": "this is the format ros2 now; it writes JSON to a file whose name ends in .json, else YAML"
@@ -45,7 +49,7 @@ class _FormatChoice(click.Choice):  # type: ignore[type-arg]  # generic only sin
 
 
 format_option = click.option(
-    "--format", "file_format", type=_FormatChoice(), default="csv", show_default=True,
+    "--format", "file_format", type=_FormatChoice(), default=DEFAULT_FORMAT, show_default=True,
     help="Format of the setpoint file.",
 )  # fmt: skip
 
@@ -55,7 +59,7 @@ class Outputs:
     """Where the results go; ``rows`` None: standard output, the others None: not written."""
 
     rows: Path | None
-    file_format: str = "csv"
+    file_format: str = DEFAULT_FORMAT
     meta: Path | None = None
     events: Path | None = None
     parameters: Path | None = None
@@ -67,11 +71,11 @@ class Outputs:
         ------
         UsageError, FileError
         """
-        from verne_post.output.events import SUFFIXES
-
         check_format(self.file_format)
-        if self.events is not None and self.events.suffix not in SUFFIXES:
-            raise click.UsageError(f"--events {self.events}: expected a name that ends in {' or '.join(SUFFIXES)}")
+        if self.events is not None and self.events.suffix not in _EVENT_SUFFIXES:
+            raise click.UsageError(
+                f"--events {self.events}: expected a name that ends in {' or '.join(_EVENT_SUFFIXES)}"
+            )
         if split:
             self._check_parts(files)
         if self.rows is None:
@@ -87,8 +91,10 @@ class Outputs:
 
         if self.rows is None:
             raise click.UsageError("--split-at-stops writes several files; give their name with -o")
-        if self.file_format != "csv":
-            raise click.UsageError(f"--split-at-stops writes csv; --format {self.file_format} is for whole programs")
+        if self.file_format != DEFAULT_FORMAT:
+            raise click.UsageError(
+                f"--split-at-stops writes {DEFAULT_FORMAT}; --format {self.file_format} is for whole programs"
+            )
         files.claims_parts(self.rows, "-o")
         for path in self.rows.resolve().parent.glob("*"):
             if path.is_dir() and is_derived(path, self.rows):
@@ -97,6 +103,8 @@ class Outputs:
 
 def check_format(name: str) -> None:
     """Refuse a format whose package is not installed, or does not load beside the others that are."""
+    if name == DEFAULT_FORMAT:  # needs none, and looking costs the import of numpy
+        return
     needs = FORMATS[name].needs
     if needs is None:
         return
@@ -164,7 +172,7 @@ def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "S
         names = [part_path(output, number) for number in range(1, len(summary.parts) + 1)]
         for name, part in zip(names, summary.parts, strict=True):
             files.claims(name, "-o")
-            text = FORMATS["csv"].write(rows.part(part.first_row, part.last_row))
+            text = FORMATS[DEFAULT_FORMAT].write(rows.part(part.first_row, part.last_row))
             files.write(folder / name.name, "-o", text)
         old: list[Path] = []
         if index_path(output).exists():

@@ -151,6 +151,12 @@ class RunFiles:
         for purpose, name in (*self._read.values(), *self._written.values()):
             self._not_a_part(name, purpose)
 
+    def makes(self, folder: Path, what: str) -> None:
+        """Name a folder that the run will make where it is not there; what stands in its place or above it must be a folder."""
+        there = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
+        if not there.is_dir():
+            raise FileError(f"{_show(what, folder)}: {there} is a file; a folder is needed")
+
     def writes(self, path: Path, what: str) -> None:
         """Name a file that the run will write, and try whether that can be done."""
         self.claims(path, what)
@@ -207,10 +213,10 @@ class RunFiles:
 
     def _not_a_part(self, name: _Name, what: str) -> None:
         """Refuse a file with the name of a part of another output."""
-        from verne_post.output.parts import is_derived
-
         if not self._cut or is_dash(name):
             return
+        from verne_post.output.parts import is_derived
+
         folder, last = os.path.split(os.path.realpath(name))
         for stem in {last.rsplit(".", fields)[0] for fields in (1, 2)}:
             other, output = self._cut.get((folder, stem), (what, Path()))

@@ -9,7 +9,8 @@ import click
 from verne_post.cli.common import load, refuse, sigma_option
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
-from verne_post.cli.options import FOLDER, options_of
+from verne_post.cli.options import FOLDER, build_options, numbers_of, options_of
+from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus
 
@@ -67,19 +68,26 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
             right = "a tool length lies between 0 and 10000 mm" if key == "tool_length" else "expected a number"
             raise click.UsageError(f"--{key.replace('_', '-')} {value:g}: {right}")
     files = RunFiles()
+    suffix = "" if plot is None else expect_picture(files, plot, "--plot")
     try:
         machine = load(files, name, "NAME|FILE")
     except InputError as error:
         return refuse(name, error)
     if plot is not None:
-        _draw(files, name, machine, plot, iso_alpha, of_slice)
+        _draw(files, name, machine, plot, suffix, iso_alpha, of_slice)
         return 0
     click.echo(files.read(machine_files().get(name, name), "NAME|FILE").decode("utf-8"), nl=False)
     return 0
 
 
 def _draw(
-    files: RunFiles, name: str, machine: "Machine", plot: Path, iso_alpha: bool, of_slice: dict[str, float | str | None]
+    files: RunFiles,
+    name: str,
+    machine: "Machine",
+    plot: Path,
+    suffix: str,
+    iso_alpha: bool,
+    of_slice: dict[str, float | str | None],
 ) -> None:
     """Write a picture of a machine."""
     import numpy as np
@@ -87,20 +95,10 @@ def _draw(
     from verne_post.model.protocols import IsoAlpha
     from verne_post.output import plots
 
-    suffix = plots.suffix_of(plot)
-    if suffix is None:
-        raise click.UsageError(f"--plot {plot}: expected a name that ends in {' or '.join(plots.SUFFIXES)}")
     if iso_alpha and not isinstance(machine.module, IsoAlpha):
         raise click.UsageError(
             f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal tilt; leave the option out for a slice"
         )
-    files.writes(plot, "--plot")
-    try:
-        import matplotlib as _needed  # noqa: F401
-    except ImportError:
-        raise click.UsageError(
-            "--plot needs matplotlib, which is not installed; install it with: pip install 'verne-post[plot]'"
-        ) from None
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
         files.write(plot, "--plot", [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
         return
@@ -171,18 +169,18 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed, without a tool;
     and README.txt, which says what one must see each time.
     """
-    from verne_post.app.assemble import drives_of
-    from verne_post.calibration.axis_check import axis_moves
-    from verne_post.calibration.axis_check_text import instructions
-    from verne_post.cli.options import build_options, numbers_of
-    from verne_post.model.findings import InputError
-    from verne_post.output.rounding import choose_setpoint_format
-    from verne_post.output.setpoints import csv_header, csv_rows
-
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")
     files = RunFiles()
     files.writes(output / "README.txt" if output.exists() else output, "-o")
+    place = tuple(numbers_of(at, f"--at {at}"))
+    from verne_post.app.assemble import drives_of
+    from verne_post.calibration.axis_check import axis_moves
+    from verne_post.calibration.axis_check_text import instructions
+    from verne_post.model.findings import InputError
+    from verne_post.output.rounding import choose_setpoint_format
+    from verne_post.output.setpoints import csv_header, csv_rows
+
     try:
         machine = load(files, machine_name)
         options = build_options(files, "axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
@@ -190,7 +188,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
         fmt = choose_setpoint_format(
             machine, cycle or machine.cycle, None, accept_rounding=accept_rounding, drives=drives
         )
-        moves = list(axis_moves(machine, tuple(numbers_of(at, f"--at {at}")), fmt))
+        moves = list(axis_moves(machine, place, fmt))
     except InputError as error:
         return refuse(machine_name, error)
     output.mkdir(exist_ok=True)

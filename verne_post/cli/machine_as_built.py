@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import refuse, require_positive, sigma_option
+from verne_post.cli.common import expect_machine, refuse, require_positive, sigma_option
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.model.verdict import ExitStatus
@@ -43,14 +43,16 @@ def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
 @_OUTPUT
 def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
     """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
-    from verne_post.base.units import MILLI
-    from verne_post.calibration.as_built.data import tolerance_vector
-    from verne_post.calibration.as_built.perturb import draw_deviations
     from verne_post.model.findings import InputError
 
     files = RunFiles()
     files.writes(output, "-o")
     try:
+        expect_machine(machine_name)
+        from verne_post.base.units import MILLI
+        from verne_post.calibration.as_built.data import tolerance_vector
+        from verne_post.calibration.as_built.perturb import draw_deviations
+
         opened = OpenedMachine(files, machine_name)
         drawn = draw_deviations(seed, tolerance_vector(sigma_mm, MILLI * sigma_mrad))
         source = f"perturbed with seed {seed}, sigma {sigma_mm:g} mm and {sigma_mrad:g} mrad"
@@ -178,7 +180,6 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
     Exit status: 0 a machine file, 1 the readings contradict their uncertainties (nothing is written), 2 unusable input,
     3 no verdict.
     """
-    from verne_post.cli.machine_calibration import run_calibration, run_plan
     from verne_post.model.findings import InputError
 
     if given["planned"] is None and readings is None:
@@ -191,7 +192,18 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
             require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
     files = RunFiles()
     name = machine_name
+    files.writes(output, "-o")
+    for path, what in (
+        (readings, "READINGS.csv"),
+        (given["length_file"], "--lengths"),
+        (given["covariance"], "--covariance"),
+    ):
+        if path is not None:
+            files.expects(path, what)
     try:
+        expect_machine(machine_name)
+        from verne_post.cli.machine_calibration import run_calibration, run_plan
+
         opened = OpenedMachine(files, machine_name)
         tolerances = opened.tolerances(given["tolerance_mm"], given["tolerance_mrad"])
         name = shown_name(readings) if readings else machine_name

@@ -28,6 +28,7 @@ from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import numbers_of
+from verne_post.cli.pictures import expect_picture
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus
 
@@ -87,7 +88,7 @@ def run_calibration(
     beside = covariance_path(output)
     files.writes(output, "-o")
     files.writes(beside, "the covariance of -o")
-    suffix = _suffix(files, plot)
+    suffix = None if plot is None else expect_picture(files, plot, "--plot")
     measurement, blank = _measurement(files, opened, readings, given)
     prior = _prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.to_vector()
@@ -119,25 +120,6 @@ def run_calibration(
     if plot is not None and suffix is not None:
         _draw(files, opened, result.fit.deviations, fit.factor, float(measurement.tools.length.max()), plot, suffix)
     return ExitStatus.CLEAN
-
-
-def _suffix(files: RunFiles, plot: Path | None) -> str | None:
-    """The format of the picture; names the file for writing."""
-    from verne_post.output import plots
-
-    if plot is None:
-        return None
-    suffix = plots.suffix_of(plot)
-    if suffix is None:
-        raise click.UsageError(f"--plot {plot}: expected a name that ends in {' or '.join(plots.SUFFIXES)}")
-    try:
-        import matplotlib as _needed  # noqa: F401
-    except ImportError:
-        raise click.UsageError(
-            "--plot needs matplotlib, which is not installed; install it with: pip install 'verne-post[plot]'"
-        ) from None
-    files.writes(plot, "--plot")
-    return suffix
 
 
 def _draw(

@@ -1,6 +1,5 @@
 """`verne-post report`: one page that shows a program from all sides."""
 
-import importlib.util
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import click
 from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import FILE, GroupedCommand, program_options
+from verne_post.cli.pictures import expect_picture, require_package
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
@@ -30,22 +30,10 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
     files = RunFiles()
     files.expects(input_name, PROGRAM)
-    if static is not None:
-        from verne_post.report import picture
-
-        if static.suffix not in picture.SUFFIXES:
-            raise click.UsageError(f"--static {static}: expected a name that ends in {' or '.join(picture.SUFFIXES)}")
-    for path, option, package, extra in (
-        (output, "-o", "jupyter_threejs_sage", "report"),
-        (static, "--static", "matplotlib", "plot"),
-    ):
-        if path is None:
-            continue
-        files.writes(path, option)
-        if importlib.util.find_spec(package) is None:
-            raise click.UsageError(
-                f"{option} needs {package}, which is not installed; install it with: pip install 'verne-post[{extra}]'"
-            )
+    suffix = "" if static is None else expect_picture(files, static, "--static")
+    if output is not None:
+        files.writes(output, "-o")
+        require_package("jupyter_threejs_sage", "-o", "report")
     name = shown_name(input_name)
     try:
         machine, source, options = read_program(files, input_name, given)
@@ -61,5 +49,5 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
     if output is not None:
         files.write(output, "-o", [page(name, source, machine, found)])
     if static is not None:
-        files.write(static, "--static", [picture.picture_of(name, machine, found, static.suffix)])
+        files.write(static, "--static", [picture.picture_of(name, machine, found, suffix)])
     return status_of(found.findings)

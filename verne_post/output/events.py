@@ -7,9 +7,6 @@ import json
 from verne_post.model.summary import Summary, TimedEvent
 from verne_post.output.setpoints import column_names
 
-#: Endings of file names, each a format.
-SUFFIXES = (".csv", ".json")
-
 
 def events_text(summary: Summary, suffix: str) -> str:
     """Write all events of a conversion as CSV or JSON; time counts from the beginning of the file that has the row."""

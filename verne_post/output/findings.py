@@ -1,13 +1,15 @@
 """What all formats of findings share: the report of a program, the line of text, the JSON record."""
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from verne_post.base.long_text import Text, line_of
 from verne_post.base.printable import printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import concerns_pose, concerns_text
+
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Report:
     program: str
     findings: tuple[Finding, ...]
     cycle_time_s: float | None = None
-    source: Text = b""
+    source: "Text" = b""
     remarks: tuple[str, ...] = ()
     errors_not_counted: int = 0
 
@@ -55,12 +57,14 @@ def text_line(program: str, item: Finding) -> str:
 _QUOTED: Final = 100
 
 
-def quote_line(item: Finding, source: Text, program: str) -> list[str]:
+def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, what the code means, what helps. Nothing for other findings."""
     in_text = concerns_text(item.code)
     at = item.line if in_text else item.worst_line or item.line
     if not at or (item.severity != "error" and not in_text):
         return []
+    from verne_post.base.long_text import line_of  # needs numpy: a mistake of the command line is reported without it
+
     text = line_of(source, at)
     if text is None:
         return []

@@ -1,7 +1,6 @@
 """Pictures of a machine: slices of its workspace, and curves of equal tilt. Needs matplotlib (extra ``plot``)."""
 
 import io
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: Formats of pictures, by the suffix of the file.
-SUFFIXES: Final = (".png", ".svg")
 #: Axes of a slice: across, up, and the one held.
 PLANES: Final = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
 #: A slice is first looked for this far from the rotary centre, in steps of SEARCH_STEP; mm.
@@ -50,11 +47,6 @@ def picture(figure: "Figure", suffix: str) -> bytes:
             buffer, format=suffix.removeprefix("."), dpi=110, metadata={"Date": None} if suffix == ".svg" else {}
         )
     return buffer.getvalue()
-
-
-def suffix_of(path: Path) -> str | None:
-    """The format that a file's name asks for, None when it is none of :data:`SUFFIXES`."""
-    return path.suffix.lower() if path.suffix.lower() in SUFFIXES else None
 
 
 def slice_grid(plane: str, at: float, across: Array, up: Array) -> Array:

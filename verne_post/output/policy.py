@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from urllib.parse import quote
 
-from verne_post.base.long_text import line_of
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.verdict import Severity, is_deniable
@@ -83,6 +82,8 @@ def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
 
     ``seen`` counts the fingerprints of one report, so that the same mistake twice has two of them.
     """
+    from verne_post.base.long_text import line_of  # needs numpy, which a wrong code or baseline does not
+
     line = line_of(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
     # the program as it was named: its address in results depends on the folder where the command is started

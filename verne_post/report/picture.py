@@ -7,11 +7,9 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.printable import printable
 from verne_post.model.machine import Machine
-from verne_post.output.plots import SUFFIXES, picture
+from verne_post.output.plots import picture
 from verne_post.report.sheet import shares
 from verne_post.report.table import Study
-
-__all__ = ["SUFFIXES", "picture_of"]
 
 _SIZE: Final = (11.0, 8.0)
 
