@@ -8,6 +8,7 @@ import click
 from verne_post.cli.common import expect_machine, refuse, require_positive, sigma_option
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
+from verne_post.cli.pictures import expect_picture
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -193,6 +194,7 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
     files = RunFiles()
     name = machine_name
     files.writes(output, "-o")
+    suffix = "" if plot is None else expect_picture(files, plot, "--plot")
     for path, what in (
         (readings, "READINGS.csv"),
         (given["length_file"], "--lengths"),
@@ -210,7 +212,7 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
         if given["planned"] is not None:
             return run_plan(files, opened, tolerances, readings, output, given)
         assert readings is not None
-        return run_calibration(files, opened, tolerances, readings, output, plot, given)
+        return run_calibration(files, opened, tolerances, readings, output, plot, suffix, given)
     except InputError as error:
         return refuse(name, error)
 

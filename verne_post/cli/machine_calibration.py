@@ -28,7 +28,6 @@ from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import numbers_of
-from verne_post.cli.pictures import expect_picture
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus
 
@@ -82,13 +81,12 @@ def _prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given: dic
 
 
 def run_calibration(
-    files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str, output: Path, plot: Path | None, given: dict[str, Any]
+    files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str, output: Path, plot: Path | None, suffix: str, given: dict[str, Any]
 ) -> int:  # fmt: skip
     """Fit the readings, and write the machine file, its covariance and the picture."""
     beside = covariance_path(output)
     files.writes(output, "-o")
     files.writes(beside, "the covariance of -o")
-    suffix = None if plot is None else expect_picture(files, plot, "--plot")
     measurement, blank = _measurement(files, opened, readings, given)
     prior = _prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.to_vector()
@@ -117,7 +115,7 @@ def run_calibration(
     files.write(output, "-o", [text])
     if not given["as_json"]:
         click.echo(f"written: {output}, and {beside} for --touch-up")
-    if plot is not None and suffix is not None:
+    if plot is not None:
         _draw(files, opened, result.fit.deviations, fit.factor, float(measurement.tools.length.max()), plot, suffix)
     return ExitStatus.CLEAN
 
