@@ -381,6 +381,23 @@ def test_plain_lines_are_what_the_general_reader_makes_of_them(run):
         assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=name == "feed"), name
 
 
+@pytest.mark.parametrize("odd", [
+    "; note", "", "L X+5 ; note", "12 ; note", "* - note", "L X+5 ; note ~\nY+7", "; note ~\nL X+5", "F200", "L X+5 ; RND R2",
+    "; note\nRND R2\nL Y+30", "; one\n\n; two\nCHF 1\nL X+20 Y+30", "L X+1 ~\n; note\nL X+5",
+])  # fmt: skip
+def test_comments_among_plain_lines_are_what_the_general_reader_makes_of_them(view, monkeypatch, odd):
+    stretch = [f"L X+{k} Y+{k * k % 7}" for k in range(12)]
+    text = "\n".join(
+        ["BEGIN PGM T MM", "L X+0 Y+0 Z+5 A+0 C+0 R0 F100", *stretch, odd, *stretch, "; end", "END PGM T MM"]
+    )
+    fast, fast_errors = view(text, dialect="heidenhain")
+    monkeypatch.setattr("verne_post.gcode.plain.MIN_LINES", 10**9)
+    slow, slow_errors = view(text, dialect="heidenhain")
+    assert fast_errors == slow_errors
+    for name in ("kind", "end", "feed", "line"):
+        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=name == "feed"), name
+
+
 @pytest.mark.parametrize(
     "line", ["X+5", "G1 X+5", "N5 L X+5", "L X1 0", "L X+5 (5)", "L X5.5.5", "12 L X+5 G1", "L X+5 % 3"]
 )

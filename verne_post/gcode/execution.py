@@ -145,6 +145,7 @@ def execute_blocks(
     recovery = None if stop.first_error else Recovery(interpreter)
     if main.first_line > 1:
         execution.recorder.event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
+    watched = stop.all_known or stop.after_line is not None
     while not interpreter.ended:
         text, line = flow.text, flow.line
         chunk = text.chunk(line)
@@ -154,7 +155,7 @@ def execute_blocks(
         in_main = text is main and not flow.in_call
         if in_main and line == stop.before_line:
             break
-        restart = may_restart(state)
+        restart = stop.trace is not None and may_restart(state)
         errors: list[BlockError] = []
         try:
             if not _execute_stretch(flow, chunk, stop):
@@ -170,7 +171,7 @@ def execute_blocks(
             name, shown = flow.text.name, flow.shown_line
             if not execution.report_all(errors, line, shown_line=shown, file=name) or stop.first_error:
                 break
-        if stop.is_met(state, setup, line, flow.line, in_main=text is main):
+        if watched and stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
     return execution
 
@@ -188,7 +189,9 @@ def all_known(state: State, setup: Setup) -> bool:
 def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     """Execute a stretch of plain lines at once; False where there is none."""
     interpreter, row = flow.interpreter, flow.line - chunk.first_line
-    last = chunk.ends[row]
+    last = chunk.lines.end(row)
+    if last - row < plain.MIN_LINES:
+        return False
     if flow.text.closing is not None:
         last = min(last, flow.text.closing - chunk.first_line)
     last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line

@@ -94,6 +94,8 @@ class Parameters:
         raise BlockError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
 
     def _numbered_state(self, key: int) -> float:
+        if _POSITION <= key <= 5428:
+            return self.position(key - _POSITION)
         state, store = self.state, self.state.store
         for first, point in ((_HOME, state.home), (_HOME2, state.home2)):
             if first <= key < first + 9:
@@ -120,8 +122,6 @@ class Parameters:
             if key <= 5409:
                 return self._in_file(key - 5401, tool.offset[key - 5401]) if tool else 0.0
             return self._in_file(0, tool.diameter) if tool and key == 5410 else 0.0
-        if _POSITION <= key <= 5428:
-            return self.position(key - _POSITION)
         return store.numbered.get(key, 0.0)
 
     def position(self, axis: int) -> float:

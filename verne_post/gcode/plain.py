@@ -13,10 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.motion_codes import MotionCodes, effective_feed, line_lengths
 from verne_post.gcode.plain_arcs import PlainArcs
@@ -33,8 +32,11 @@ _C, _F, _G, _N = 5, 9, 10, 11
 #: What a line names, in one number: a bit for each axis, F and G.
 _BITS: Final = 1 << np.arange(_G + 1)
 _NOT_ALIKE: Final = (0, 0)
-_ROTARY: Final = [3, 4, 5]
 _LINEAR: Final = [0, 1, 2, 6, 7, 8]
+#: Of each column: the largest number that may be meant, in mm and degrees. Behind N stand words of arcs, and one column for all other letters.
+_LIMIT: Final = np.array(
+    [*[MAX_LENGTH_MM] * 3, *[MAX_ANGLE_DEG] * 3, *[MAX_LENGTH_MM] * 3, *[math.inf] * 3, *[MAX_LENGTH_MM] * 5]
+)
 
 
 #: Turns A and C of the ends (n, 9) of lines from a first one on to their tool axes; what is recorded as these (n, 3), or None.
@@ -51,48 +53,58 @@ class PlainLines:
     """
 
     def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True, others: str = "") -> None:
-        column = np.full(256, -1, dtype=np.int8)
-        for place, letter in enumerate(AXES):
-            if letter in setup.axes:
-                column[ord(letter)] = place
-        column[[ord("F"), ord("G"), ord("N")]] = _F, _G, _N
-        codes = [ord(letter) for letter in others]
-        has_others = bool(np.isin(words.letter, codes).any())
+        letters = words.letter.tobytes()
+        has_others = any(letter.encode() in letters for letter in others)
         arcs = has_others and others == plain_arcs.WORDS
-        if has_others:
-            column[codes] = range(_N + 1, _N + 1 + len(codes))
-        which = column[words.letter]
-        usable = which >= 0
-        values = np.full((words.n_lines, _N + 1 + len(codes) * has_others), np.nan)
-        values[words.row[usable], which[usable]] = words.value[usable]
+        columns = AXES + "FGN" + others * has_others
+        unknown = len(columns)  # column of letters that have none
+        column = bytearray([unknown]) * 256
+        for place, letter in enumerate(columns):
+            if letter in setup.axes or place >= len(AXES):
+                column[ord(letter)] = place
+        plain, row, value = words.plain.copy(), words.row, words.value
+        which = np.frombuffer(letters.translate(bytes(column)), dtype=np.uint8)
+        plain[row[which == unknown]] = False
+        values = np.full((words.n_lines, unknown + 1), np.nan)
+        values.reshape(-1)[row * (unknown + 1) + which] = value
         present = ~np.isnan(values)
-        count = np.bincount(words.row, minlength=words.n_lines)
-        plain = words.plain & (present.sum(axis=1) == count)  # no other letter, none twice
+        if np.count_nonzero(present) < len(value):  # a letter that stands twice
+            plain &= present.sum(axis=1) == np.bincount(row, minlength=words.n_lines)
         g = values[:, _G]
         plain &= ~present[:, _G] | (g == 0) | (g == 1) | (arcs & ((g == 2) | (g == 3)))
-        with np.errstate(invalid="ignore"):
-            size = np.abs(values)
-            plain &= ~(values[:, _F] < 0) & ~(values[:, _N] < 0) & ~(size > MAX_NUMBER).any(axis=1)
-            turned = (size[:, _ROTARY] > MAX_ANGLE_DEG).any(axis=1)
-            linear = [*_LINEAR, *range(_N + 1, values.shape[1])]
-            self.beyond_mm = turned | (size[:, linear] > MAX_LENGTH_MM).any(axis=1)
-            self.beyond_inch = turned | (size[:, linear] > MAX_LENGTH_MM / MM_PER_INCH).any(axis=1)
+        negative = value < 0
+        if negative.any():
+            plain[row[negative & ((which == _F) | (which == _N))]] = False
+        self.beyond_mm, self.beyond_inch = self._find_beyond(which, row, np.abs(value), words.n_lines)
         # N must be the first word of its line
         has_n = np.flatnonzero(present[:, _N])
         first_word = np.searchsorted(words.row, has_n)
         plain[has_n[words.letter[first_word] != ord("N")]] = False
         self.plain, self.first_line = plain, words.first_line
         self.moves = present[:, :9].any(axis=1) | (present[:, _G] & bare_codes)
-        self.offsets = values[:, _N + 1 :] if has_others else None
-        self.has_offsets = present[:, _N + 1 :].any(axis=1)
+        self.offsets = values[:, _N + 1 : unknown] if has_others else None
+        self.has_offsets = present[:, _N + 1 : unknown].any(axis=1)
         if has_others:
             self.moves |= present[:, _N + 1 : _N + 4].any(axis=1)
-            values, present = values[:, : _N + 1], present[:, : _N + 1]
-        self.row = np.where(present, np.arange(words.n_lines, dtype=np.int32)[:, None], np.int32(-1))
-        np.maximum.accumulate(self.row, axis=0, out=self.row)
-        self.filled = np.take_along_axis(values, np.maximum(self.row, 0), axis=0)
-        self.beyond = self.beyond_mm | self.beyond_inch
+        self.row = np.full((words.n_lines, _N + 1), -1, dtype=np.int32)
+        self.filled = np.full(self.row.shape, np.nan)
+        numbers = np.arange(words.n_lines, dtype=np.int32)
+        for at in np.flatnonzero(np.bincount(which[which <= _N], minlength=_N + 1)).tolist():
+            last = np.maximum.accumulate(np.where(present[:, at], numbers, -1))
+            self.row[:, at] = last
+            self.filled[:, at] = values[np.maximum(last, 0), at]
         self._first_g = present[:, _G]
+
+    @staticmethod
+    def _find_beyond(which: NDArray[np.uint8], row: Ints, size: Array, n_lines: int) -> tuple[Mask, Mask]:
+        """Lines with a coordinate beyond any machine, in mm and in inches, from the columns, lines and sizes of words."""
+        in_mm, in_inch = np.zeros(n_lines, dtype=bool), np.zeros(n_lines, dtype=bool)
+        large = np.flatnonzero(size > min(MAX_LENGTH_MM / MM_PER_INCH, MAX_ANGLE_DEG))
+        if len(large):
+            row, size, limit = row[large], size[large], _LIMIT[which[large]]
+            in_mm[row[size > limit]] = True
+            in_inch[row[size > np.where(which[large] // 3 == 1, limit, limit / MM_PER_INCH)]] = True
+        return in_mm, in_inch
 
     @cached_property
     def alike(self) -> dict[int, tuple[int, int]]:
@@ -101,7 +113,7 @@ class PlainLines:
         First line -> line after the last, and what the first line names, as :data:`_BITS`.
         """
         g = self.filled[:, _G]
-        other = ~self.moves | self.beyond | self._curved
+        other = ~self.moves | self._beyond | self._curved
         other[1:] |= self._first_g[1:] & ~(g[1:] == g[:-1])
         begin = np.flatnonzero(self.plain & np.append(True, ~self.plain[:-1]))
         end = np.append(np.flatnonzero(~self.plain), len(self.plain))
@@ -109,11 +121,15 @@ class PlainLines:
         odd = np.append(np.flatnonzero(other), len(other))
         odd = odd[np.searchsorted(odd, begin + 1)]
         here, there = self.row[begin] == begin[:, None], self.row[end - 1] >= begin[:, None]
-        good = ~other[begin] | (self._first_g[begin] & self.moves[begin] & ~self.beyond[begin] & ~self._curved[begin])
+        good = ~other[begin] | (self._first_g[begin] & self.moves[begin] & ~self._beyond[begin] & ~self._curved[begin])
         good &= (odd >= end) & (here[:, :_F] == there[:, :_F]).all(axis=1)
         good &= (self.row[end - 1, _F] <= begin) & (here[:, _G] | ~there[:, _G])
         named = here[good, : _G + 1] @ _BITS
         return dict(zip(begin[good].tolist(), zip(end[good].tolist(), named.tolist(), strict=True), strict=True))
+
+    @cached_property
+    def _beyond(self) -> Mask:
+        return self.beyond_mm | self.beyond_inch
 
     @cached_property
     def _curved(self) -> Mask:
@@ -130,10 +146,13 @@ class PlainLines:
         """The first line from ``first`` on that has words of an arc, or its code."""
         return self._curves[bisect_left(self._curves, first)]
 
-    def ends(self) -> NDArray[np.intp]:
-        """For every line the end (exclusive) of the stretch of plain lines that it stands in."""
-        stops = np.append(np.flatnonzero(~self.plain), len(self.plain))
-        return stops[np.searchsorted(stops, np.arange(len(self.plain)))]
+    @cached_property
+    def _odd(self) -> list[int]:
+        return [*np.flatnonzero(~self.plain).tolist(), len(self.plain)]
+
+    def end(self, first: int) -> int:
+        """The first line from ``first`` on that is not plain, or the number of lines."""
+        return self._odd[bisect_left(self._odd, first)]
 
 
 @cache

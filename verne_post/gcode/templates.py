@@ -49,10 +49,11 @@ class Words(NamedTuple):
 
 
 class _Template(NamedTuple):
-    """Words of a line: letter or index, value, number of the word."""
+    """Words of a line: letter or index, value, and minus the number of the word."""
 
     codes: list[tuple[str, Node, int]]
-    words: list[tuple[str, Node, int]]
+    words: list[tuple[str, Node]]
+    columns: dict[str, int]
     settings: list[tuple[Node, Node, int]]
 
 
@@ -74,10 +75,10 @@ def read_by_template(text: str, values: Values) -> Words | None:
         return None
     n = [float(number) for number in numbers]
     try:
-        words = {letter: node(n, values) for letter, node, _at in template.words}
-        codes = [(letter, node(n, values), -at) for letter, node, at in template.codes]
+        words = {letter: node(n, values) for letter, node in template.words}
+        codes = [(letter, node(n, values), at) for letter, node, at in template.codes]
         settings: list[tuple[Key, float, int]] = [
-            (_whole(index(n, values)), node(n, values), -at) for index, node, at in template.settings
+            (_whole(index(n, values)), node(n, values), at) for index, node, at in template.settings
         ]
     except (BlockError, ArithmeticError, ValueError):
         return None
@@ -87,7 +88,7 @@ def read_by_template(text: str, values: Values) -> Words | None:
     for _letter, value, _at in codes:
         if abs(value) > MAX_NUMBER:
             return None
-    return Words(codes, words, {letter: -at for letter, _node, at in template.words}, settings)
+    return Words(codes, words, template.columns.copy(), settings)
 
 
 def _find_template(text: str, count: int, custom_macro: bool) -> _Template | None:
@@ -138,21 +139,23 @@ class _Compiler:
 
     def compile(self) -> _Template:
         """All words of the line."""
-        template, letters, count = _Template([], [], []), "", 0
+        template, count = _Template([], [], {}, []), 0
         if self.text.startswith("N?"):
             self.at, self.number = 2, 1
             self._end_word()
         while self.at < len(self.text):
-            count += 1
+            count -= 1
             letter = self._next()
             if letter == "#":
                 index = self._index()
                 if self._next() != "=":
                     raise _NoTemplateError
                 template.settings.append((index, self._binary(1) if self.custom_macro else self._value(), count))
-            elif letter in _LETTERS and letter not in letters:
-                (template.codes if letter in "GM" else template.words).append((letter, self._value(), count))
-                letters += letter if letter not in "GM" else ""
+            elif letter in ("G", "M"):
+                template.codes.append((letter, self._value(), count))
+            elif letter in _LETTERS and letter not in template.columns:
+                template.words.append((letter, self._value()))
+                template.columns[letter] = count
             else:
                 raise _NoTemplateError
             self._end_word()

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import ClassVar, Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
@@ -16,7 +17,7 @@ from verne_post.gcode.block import Block, block_of_words, read_block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import WordTable, chunk_end, split_words, whole_lines
+from verne_post.gcode.words import WordTable, chunk_end, count_lines, split_words, whole_lines
 
 #: So many chunks are kept: loops that stay within them are split into words once.
 _KEPT_CHUNKS: Final = 8
@@ -46,23 +47,28 @@ class Language(Protocol):
 
 @dataclass(frozen=True)
 class Chunk:
-    """Scanned lines: their table, and for each the end (exclusive) of the stretch of plain lines that it stands in."""
+    """Scanned lines and their tables."""
 
     first_line: int
     text: bytes
     lines: PlainLines
-    ends: list[int]
     words: WordTable | None = None
 
     @cached_property
-    def _ends(self) -> list[int]:
-        """Where each line begins, and after the last."""
-        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n")) + 1
-        return [0, *ends.tolist(), len(self.text) + 1]
+    def end_line(self) -> int:
+        """The line after the last."""
+        return self.first_line + len(self.lines.plain)
+
+    @cached_property
+    def _ends(self) -> NDArray[np.intp]:
+        """Where each line ends, without its line end."""
+        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n"))
+        return ends if self.text.endswith(b"\n") else np.append(ends, len(self.text))
 
     def raw(self, row: int) -> bytes:
         """A line itself, counted from 0."""
-        return self.text[self._ends[row] : self._ends[row + 1] - 1]
+        ends = self._ends
+        return self.text[int(ends[row - 1]) + 1 if row else 0 : int(ends[row])]
 
     @cached_property
     def _starts(self) -> list[int]:
@@ -115,10 +121,14 @@ class ChunkedText(ABC):
 
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         self.source, self.setup, self.name = source, setup, name
-        self.n_lines = source.count(b"\n") + (not source.endswith(b"\n"))
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
         self._kept: OrderedDict[int, Chunk] = OrderedDict()
         self._last: Chunk | None = None
+
+    @cached_property
+    def n_lines(self) -> int:
+        """How many lines the file has."""
+        return max(sum(count_lines(text) for text in whole_lines(self.source)), 1)
 
     @abstractmethod
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
@@ -127,23 +137,21 @@ class ChunkedText(ABC):
     def chunk(self, line: int) -> Chunk | None:
         """The chunk that holds a line; None after the end of the text."""
         last = self._last
-        if last is not None and last.first_line <= line < last.first_line + len(last.ends):
+        if last is not None and last.first_line <= line < last.end_line:
             return last
         self._last = self._find_chunk(line)
         return self._last
 
     def _find_chunk(self, line: int) -> Chunk | None:
         for kept in reversed(self._kept.values()):
-            if kept.first_line <= line < kept.first_line + len(kept.ends):
+            if kept.first_line <= line < kept.end_line:
                 return kept
         while True:
             first, start = self._starts[-1]
             if line < first or start >= len(self.source):
                 break
             end = chunk_end(self.source, start)
-            self._starts.append(
-                (first + self.source.count(b"\n", start, end) + (self.source[end - 1 : end] != b"\n"), end)
-            )
+            self._starts.append((first + count_lines(self.source[start:end]), end))
         at = next((i for i in range(len(self._starts) - 2, -1, -1) if self._starts[i][0] <= line), None)
         if at is None or line >= self._starts[at + 1][0]:
             return None
@@ -183,7 +191,7 @@ class ProgramText(ChunkedText):
         """Split the lines of a chunk into words."""
         words = self.read_words(first_line, text)
         lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, others=self.other_words)
-        return Chunk(first_line, text, lines, lines.ends().tolist(), words)
+        return Chunk(first_line, text, lines, words)
 
     def read_words(self, first_line: int, text: bytes) -> WordTable:
         """Words of the plain lines of a chunk."""

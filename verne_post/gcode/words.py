@@ -6,6 +6,7 @@ block exactly; both obey one contract, and numbers are bit-identical to ``float(
 """
 
 import re
+import string
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
@@ -13,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import release_memory
 from verne_post.base.long_text import Text
 
@@ -23,25 +24,36 @@ CHUNK_BYTES: Final = 1 << 18
 #: of exact operands is correctly rounded, as ``float()`` is. Longer numbers go to the exact reader.
 MAX_DIGITS: Final = 15
 
-_BLANK, _DIGIT, _DOT, _SIGN, _LETTER, _NEWLINE, _COMMENT, _OTHER = range(8)
+_DIGIT, _SIGN, _POINT, _LETTER, _NEWLINE, _COMMENT, _OTHER = range(7)
+_BLANKS: Final = b" \t\r"
 #: Stands for a comment without a message: no word may contain it.
 _MARK: Final = b"\x01"
 _SILENT: Final = re.compile(rb"\((?![ \t]*(?:MSG|DEBUG|PRINT|LOG|ABORT|PROBE))[^()\n]*\)|;[^\n]*", re.IGNORECASE)
 
 
-def _make_classes() -> NDArray[np.uint8]:
-    table = np.full(256, _OTHER, dtype=np.uint8)
-    for characters, kind in ((b" \t\r", _BLANK), (b"0123456789", _DIGIT), (b".", _DOT), (b"+-", _SIGN),
-                             (b"\n", _NEWLINE), (_MARK, _COMMENT)):  # fmt: skip
-        table[list(characters)] = kind
-    letters = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-    table[list(letters)] = _LETTER
-    table[list(letters.lower())] = _LETTER
-    return table
+def _make_classes() -> bytes:
+    table = bytearray([_OTHER]) * 256
+    for characters, kind in ((b"0123456789", _DIGIT), (b".", _POINT), (b"+-", _SIGN), (b"\n", _NEWLINE), (_MARK, _COMMENT),
+                             (string.ascii_letters.encode(), _LETTER)):  # fmt: skip
+        for character in characters:
+            table[character] = kind
+    return bytes(table)
 
 
 _CLASS: Final = _make_classes()
 _POWER: Final = np.array([float(10**k) for k in range(MAX_DIGITS + 1)])
+#: Eight characters are read as one number of 64 bits, the first of them in the lowest byte.
+_WINDOW: Final = 8
+_ZEROS: Final = np.uint64(int.from_bytes(b"0" * _WINDOW, "little"))
+#: Keeps the last n characters of a window, n = 0 to 8.
+_LAST: Final = np.array([(1 << 64) - (1 << 8 * (_WINDOW - n)) for n in range(_WINDOW + 1)], dtype=np.uint64)
+#: A byte above 9 has its highest bit set by this sum, if it has not had it before.
+_TO_HIGH_BIT: Final = np.uint64(0x76 * 0x0101010101010101)
+_HIGH_BITS: Final = np.uint64(0x80 * 0x0101010101010101)
+#: Pairs of digits in the bytes 0 and 4, and what they count for: times 10^6 and 10^2, and of those two bytes on 10^4 and 1.
+_PAIRS: Final = np.uint64(0xFF * 0x0000000100000001)
+_ODD_PAIRS: Final = np.uint64((10**6 << 32) + 10**2)
+_EVEN_PAIRS: Final = np.uint64((10**4 << 32) + 1)
 
 
 @dataclass(frozen=True)
@@ -60,7 +72,7 @@ class WordTable:
     row : ndarray of intp, shape (w,)
         Line of each word, from 0.
     plain : ndarray of bool, shape (n_lines,)
-        False for lines that only the exact reader can read; their words are not in the table.
+        False for lines that only the exact reader can read; what the table has of their words means nothing.
     """
 
     first_line: int
@@ -89,6 +101,11 @@ def chunk_end(source: Text, start: int) -> int:
     return end or source.find(b"\n", start) + 1 or len(source)
 
 
+def count_lines(text: bytes) -> int:
+    """How many lines a text has; the last one may lack its end."""
+    return int(np.count_nonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))) + (not text.endswith(b"\n"))
+
+
 def split_words(first_line: int, text: bytes) -> WordTable:
     """Split plain lines into words.
 
@@ -99,39 +116,41 @@ def split_words(first_line: int, text: bytes) -> WordTable:
     text : bytes
         Whole lines.
     """
-    n_lines = text.count(b"\n") + (not text.endswith(b"\n"))
     read = text if text.endswith(b"\n") else text + b"\n"
     if _MARK in read:  # no program has it; if one does, it is no comment
         read = read.replace(_MARK, b"?")
-    raw = np.frombuffer(read, dtype=np.uint8)
     if b"(" in read or b";" in read:
+        raw = np.frombuffer(read, dtype=np.uint8)
         begins = np.flatnonzero((raw == ord("(")) | (raw == ord(";")))
         read = _mark_comments(read, begins.tolist())
-        raw = np.frombuffer(read, dtype=np.uint8)
-    kinds = _CLASS[raw]
-    solid = kinds != _BLANK
-    characters, kinds = raw[solid], kinds[solid]
-    starts = np.flatnonzero(kinds >= _LETTER)
+    characters = read.translate(None, _BLANKS)
+    kinds = np.frombuffer(characters.translate(_CLASS), dtype=np.uint8)
+    starts = np.flatnonzero(kinds >= _POINT)
     kind = kinds[starts]
-    length = np.diff(starts, append=len(characters)) - 1
-    newline = kind == _NEWLINE
-    row = np.cumsum(newline) - newline
+    newline = np.flatnonzero(kind == _NEWLINE)
+    n_lines = len(newline)
     plain = np.ones(n_lines, dtype=bool)
     if starts[0] > 0:  # digits before the first letter
         plain[0] = False
     # digits before the first letter of a line or after a comment, or a character that no plain word has
-    stray = newline & (length > 0)
-    plain[np.minimum(row[stray] + 1, n_lines - 1)] = False
-    plain[row[(kind == _COMMENT) & (length > 0)]] = False
-    plain[row[kind == _OTHER]] = False
+    stray = starts[newline[:-1] + 1] != starts[newline[:-1]] + 1
+    plain[1:][stray] = False
+    comment = np.flatnonzero(kind == _COMMENT)
+    odd = [comment[starts[comment + 1] != starts[comment] + 1], np.flatnonzero(kind == _OTHER)]
+    point = np.flatnonzero(kind == _POINT)
+    odd.append(point[kind[point - 1] != _LETTER])  # it does not belong to the first number after a letter
+    plain[np.searchsorted(newline, np.concatenate(odd))] = False
 
-    is_word = kind == _LETTER
-    begin, length, row = starts[is_word] + 1, length[is_word], row[is_word]
-    letter = characters[starts[is_word]] & 0xDF
-    value, good = _read_numbers(characters, begin, length)
+    word = np.flatnonzero(kind == _LETTER)
+    per_line = np.diff(np.searchsorted(word, newline), prepend=0)
+    row = np.repeat(np.arange(n_lines), per_line)
+    begin = starts[word] + 1
+    pointed = kind[word + 1] == _POINT
+    end = starts[word + 1]
+    value, good = _read_numbers(characters, begin, end, np.where(pointed, starts[word + 1 + pointed] - end - 1, 0))
     plain[row[~good]] = False
-    keep = plain[row]
-    return WordTable(first_line, text, n_lines, letter[keep], value[keep], row[keep], plain)
+    letter = np.frombuffer(characters, dtype=np.uint8)[begin - 1] & np.uint8(0xDF)
+    return WordTable(first_line, text, n_lines, letter, value, row, plain)
 
 
 def _mark_comments(text: bytes, begins: list[int]) -> bytes:
@@ -145,45 +164,55 @@ def _mark_comments(text: bytes, begins: list[int]) -> bytes:
     return _MARK.join(kept)
 
 
-def _read_numbers(
-    characters: NDArray[np.uint8], begin: NDArray[np.intp], length: NDArray[np.intp]
-) -> tuple[Array, Mask]:
-    """Values of the numbers at ``begin``; False where a number is not plain."""
-    padded = np.append(characters, np.uint8(0))
-    first = padded[begin]
-    signed = ((first == ord("-")) | (first == ord("+"))) & (length > 0)
-    body = length - signed
-    # one sign, MAX_DIGITS digits and a point are the most that is read here
-    good = (body > 0) & (body <= MAX_DIGITS + 1)
-    body = np.where(good, body, 0)
-    # words in order of length: those that have a character at place j are one slice
-    order = np.argsort(body.astype(np.uint8), kind="stable")
-    at = (begin + signed)[order]
-    begins = np.searchsorted(body[order], np.arange(1, MAX_DIGITS + 2))
-    n = len(at)
-    mantissa = np.zeros(n, dtype=np.int64)
-    decimals = np.zeros(n, dtype=np.int8)
-    points = np.zeros(n, dtype=np.int8)
-    strange = np.zeros(n, dtype=bool)
-    for place, low in enumerate(begins):
-        if low == n:
-            break
-        longer = slice(int(low), None)
-        character = padded[at[longer] + place]
-        digit = character - np.uint8(48)
-        is_digit = digit < 10
-        if is_digit.all():
-            mantissa[longer] = mantissa[longer] * 10 + digit
-            decimals[longer] += points[longer]
-        else:
-            mantissa[longer] = np.where(is_digit, mantissa[longer] * 10 + digit, mantissa[longer])
-            decimals[longer] += points[longer] * is_digit
-            is_point = character == ord(".")
-            points[longer] += is_point
-            strange[longer] |= ~(is_digit | is_point)
-    usable = ~strange & (points <= 1) & (body[order] - points >= 1) & (body[order] - points <= MAX_DIGITS)
-    magnitude = mantissa / _POWER[np.minimum(decimals, MAX_DIGITS)]
-    value = np.empty(n)
-    value[order] = magnitude
-    good[order] &= usable
-    return np.where(first == ord("-"), -value, value), good
+def _read_numbers(characters: bytes, begin: Ints, end: Ints, decimals: Ints) -> tuple[Array, Mask]:
+    """Values of numbers from ``begin`` to ``end`` and, behind a point, so many ``decimals``; False where one is not plain."""
+    text = b"0" * _WINDOW + characters + b"0"
+    first = np.frombuffer(text, dtype=np.uint8)[begin + _WINDOW]
+    negative = first == ord("-")
+    whole = end - begin
+    whole -= (negative | (first == ord("+"))) & (whole > 0)
+    count = whole + decimals
+    good = (count > 0) & (count <= MAX_DIGITS)
+    if not good.all():
+        whole, decimals = np.where(good, whole, 0), np.where(good, decimals, 0)
+    # the eight characters before each place
+    windows = np.ndarray((len(text) - _WINDOW,), "<u8", text, strides=(1,))
+    above, fine = _read_digits(windows, end, whole)
+    below, also = _read_digits(windows, end + 1 + decimals, decimals)
+    power = _POWER[decimals]
+    value = above * power  # whole numbers below 10^15: exact
+    value += below
+    value /= power
+    np.negative(value, out=value, where=negative)
+    return value, good & fine & also
+
+
+def _read_digits(windows: NDArray[np.uint64], end: Ints, count: Ints) -> tuple[Array, Mask]:
+    """The whole numbers of so many digits (at most 15) before ``end``; False where something else stands among these."""
+    number, good = _read_window(windows[end], np.minimum(count, _WINDOW))
+    long = np.flatnonzero(count > _WINDOW)
+    if len(long):
+        higher, fine = _read_window(windows[end[long] - _WINDOW], count[long] - _WINDOW)
+        number[long] += higher * _POWER[_WINDOW]
+        good[long] &= fine
+    return number, good
+
+
+def _read_window(window: NDArray[np.uint64], count: Ints) -> tuple[Array, Mask]:
+    """The numbers that the last ``count`` characters of windows are; False where one of them is no digit."""
+    digits = window ^ _ZEROS
+    digits &= _LAST[count]
+    strange = digits + _TO_HIGH_BIT
+    strange |= digits
+    strange &= _HIGH_BITS
+    good = strange == 0
+    pairs = digits * 10  # in every second byte
+    pairs += digits >> 8
+    others = pairs >> 16
+    pairs &= _PAIRS
+    pairs *= _ODD_PAIRS
+    others &= _PAIRS
+    others *= _EVEN_PAIRS
+    pairs += others
+    pairs >>= 32
+    return pairs.view(np.int64).astype(np.float64), good

@@ -157,15 +157,17 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
 def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> bool:
     """Execute a stretch of plain lines at once; False where there is none."""
     interpreter, row = flow.interpreter, flow.line - chunk.first_line
-    end = chunk.ends[row] + chunk.first_line
-    last = stop.cut(flow.line, end, in_main=flow.text is flow.main) - chunk.first_line
+    end = chunk.lines.end(row)
+    last = stop.cut(flow.line, end + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
     if (
         last - row < plain.MIN_LINES
         or not _is_ready(interpreter)
         or not plain.is_ready(interpreter.state, chunk.lines, row)
     ):
         return False
-    if last < chunk.ends[row] or last == len(chunk.ends) or flow.text.is_corner_next(chunk.first_line + last):
+    while last > row and not chunk.lines.moves[last - 1]:
+        last -= 1  # comments
+    if last < end or chunk.first_line + last == chunk.end_line or flow.text.is_corner_next(chunk.first_line + last):
         last -= 1  # RND or CHF may begin at its end
     if not interpreter.tcp or interpreter.along_vectors or any(interpreter.wraps.values()) or interpreter.shortest:
         turns = (chunk.lines.row[row:last, [_A, _C]] >= row).any(axis=1)

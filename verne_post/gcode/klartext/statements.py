@@ -46,6 +46,7 @@ _RAPID: Final = re.compile(
 )
 _STRAIGHT: Final = re.compile(rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])", re.MULTILINE | re.IGNORECASE)
 _NO_SIDE: Final = re.compile(rb"(?<=[ \t])R0(?=[ \t\r\n;])", re.IGNORECASE)
+_GOES_ON: Final = re.compile(rb"(?:;[^\n]*)?~[ \t\r]*$", re.MULTILINE)
 _SPLIT_NUMBER: Final = re.compile(rb"[ \t](?=[\d.])")
 
 
@@ -82,10 +83,12 @@ class KlartextText(ChunkedText):
     """One file: statements on demand, its labels, and its plain lines as the scanner has them."""
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
-        """Scan plain lines: those that become G0 or G1 in words of RS274/NGC."""
-        lines = PlainLines(split_words(first_line, _plain_words(text)), self.setup)
-        lines.plain &= lines.row[:, _G] == np.arange(len(lines.plain))
-        return Chunk(first_line, text, lines, lines.ends().tolist())
+        """Scan plain lines: those that become G0 or G1 in words of RS274/NGC, and comments."""
+        words = split_words(first_line, _plain_words(text))
+        lines = PlainLines(words, self.setup)
+        rows = np.arange(words.n_lines)
+        lines.plain &= (lines.row[:, _G] == rows) | (np.bincount(words.row, minlength=len(rows)) == 0)
+        return Chunk(first_line, text, lines)
 
     def raw(self, line: int) -> bytes | None:
         """One line; None after the end of the text."""
@@ -216,6 +219,8 @@ def read_statement(parts: list[str], line: int) -> Statement:
 def _plain_words(text: bytes) -> bytes:
     """Lines in words of RS274/NGC; those that are no plain straight moves stay as no scanner can read them."""
     words = text.translate(_TRANSLATION)
+    if b"~" in words:
+        words = _GOES_ON.sub(b"?", words)
     if b"MAX" in words.upper():
         words = _RAPID.sub(rb"G0\1", words)
     words = _STRAIGHT.sub(b"G1", words)

@@ -40,11 +40,9 @@ _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP"
 
 #: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0.
 _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
-#: A3= and so on, each with the letter that stands for it in the table of words, and what takes that letter away before.
-_VECTOR: Final = [
-    (re.compile(letter + rb"3[ \t]*=", re.IGNORECASE), stands)
-    for letter, stands in ((b"A", b"I"), (b"B", b"J"), (b"C", b"K"))
-]
+#: A3= and so on, the letters that stand for them in the table of words, and what takes those letters away before.
+_VECTOR: Final = re.compile(rb"([ABC])3[ \t]*=", re.IGNORECASE)
+_STANDS_FOR: Final = dict(zip(b"ABCabc", (b"I", b"J", b"K") * 2, strict=True))
 _NO_CENTERS: Final = bytes.maketrans(b"IJKijk", b"??????")
 _BLANKS: Final = b" \t\r"
 _DIGITS: Final = b"0123456789."
@@ -87,12 +85,13 @@ def _mark_strange(text: bytes) -> bytes:
 
 def _put_vectors(text: bytes) -> bytes:
     """A chunk with I, J and K for A3=, B3= and C3=; where they stood before is a character that no plain word has."""
-    if b"3" not in text or not any(pattern.search(text) for pattern, _letter in _VECTOR):
+    if b"=" not in text or (b"A3=" not in text and _VECTOR.search(text) is None):
         return text
     text = text.translate(_NO_CENTERS)
-    for pattern, letter in _VECTOR:
-        text = pattern.sub(letter, text)
-    return text
+    for letter in b"ABC":
+        text = text.replace(b"%c3=" % letter, _STANDS_FOR[letter])
+    # as few are written with blanks or small letters, these are looked for one by one
+    return _VECTOR.sub(lambda match: _STANDS_FOR[match[1][0]], text) if b"=" in text else text
 
 
 class Language(Interpreter):

@@ -17,8 +17,6 @@ from verne_post.gcode.text import Chunk
 _MOTION: Final = {"G0": 0, "G1": 10}
 _ROTARY: Final = slice(3, 6)
 _A, _C = 3, 5
-#: The last direction is looked for in so many lines, before it is in all.
-_NEAR: Final = 64
 
 
 def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: bool) -> int | None:
@@ -40,7 +38,7 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     """
     to, line = flow.executor.interpreter, flow.line
     row = line - chunk.first_line
-    last = min(chunk.ends[row] + chunk.first_line, flow.frame.section.last + 1)
+    last = min(chunk.lines.end(row) + chunk.first_line, flow.frame.section.last + 1)
     last = stop.cut(line, last, in_main=in_main) - chunk.first_line
     if last - row < plain.MIN_LINES or flow.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
@@ -119,10 +117,10 @@ def _rotary_words_are_plain(to: SiemensInterpreter) -> bool:
 
 def _find_heading(lines: plain.PlainLines, first: int, last: int, start: Array) -> Array | None:
     """The direction (3,) of the last move with a length among lines ``first`` to ``last`` (excluded); ``start`` is (3,)."""
-    for begin in (max(first, last - _NEAR), first):
+    for begin in (last - 1, first):
         rows = slice(max(begin - 1, first), last)
         ends = np.where(lines.row[rows, :3] >= first, lines.filled[rows, :3], start)
-        ways = np.diff(ends if begin > first else np.vstack([start, ends]), axis=0)
+        ways = ends[1:] - ends[:-1] if begin > first else np.diff(np.vstack([start, ends]), axis=0)
         lengths = np.sqrt((ways**2).sum(axis=1))
         moving = np.flatnonzero(lengths)
         if len(moving):
