@@ -215,6 +215,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "max_megabytes": number(1, math.inf, whole=True),
     "max_rows": number(2, math.inf, whole=True),
     "smoothing": words("spline", "blend", "off"),
+    "shaper": words("off", "zv", "zvd", "ei", none=True),
     "tolerance": number(1e-6, 10, none=True),
     "orientation_tolerance_deg": number(1e-6, 10, none=True),
     "rapids": words("line", "joint"),

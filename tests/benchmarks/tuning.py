@@ -114,9 +114,10 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
     "STOP_TO_STOP_SHARE": (1.0 - 1e-4, 1.0),
 }
 #: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts;
-#: and those that are varied piece by piece.
+#: those that are varied piece by piece, and those of the input shaper, which these programs do not have (docs/vibration.md).
 NOT_VARIED = {
-    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "OTHER",
+    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "OTHER", "SHAPER_SHARE", "SHAPER_ATTEMPTS",
+    "SHAPER_MARGIN",
 }  # fmt: skip
 #: Factors of the settings of a pass.
 PASS_FACTORS: dict[str, tuple[float, ...]] = {

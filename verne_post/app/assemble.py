@@ -13,6 +13,7 @@ import numpy as np
 from verne_post import gcode
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
+from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.gcode.codes import RS274
 from verne_post.gcode.read import interpret_until_error, state_after
@@ -32,17 +33,23 @@ from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
+from verne_post.model.vibration import Shaper
 from verne_post.toolpath.approach import add_approach_and_departure, joints_at_place
 from verne_post.toolpath.branch_choice import choose_branches, report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
+from verne_post.toolpath.corner_rules import find_segment_tolerances
 from verne_post.toolpath.detour import add_detours
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
 from verne_post.toolpath.stops import insert_stops
+from verne_post.trajectory import tuning
+from verne_post.trajectory.shaper import UNSHAPED, shaper_weights
 
+#: A mode is shaped for if its period has so many control cycles: below, impulses shared between cycles leave too much of it.
+LEAST_CYCLES_OF_MODE: Final = 4
 #: Kinds of events at which the machine waits, and their codes.
 _WAITS: Final = {"tool": "M6", "input": "M66"}
 _STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
@@ -84,6 +91,10 @@ class Program:
     def cycle(self) -> float:
         """Control cycle in s."""
         return self.options.cycle or self.machine.cycle
+
+    def shaper(self) -> Array:
+        """Weights of the input shaper; a single 1 without one."""
+        return shaper_of(self.machine, self.options, self.cycle)
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
@@ -177,6 +188,33 @@ def _text_options(options: Options) -> dict[str, Any]:
         if RS274.executes(code):
             raise UsageError("remap", f"{code}: this code has a meaning of its own")
     return {name: getattr(options, name) for name in TextOptions.__dataclass_fields__}
+
+
+def chosen_shaper(machine: Machine, options: Options) -> Shaper | None:
+    """The input shaper that the options name, else that of the machine file; None without one."""
+    if options.shaper is not None:
+        return None if options.shaper == "off" else options.shaper
+    return machine.vibration.shaper if machine.vibration else None
+
+
+def shaper_of(machine: Machine, options: Options, cycle: float) -> Array:
+    """Weights of the input shaper of the options, else of the machine file; a single 1 without one.
+
+    Raises
+    ------
+    InputError
+        VP018: no modes to shape for, or modes too fast for the control cycle.
+    """
+    shaper, vibration = chosen_shaper(machine, options), machine.vibration
+    if shaper is None:
+        return UNSHAPED
+    if vibration is None:
+        raise InputError(finding("VP018", f"--shaper {shaper} needs the modes of [vibration] in the machine file"))
+    for mode in vibration.modes:
+        if mode.frequency * LEAST_CYCLES_OF_MODE * cycle > 1.0:
+            raise InputError(finding("VP018", f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
+                                     f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped"))  # fmt: skip
+    return shaper_weights(shaper, vibration.modes, cycle)
 
 
 # --- the stages ----------------------------------------------------------------------------------------
@@ -274,10 +312,15 @@ def blend_corners(draft: Draft) -> Draft:
         return replace(draft, contour=make_exact_contour(draft.path))
     tip = accuracy.tip if options.tolerance is None else options.tolerance
     axis = accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
-    smoothing = Smoothing(
-        options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine), options.cycle or draft.machine.cycle
-    )
-    return replace(draft, contour=smooth_contour(draft.path, draft.moves, smoothing))
+    cycle = options.cycle or draft.machine.cycle
+    shaped = len(shaper_of(draft.machine, options, cycle)) > 1
+    share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
+    smoothing = Smoothing(options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine), cycle, share)
+    contour = smooth_contour(draft.path, draft.moves, smoothing)
+    if shaped:  # all motion is displaced, not corners alone
+        tips, axes = find_segment_tolerances(draft.path, draft.moves, smoothing)
+        contour = replace(contour, tip_tolerance=tips, axis_tolerance=axes)
+    return replace(draft, contour=contour)
 
 
 def add_approach(draft: Draft) -> Draft:

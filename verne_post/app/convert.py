@@ -26,6 +26,7 @@ from verne_post.output.rounding import choose_setpoint_format, round_setpoints
 from verne_post.output.setpoints import column_names
 from verne_post.trajectory.event_rows import EventRows
 from verne_post.trajectory.sample import rows
+from verne_post.trajectory.shaper import shape_rows
 
 
 def convert_source(
@@ -109,8 +110,9 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointB
     move_of_segment = contour.path.move_reached
     dwells = np.append(program.moves.dwells, -1)
     for sampled in rows(contour, plan.profiles, plan.timeline):
-        values, numbers = round_setpoints(joints.q(sampled.element, sampled.w), machine, fmt)
-        segment = contour.segment[sampled.element]
+        q = shape_rows(joints.q(sampled.element, sampled.w), plan.timeline.weights)
+        values, numbers = round_setpoints(q, machine, fmt)
+        segment = contour.segment[sampled.shown]
         move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[segment])
         yield SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, segment), move
 

@@ -1,16 +1,20 @@
 """A program is checked and, when nothing is wrong, given its motion profiles."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from verne_post.app.assemble import Program
 from verne_post.app.constraints import check_program
 from verne_post.app.result import Progress
+from verne_post.app.shaping import NO_LIMITS, find_slowdown
 from verne_post.base.arrays import Array
 from verne_post.base.columns import blocks
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.kinematics.checks.limits import JointBounds
+from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.verdict import worst
+from verne_post.trajectory import tuning
 from verne_post.trajectory.override import feed_override
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
 from verne_post.trajectory.sample import Timeline, timeline
@@ -45,12 +49,38 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     _require_rows(program, _least_seconds(program) / program.cycle)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
-    planning = PlanningOptions(program.cycle, options.solver, options.quality, played)
-    limits = program.machine.limits
-    profiles = plan_contour(program.joints(), bounds.first, bounds.second, bounds.third, limits, planning, report)
-    laid_out = timeline(program.contour, profiles, planning)
+    planning = PlanningOptions(program.cycle, options.solver, options.quality, played, program.shaper())
+    profiles, laid_out = _plan(program, bounds, planning, report)
     _require_rows(program, laid_out.n_rows)
     return Plan(program, profiles, laid_out, tuple(findings), bounds.axis_error_deg)
+
+
+def _plan(
+    program: Program, bounds: JointBounds, planning: PlanningOptions, report: Callable[[int], None] | None
+) -> tuple[MotionProfiles, Timeline]:
+    """Plan; again and slower where an input shaper would move the tool too far from its path.
+
+    Raises
+    ------
+    SolverError
+    """
+    joints, contour = program.joints(), program.contour
+    limits, stretch = NO_LIMITS, np.ones(contour.n_sections)
+    for _ in range(tuning.SHAPER_ATTEMPTS if planning.rest else 1):
+        limited = replace(joints, speed=limits.applied_to(contour, joints.speed)) if len(limits.begin) else joints
+        profiles = plan_contour(
+            limited, bounds.first, bounds.second, bounds.third, program.machine.limits, planning, report, stretch
+        )
+        laid_out = timeline(contour, profiles, planning)
+        if not planning.rest:
+            return profiles, laid_out
+        lower, too_fast = find_slowdown(program, profiles, laid_out)
+        if (too_fast <= 1.0).all():
+            return profiles, laid_out
+        limits, stretch = limits.lower(lower), stretch * np.where(too_fast > 1.0, tuning.SHAPER_MARGIN * too_fast, 1.0)
+    line = int(contour.line(contour.section_begins[[int(np.argmax(too_fast))]])[0])
+    text = f"with the input shaper the motion that begins in line {line} keeps tolerance and feed rate at no speed that was tried"
+    raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line))
 
 
 def _least_seconds(program: Program) -> float:

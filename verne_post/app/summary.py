@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from verne_post.app.assemble import chosen_shaper
 from verne_post.app.plan import Plan
 from verne_post.base.columns import blocks
 from verne_post.base.long_text import Text
@@ -11,7 +12,9 @@ from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, Summary
 from verne_post.model.verification import Verification
+from verne_post.model.vibration import Shaped
 from verne_post.output.rounding import round_setpoints
+from verne_post.trajectory.shaper import vibration_left
 
 
 def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
@@ -34,6 +37,16 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
 
     parts = zip(begins, ends, gaps, strict=True)
     return within(0), tuple(Part(first, last, within(number)) for first, last, number in parts)
+
+
+def _shaped(plan: Plan) -> Shaped | None:
+    """What the input shaper does; None without one."""
+    machine, times = plan.program.machine, plan.timeline
+    shaper = chosen_shaper(machine, plan.program.options)
+    if shaper is None or machine.vibration is None:
+        return None
+    left = [(mode.frequency, vibration_left(times.weights, mode, times.cycle)) for mode in machine.vibration.modes]
+    return Shaped(shaper, times.rest * times.cycle, tuple(left))
 
 
 def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
@@ -86,5 +99,6 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         switched=program.restored,
         tools=tuple(tools),
         stock=moves.stock,
+        shaped=_shaped(plan),
         axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )

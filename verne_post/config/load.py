@@ -23,6 +23,7 @@ from verne_post.config.schema import (
     MachineFile,
     RodsFile,
     TolerancesFile,
+    VibrationFile,
     limits_file,
 )
 from verne_post.config.sentences import describe_mistakes
@@ -36,6 +37,7 @@ from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
 from verne_post.model.moves import Frame
 from verne_post.model.protocols import FiveAxis
+from verne_post.model.vibration import Mode, Vibration
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -130,6 +132,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         rod_places=places,
         warnings=tuple(find_implausible(data["limits"], kind.group, content.table.radius, accuracy.tip_mm)),
         tolerances=_tolerances(content.tolerances or TolerancesFile()),
+        vibration=_vibration(content.vibration),
     )
 
 
@@ -202,6 +205,12 @@ def _lead_error(table: list[list[float]], travel: list[float], where: str) -> "C
     return CubicSpline(
         place, error, bc_type="periodic" if endless else "natural", extrapolate="periodic" if endless else True
     )
+
+
+def _vibration(file: VibrationFile | None) -> Vibration | None:
+    if file is None:
+        return None
+    return Vibration(tuple(Mode(*pair) for pair in file.modes), file.shaper)
 
 
 def _home(file: HomeFile) -> Home:

@@ -16,6 +16,7 @@ from pydantic import (
 )
 
 from verne_post.model.drives import STEEPEST_ERROR
+from verne_post.model.vibration import Shaper
 
 #: No length, limit or count of a machine is larger: squares and products of such numbers stay finite.
 _LARGEST: Final = 1e12
@@ -273,6 +274,29 @@ class AccuracyFile(Group):
     uncorrected_axis_deg: Positive | None = None
 
 
+#: A mode of a lower frequency (Hz) would make a machine wait for a second at every stop; one of more damping needs no shaper.
+LOWEST_MODE: Final = 1.0
+MOST_DAMPING: Final = 0.5
+
+
+class VibrationFile(Group):
+    """[vibration]: modes as [frequency in Hz, damping ratio], and the input shaper for them."""
+
+    modes: Annotated[list[Range], Field(min_length=1, max_length=4)]
+    shaper: Shaper | None = None
+
+    @field_validator("modes")
+    @classmethod
+    def _are_modes(cls, value: list[list[float]]) -> list[list[float]]:
+        for frequency, damping in value:
+            if not (frequency >= LOWEST_MODE and 0.0 <= damping <= MOST_DAMPING):
+                raise ValueError(
+                    f"[{frequency:g}, {damping:g}] is no mode: [frequency in Hz, at least {LOWEST_MODE:g}; "
+                    f"damping ratio, 0 to {MOST_DAMPING:g}]"
+                )
+        return value
+
+
 class ControlFile(Group):
     """[control]."""
 
@@ -293,6 +317,7 @@ class ProvenanceFile(Group):
     clearance: Source | None = None
     drives: Source | None = None
     accuracy: Source | None = None
+    vibration: Source | None = None
 
 
 def known_schema(value: object) -> object:
@@ -319,12 +344,13 @@ class MachineFile(Group):
     tolerances: TolerancesFile | None = None
     clearance: ClearanceFile | None = None
     drives: dict[str, DriveFile] | None = None
+    vibration: VibrationFile | None = None
     control: ControlFile
     provenance: ProvenanceFile
 
     @model_validator(mode="after")
     def _optional_groups_have_a_source(self) -> "MachineFile":
-        for group in ("home", "accuracy", "rods", "tolerances", "clearance", "drives"):
+        for group in ("home", "accuracy", "rods", "tolerances", "clearance", "drives", "vibration"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
         return self

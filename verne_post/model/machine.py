@@ -10,6 +10,7 @@ from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
 from verne_post.model.moves import Frame
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
+from verne_post.model.vibration import Vibration
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ class Machine:
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
     does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
     ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine;
-    ``warnings`` are values that no machine tool has (VP505).
+    ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers.
     """
 
     name: str
@@ -131,6 +132,7 @@ class Machine:
     rod_places: RodPlaces | None = None
     tolerances: Array = field(default_factory=lambda: np.empty(0))
     warnings: tuple[Finding, ...] = ()
+    vibration: Vibration | None = None
 
     @property
     def margins(self) -> tuple[Margin, ...]:

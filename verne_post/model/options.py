@@ -176,6 +176,9 @@ class Options(BaseModel):
     orientation_tolerance_deg: Annotated[float | None, Finite, Tolerance, About(
         "How far the tool axis may leave the programmed one at corners under G64, in place of the machine file's.",
         Group.CONTOURING, metavar="DEG", flag="--orientation-tolerance")] = None
+    shaper: Annotated[Literal["off", "zv", "zvd", "ei"] | None, About(
+        "Input shaper for the vibration modes of the machine file's [vibration], in place of the shaper named there.",
+        Group.CONTOURING, Changes.TIMING)] = None
     rapids: Annotated[Literal["line", "joint"], About(
         "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
         Group.CONTOURING)] = "line"

@@ -9,6 +9,7 @@ from verne_post.model.moves import Event, Frame, Stock
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.verification import Verification
+from verne_post.model.vibration import Shaped
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,8 @@ class Summary:
         for a nominal machine.
     stock : Stock or None
         The stock that the program defines.
+    shaped : Shaped or None
+        What the input shaper does; None without one.
     timed : tuple of TimedEvent
         All events and dwells with their rows; empty where nothing was written.
     """
@@ -119,4 +122,5 @@ class Summary:
     tools: tuple[tuple[int, float], ...] = ()
     axis_error_deg: float | None = None
     stock: Stock | None = None
+    shaped: Shaped | None = None
     timed: tuple[TimedEvent, ...] = ()

@@ -62,6 +62,12 @@ def side_car_text(summary: Summary) -> str:
         "first_row": list(summary.start),
         "feed_moves": {"all": summary.feed_segments, "feed_reached": summary.feed_reached},
     }
+    if summary.shaped is not None:
+        data["vibration"] = {
+            "shaper": summary.shaped.shaper,
+            "rest_s": summary.shaped.rest,
+            "modes": [{"frequency_hz": frequency, "left": left} for frequency, left in summary.shaped.left],
+        }
     if summary.stock is not None:
         data["stock"] = summary.stock.record()
     if summary.free_turn is not None:

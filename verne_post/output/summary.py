@@ -207,6 +207,15 @@ def _tolerance(summary: Summary) -> Facts:
     return texts
 
 
+def _vibration(summary: Summary) -> Facts:
+    """The input shaper, and what it leaves of each mode."""
+    if (shaped := summary.shaped) is None:
+        return []
+    left = ", ".join(f"{100.0 * share:.1f} % at {frequency:g} Hz" for frequency, share in shaped.left)
+    rest = f"{1e3 * shaped.rest:g} ms of rest before and after each motion"
+    return [("vibration", f"input shaper {shaped.shaper}, {rest}; of the modes' vibration it leaves {left}")]
+
+
 def _axis_error(summary: Summary) -> Facts:
     """What the as-built machine cannot correct."""
     if summary.axis_error_deg is None:

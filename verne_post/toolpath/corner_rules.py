@@ -31,6 +31,8 @@ class Smoothing:
         What the joints allow.
     cycle : float
         Control cycle, s.
+    share : float
+        Of every tolerance, that corners may use.
     """
 
     overlap: bool
@@ -38,6 +40,7 @@ class Smoothing:
     axis: float
     jerk_limit: JerkLimit
     cycle: float
+    share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -97,17 +100,32 @@ def _may_blend(path: ToolPath) -> Mask:
 
 
 def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
-    """Tip (mm) and axis (rad) tolerance of the corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0.
+    """Tip (mm) and axis (rad) tolerance of the corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0."""
+    tip, axis = (
+        smoothing.share * _smaller_of_both(path, moves, one) for one in _tolerances_of_controls(moves, smoothing)
+    )
+    return tip, np.where(tip > 0, axis, 0.0)
+
+
+def _tolerances_of_controls(moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
+    """Tip (mm) and axis (rad) tolerance of every path control; tip 0 without G64.
 
     The axis tolerance is that of the program (OTOL of Siemens programs), else of the options.
     """
     given = [smoothing.tip if control.tolerance is None else control.tolerance for control in moves.controls]
-    blends = np.array([control.mode == PathMode.BLEND for control in moves.controls])
-    tip = _smaller_of_both(path, moves, np.where(blends, np.array(given), 0.0))
+    blends = [control.mode == PathMode.BLEND for control in moves.controls]
     axes = [
         smoothing.axis if control.axis_deg is None else RAD_PER_DEG * control.axis_deg for control in moves.controls
     ]
-    return tip, np.where(tip > 0, _smaller_of_both(path, moves, np.array(axes)), 0.0)
+    return np.where(blends, np.array(given), 0.0), np.array(axes)
+
+
+def find_segment_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
+    """Tip (mm) and axis (rad) tolerance of segments (n,) as the program has it, without ``share``; 0 without G64."""
+    tip_of, axis_of = _tolerances_of_controls(moves, smoothing)
+    control = np.where(path.move >= 0, moves.control[path.move], 0)
+    tip = np.where(path.move >= 0, tip_of[control], 0.0)
+    return tip, np.where(tip > 0, axis_of[control], 0.0)
 
 
 def limit_fairing(path: ToolPath, moves: Moves, tip_bound: Array) -> Array:

@@ -15,6 +15,7 @@ from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
 from verne_post.trajectory import tuning
 from verne_post.trajectory.override import FeedOverride
+from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
 
@@ -70,12 +71,20 @@ class PlanningOptions:
         Plan finely and without margin: practically the third-order optimum, at many times the cost.
     playback : FeedOverride
         How fast what is planned is executed.
+    weights : ndarray, shape (2 h + 1,)
+        Of the input shaper that the rows are convolved with; every section has h cycles of rest before and after it.
     """
 
     cycle: float
     solver: str = "reachability"
     quality: bool = False
     playback: FeedOverride = field(default_factory=FeedOverride)
+    weights: Array = field(default_factory=lambda: UNSHAPED)
+
+    @property
+    def rest(self) -> int:
+        """Cycles of rest before and after each section: the shaper's reach."""
+        return len(self.weights) // 2
 
 
 class ContourSection:
@@ -142,7 +151,7 @@ class ContourSection:
 
 def plan_contour(
     joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, planning: PlanningOptions,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] | None = None, slower: Array | None = None,
 ) -> MotionProfiles:  # fmt: skip
     """Plan every section of a contour.
 
@@ -155,6 +164,8 @@ def plan_contour(
     planning : PlanningOptions
     progress : callable, optional
         Called with the number of elements that have been planned.
+    slower : ndarray, shape (n_sections,), optional
+        By which factors sections from stop to stop last longer than they need.
 
     Raises
     ------
@@ -163,6 +174,8 @@ def plan_contour(
     """
     contour = joints.contour
     profiles = plan_sections(contour, first, second, third, limits, ~contour.continuous, planning.cycle)
+    if slower is not None and (slower > 1.0).any():
+        profiles = profiles.stretch(slower)
     planner = _Planner(joints, limits, planning, profiles)
     ramp = planning.playback.ramp
     for section in range(contour.n_sections) if ramp else np.flatnonzero(planner.continuous).tolist():
@@ -191,7 +204,7 @@ class _Planner:
         self.second_order_bound_s, self.toppra_bound_s = 0.0, 0.0
         cycles = np.ceil(profiles.total / (planning.playback.override * planning.cycle) - WHOLE_CYCLE)
         self.cycles = np.maximum(cycles, 1).astype(np.int64)
-        self.clock = _Clock(contour, self.cycles, planning.cycle)
+        self.clock = _Clock(contour, self.cycles, planning)
 
     def slow_down(self, section: int, begin_s: float) -> None:
         """Stretch a section from stop to stop that begins at a time (s) before the override is steady."""
@@ -258,19 +271,19 @@ class _Planner:
 class _Clock:
     """When sections begin in the file, while the durations of those before become known."""
 
-    def __init__(self, contour: Contour, cycles: NDArray[np.int64], cycle: float) -> None:
-        self.cycles, self.cycle = cycles, cycle
+    def __init__(self, contour: Contour, cycles: NDArray[np.int64], planning: PlanningOptions) -> None:
+        self.cycles, self.cycle, self.rest = cycles, planning.cycle, planning.rest
         dwells = np.bincount(
-            contour.dwell_section, weights=dwell_cycles(contour, cycle), minlength=contour.n_sections + 1
+            contour.dwell_section, weights=dwell_cycles(contour, self.cycle), minlength=contour.n_sections + 1
         )
         self.dwelt = np.cumsum(dwells)
         self.section, self.row = 0, 0
 
     def at(self, section: int) -> float:
         """Time at which a section begins, s; asked in order."""
-        self.row += int(self.cycles[self.section : section].sum())
+        self.row += int(self.cycles[self.section : section].sum()) + 2 * self.rest * (section - self.section)
         self.section = section
-        return (self.row + float(self.dwelt[section])) * self.cycle
+        return (self.row + self.rest + float(self.dwelt[section])) * self.cycle
 
 
 def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:

@@ -11,9 +11,11 @@ from verne_post.base.columns import release_memory, running_sums
 from verne_post.model.contour import Contour
 from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, dwell_cycles
+from verne_post.trajectory.shaper import shape_rows
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
 
 #: Rows made at a time; memory does not depend on the length of the program's motion.
 BLOCK_ROWS: Final = 8192
@@ -35,6 +37,8 @@ class Timeline:
         s.
     playback : FeedOverride
         How fast the profiles are executed.
+    weights : ndarray, shape (2 h + 1,)
+        Of the input shaper; each section has h cycles of rest before and after its motion.
     """
 
     section: Ints
@@ -42,11 +46,17 @@ class Timeline:
     first_row: Ints
     cycle: float
     playback: FeedOverride
+    weights: Array
 
     @property
     def n_rows(self) -> int:
         """Rows of the whole file: from rest to rest, both ends included."""
         return int(self.first_row[-1]) + 1
+
+    @property
+    def rest(self) -> int:
+        """Cycles of rest before and after the motion of each section."""
+        return len(self.weights) // 2
 
 
 def timeline(contour: Contour, profiles: MotionProfiles, planning: PlanningOptions) -> Timeline:
@@ -58,52 +68,104 @@ def timeline(contour: Contour, profiles: MotionProfiles, planning: PlanningOptio
     order = np.argsort(position, kind="stable")
     section: Ints = np.concatenate([np.arange(n_sections), np.full(n_dwells, -1)])[order]
     line = np.concatenate([np.zeros(n_sections, np.int64), contour.path.dwell_line])[order]
-    cycles = np.concatenate([profiles.cycles, dwells])[order]
-    return Timeline(section, line, np.append(0, np.cumsum(cycles)), planning.cycle, planning.playback)
+    cycles = np.concatenate([profiles.cycles + 2 * planning.rest, dwells])[order]
+    return Timeline(section, line, np.append(0, np.cumsum(cycles)), planning.cycle, planning.playback, planning.weights)
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Consecutive rows: the number of the first, and for each (n,) its pose, source line, and dwell (-1 in a motion)."""
+    """Consecutive rows (n,): what the joints are solved at, and what each row shows.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first row.
+    element, w : ndarray, shape (n + 2 h,)
+        Where the motion is before an input shaper of 2 h + 1 weights, from h rows before these to h rows after them.
+    shown, shown_w : ndarray, shape (n,)
+        The same after the shaper, which displaces the motion along the path and beside it; the latter is left out here.
+    at : ndarray, shape (n,)
+        Length of the path up to there, mm.
+    line, dwell : ndarray, shape (n,)
+        Source line, and dwell (-1 in a motion).
+    """
 
     first: int
     element: Ints
     w: Array
+    shown: Ints
+    shown_w: Array
+    at: Array
     line: Ints
     dwell: Ints
 
 
 def rows(contour: Contour, profiles: MotionProfiles, plan: Timeline) -> Iterator[Rows]:
     """All rows, block by block."""
-    section_begin, section_end = contour.section_begins[:-1], contour.section_begins[1:]
-    ends = running_sums(contour.length)[1:]
-    last_element = section_end - 1
-    # dwells rest where the next section starts, or where the last one ended
-    sections_before = np.cumsum(plan.section >= 0)
-    dwell = np.where(plan.section < 0, np.cumsum(plan.section < 0) - 1, -1)
-    next_section = np.where(sections_before < len(section_begin), sections_before, -1)
+    sampler = _Sampler(contour, profiles, plan)
+    h = plan.rest
     for first in range(0, plan.n_rows, BLOCK_ROWS):
         release_memory()
-        k = np.arange(first, min(first + BLOCK_ROWS, plan.n_rows))
+        last = min(first + BLOCK_ROWS, plan.n_rows)
+        # the file begins and ends at rest
+        k = np.clip(np.arange(first - h, last + h), 0, plan.n_rows - 1)
         item = np.minimum(np.searchsorted(plan.first_row, k, side="right") - 1, len(plan.section) - 1)
+        owner, at = sampler.path_lengths(k, item)
+        finished = sampler.finished(k, item)
+        element, w = sampler.locate(owner, at, finished)
+        middle = slice(h, len(k) - h)
+        shown, shown_w = element, w
+        if h:
+            at = shape_rows(at, plan.weights)
+            shown, shown_w = sampler.locate(owner[middle], at, finished[middle])
+        section, own = plan.section[item[middle]], item[middle]
+        dwell = np.where(section < 0, sampler.dwell[own], -1)
+        line = np.where(section >= 0, contour.line(shown), plan.line[own])
+        yield Rows(first, element, w, shown, shown_w, at, line, dwell)
+
+
+class _Sampler:
+    """Where the motion of a timeline is at any of its rows."""
+
+    def __init__(self, contour: Contour, profiles: MotionProfiles, plan: Timeline) -> None:
+        self.contour, self.profiles, self.plan = contour, profiles, plan
+        self.section_begin, self.last_element = contour.section_begins[:-1], contour.section_begins[1:] - 1
+        self.ends = running_sums(contour.length)[1:]
+        # dwells rest where the next section starts, or where the last one ended
+        sections_before = np.cumsum(plan.section >= 0)
+        self.dwell = np.cumsum(plan.section < 0) - 1
+        self.next_section = np.where(sections_before < len(self.section_begin), sections_before, -1)
+
+    def path_lengths(self, k: Ints, item: Ints) -> tuple[Ints, Array]:
+        """Section that rows k (n,) of items (n,) are on, and the length of the path up to them, mm."""
+        plan, profiles = self.plan, self.profiles
         section = plan.section[item]
         moving = section >= 0
-        owner = np.where(moving, section, next_section[item])
-        after_all = owner < 0
-        owner[after_all] = len(section_begin) - 1
-        cycles = plan.first_row[item + 1] - plan.first_row[item]
-        row = k - plan.first_row[item]
+        owner = np.where(moving, section, self.next_section[item])
+        owner[owner < 0] = len(self.section_begin) - 1
+        rest = np.where(moving, plan.rest, 0)
+        begin = plan.first_row[item] + rest
+        cycles = plan.first_row[item + 1] - rest - begin
+        row = np.clip(k - begin, 0, cycles)
         done = plan.playback.shares(
-            row.astype(float), np.maximum(cycles, 1), plan.cycle * plan.first_row[item].astype(float), plan.cycle
+            row.astype(float), np.maximum(cycles, 1), plan.cycle * begin.astype(float), plan.cycle
         )
         s = profiles.profiles.position(owner, np.where(moving, done * profiles.profiles.total[owner], 0.0))
         flows = np.flatnonzero(moving & (profiles.continuous_first[owner] >= 0))
         s[flows] = profiles.continuous_s[profiles.continuous_first[owner[flows]] + row[flows]]
-        begin = section_begin[owner]
-        at = ends[begin] - contour.length[begin] + s
-        element = np.clip(np.searchsorted(ends, at, side="right"), section_begin[owner], last_element[owner])
-        length = contour.length[element]
-        w = np.clip((at - (ends[element] - length)) / length, 0.0, 1.0)
-        finished = after_all | (k == plan.first_row[item + 1])
-        element[finished], w[finished] = last_element[owner[finished]], 1.0
-        yield Rows(first, element, w, np.where(moving, contour.line(element), plan.line[item]), dwell[item])
+        first = self.section_begin[owner]
+        return owner, self.ends[first] - self.contour.length[first] + s
+
+    def finished(self, k: Ints, item: Ints) -> Mask:
+        """Rows k (n,) of items (n,) that stand at the end of their section: the last row, and dwells after all motion."""
+        after_all = (self.plan.section[item] < 0) & (self.next_section[item] < 0)
+        return np.asarray(after_all | (k == self.plan.first_row[item + 1]))
+
+    def locate(self, owner: Ints, at: Array, finished: Mask) -> tuple[Ints, Array]:
+        """Element (n,) of sections (n,) and w (n,) at lengths of the path (n,)."""
+        last = self.last_element[owner]
+        element = np.clip(np.searchsorted(self.ends, at, side="right"), self.section_begin[owner], last)
+        length = self.contour.length[element]
+        w = np.clip((at - (self.ends[element] - length)) / length, 0.0, 1.0)
+        element[finished], w[finished] = last[finished], 1.0
+        return element, w

@@ -12,7 +12,7 @@ every joint inside its limits when for each joint
 How the limits are split between the terms is free; the split that takes the least time is chosen.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,10 @@ class StopToStopProfiles:
     def total(self) -> Array:
         """Duration of each section, s."""
         return self.durations.sum(axis=1)
+
+    def stretch(self, factor: Array) -> "StopToStopProfiles":
+        """The same profiles, each taking ``factor`` (n_sections,) times as long."""
+        return replace(self, durations=self.durations * factor[:, None], jerks=self.jerks / factor[:, None] ** 3)
 
     def peak_speed(self) -> Array:
         """Largest speed ds/dt of each section, mm/s."""

@@ -1,0 +1,42 @@
+"""Vibration modes of a machine, and the input shapers that leave them at rest: plain data."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+#: Input shapers by their robustness against a wrong frequency, which costs time: zero vibration, zero vibration and derivative,
+#: extra insensitive.
+Shaper = Literal["zv", "zvd", "ei"]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A vibration mode: natural frequency of the undamped mode, Hz, and damping ratio, 0 to below 1."""
+
+    frequency: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class Shaped:
+    """What an input shaper does to a program.
+
+    Attributes
+    ----------
+    shaper : str
+    rest : float
+        Rest before and after every motion between two standstills, s.
+    left : tuple of (float, float)
+        Of every mode its frequency, Hz, and the share of its vibration that is left.
+    """
+
+    shaper: Shaper
+    rest: float
+    left: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """[vibration] of a machine file: modes, and the shaper that is used where nobody asks for another; None: none."""
+
+    modes: tuple[Mode, ...]
+    shaper: Shaper | None
