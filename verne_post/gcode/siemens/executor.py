@@ -6,6 +6,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.blank import set_blank
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.drilling import Drilling
@@ -20,7 +21,7 @@ from verne_post.gcode.siemens.words import Call, WordReader, Words
 from verne_post.gcode.state import State
 from verne_post.model.moves import MoveKind
 
-_OTHERS: Final = ("CYCLE800", "CYCLE832")
+_OTHERS: Final = ("CYCLE800", "CYCLE832", "WORKPIECE")
 
 
 class Executor:
@@ -112,6 +113,8 @@ class Executor:
             self.swivel.run(call, line)
         elif call.name == "CYCLE832":
             self.swivel.set_tolerance(call, line)
+        elif call.name == "WORKPIECE":
+            set_blank(self.interpreter, call, self.variables, line)
         elif call.name in PATTERNS:
             self._run_pattern(call, line)
         else:

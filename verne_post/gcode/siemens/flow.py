@@ -221,7 +221,7 @@ class Flow:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
         call = freeze(words.calls[0], self.executor.variables)
         if self.executor.is_cycle(call.name) and not self.executor.is_drilling(call.name):
-            raise BlockError("VP002", f"MCALL {call.name}: patterns, CYCLE800 and CYCLE832 are not modal", call.column)
+            raise BlockError("VP002", f"MCALL {call.name}: only drilling cycles and subprograms are modal", call.column)
         self.executor.modal = call
 
     # --- definitions, messages ----------------------------------------------------------------------------------

@@ -49,7 +49,6 @@ NO_EFFECT: Final[Mapping[str, str]] = {
                     "position control of spindles, axes and channels of the control"),
     "WRTPR": "a line in a log of the control",
     **dict.fromkeys(("EXTERN", "ENDPROC"), "declarations"),
-    **dict.fromkeys(("WORKPIECE",), "the blank of the simulation; give --stock"),
     **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "marks of the editor"),
 }  # fmt: skip
 #: Words that are known and not executed.
@@ -92,7 +91,7 @@ REFUSED: Final[Mapping[str, str]] = {
 }  # fmt: skip
 #: Cycles that are executed.
 CYCLES: Final = (
-    "CYCLE81", "CYCLE82", "CYCLE83", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840", "HOLES1", "HOLES2", "CYCLE801", "CYCLE800", "CYCLE832",
+    "CYCLE81", "CYCLE82", "CYCLE83", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840", "HOLES1", "HOLES2", "CYCLE801", "CYCLE800", "CYCLE832", "WORKPIECE",
 )  # fmt: skip
 #: Control statements that are executed.
 STATEMENTS: Final = (
