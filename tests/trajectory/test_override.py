@@ -95,7 +95,8 @@ def off_the_path(plain: Program, table: np.ndarray) -> float:
     return float(gap.max())
 
 
-@pytest.mark.parametrize("name", LEGAL_SAMPLES)
+# the curves of splines.nc are those of fanuc_nurbs.nc, and take three times as long
+@pytest.mark.parametrize("name", [name for name in LEGAL_SAMPLES if name != "splines.nc"])
 def test_every_sample_at_three_tenths_of_its_speed(
     tmp_path: Path,
     run: Callable[..., Any],
