@@ -2,9 +2,9 @@
 
 Run: python -m tests.faults.mutants [--mutants 150] [--seed 0] [--areas arcs,...] [--numbers 3,17] [--coverage FILE]
 Works on a copy of the checkout (pip install coverage). The tests of each area run once, and coverage keeps which of them run
-each line; with --coverage that is read from a file that an earlier run has left. A change swaps an operator or a comparison, negates a
-condition, or moves a number by one. The tests that run the changed line are asked, the ones that run the fewest lines first. Prints
-every survivor with its line, and a table. A survivor is a missing test, or a change that means the same: somebody has to look.
+each line; with --coverage that is read from a file that an earlier run on the same code has left. A change swaps an operator or a comparison, negates a
+condition, or moves a number by one. The tests that run the changed line are asked, the quickest first; where it runs when the module is
+loaded, those that run another line of the file. Prints every survivor with its line, and a table. A survivor is a missing test, or a change that means the same: somebody has to look.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+from xml.etree import ElementTree
 
 from tests.faults.trials import ROOT
 
@@ -35,9 +36,9 @@ AREAS: Final = {
 }  # fmt: skip
 #: Tests of the whole pipeline, asked in every area.
 COMMON: Final = ("test_samples.py", "test_metamorphic.py", "golden")
-#: So many of the tests that run the changed line are asked at first, and then so many.
-FIRST: Final = 12
-THEN: Final = 80
+#: Of the tests that run the changed line those are asked, the quickest first, that take so long together, s; but at least so many.
+ASKED_S: Final = (6.0, 60.0)
+LEAST: Final = 5
 #: A change that makes the first tests run so long is noticed, s; the others take long by themselves.
 LONGEST: Final = 300
 
@@ -114,16 +115,17 @@ class Sampler:
         self._data = CoverageData(str(data))
         self._data.read()
         self._of_file = {str(Path(name)).rpartition("/verne_post/")[2]: name for name in self._data.measured_files()}
-        self._lines = Counter[str]()
-        for name in self._data.measured_files():
-            for contexts in self._data.contexts_by_lineno(name).values():
-                self._lines.update(contexts)
+        self._seconds = Counter[str]()
+        for case in ElementTree.parse(_times(data)).iter("testcase"):
+            name = f"{case.attrib['classname']}.{case.attrib['name'].partition('[')[0]}"
+            self._seconds[name] += float(case.attrib["time"])  # type: ignore[assignment]
 
     def draw(self, number: int) -> Mutant:
         """The mutant of a number; numbers are drawn in order."""
-        patterns, tests = AREAS[self._areas[number % len(self._areas)]]
         package = self._folder / "verne_post"
-        files = sorted({path for pattern in patterns for path in package.glob(pattern)})
+        files = sorted(
+            {path for pattern in AREAS[self._areas[number % len(self._areas)]][0] for path in package.glob(pattern)}
+        )
         every = [
             (path, index) for path in files for index in range(len(list(changes(ast.parse(path.read_text("utf-8"))))))
         ]
@@ -132,16 +134,29 @@ class Sampler:
         line, what, change = list(changes(tree))[index]
         change()
         name = str(path.relative_to(package))
-        asked = self._asked(name, line, tests)
-        # what runs when a module is loaded is of no test
-        whole = () if asked else tuple(f"tests/{one}" for one in tests)
-        return Mutant(name, line, what, ast.unparse(ast.fix_missing_locations(tree)), (*asked[:FIRST], *whole), asked[FIRST : FIRST + THEN])  # fmt: skip
+        return Mutant(name, line, what, ast.unparse(ast.fix_missing_locations(tree)), *self._asked(name, line))
 
-    def _asked(self, name: str, line: int, tests: tuple[str, ...]) -> tuple[str, ...]:
-        """Tests that run a line, those that run the fewest lines first."""
-        contexts = self._data.contexts_by_lineno(self._of_file[name]).get(line, []) if name in self._of_file else []
-        found = sorted((self._lines[context], context) for context in contexts if _is_test(context))
-        return tuple(_node(context) for _count, context in found)
+    def _asked(self, name: str, line: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Tests that run a line, or one of its file: those to ask at first, and then."""
+        lines = self._data.contexts_by_lineno(self._of_file[name]) if name in self._of_file else {}
+        contexts = set(filter(_is_test, lines.get(line, ()))) or {
+            one for some in lines.values() for one in some if _is_test(one)
+        }
+        parts: list[list[str]] = [[], []]
+        total, part = 0.0, 0
+        for context in sorted(contexts, key=lambda context: (self._seconds[context], context)):
+            total += self._seconds[context]
+            if total > ASKED_S[part] and len(parts[part]) >= LEAST:
+                total, part = self._seconds[context], part + 1
+                if part == len(parts):
+                    break
+            parts[part].append(_node(context))
+        return tuple(parts[0]), tuple(parts[1])
+
+
+def _times(data: Path) -> Path:
+    """Where the times of the tests are, beside what each runs."""
+    return data.with_name(f"{data.name}.xml")
 
 
 def _is_test(context: str) -> bool:
@@ -179,17 +194,15 @@ def main() -> int:
         sampler = Sampler(folder, data, areas, given.seed)
         drawn = [(number, sampler.draw(number)) for number in range(given.mutants)]
         drawn = [(number, mutant) for number, mutant in drawn if not wanted or number in wanted]
-        whole = sorted({test for _number, mutant in drawn for test in mutant.first})
-        later = sorted({test for _number, mutant in drawn for test in mutant.then})
-        if _notice(folder, tuple(whole)) or _notice(folder, ("--collect-only", *later)):
-            raise SystemExit("these tests fail on the code as it is")
+        asked = sorted({test for _number, mutant in drawn for test in (*mutant.first, *mutant.then)})
+        if _notice(folder, ("--collect-only", *asked)):
+            raise SystemExit(f"{data} names tests that are not there: it is of other code")
         for number, mutant in drawn:
             area, path = areas[number % len(areas)], folder / "verne_post" / mutant.name
             good = path.read_text("utf-8")
             path.write_text(mutant.text, "utf-8")
-            noticed = _notice(folder, mutant.first, LONGEST) is not False or (
-                bool(mutant.then) and _notice(folder, mutant.then, LONGEST) is True
-            )
+            noticed = bool(mutant.first) and _notice(folder, mutant.first, LONGEST) is not False
+            noticed = noticed or (bool(mutant.then) and _notice(folder, mutant.then, LONGEST) is True)
             path.write_text(good, "utf-8")
             made[area] += 1
             killed[area] += noticed
@@ -210,7 +223,19 @@ def _cover(folder: Path, data: Path, areas: list[str]) -> None:
         f"[run]\nsource_pkgs = verne_post\ndata_file = {data}\ndynamic_context = test_function\n", "utf-8"
     )
     tests = [f"tests/{name}" for area in areas for name in AREAS[area][1]] + [f"tests/{name}" for name in COMMON]
-    words = ["-m", "coverage", "run", f"--rcfile={settings}", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
+    words = [
+        "-m",
+        "coverage",
+        "run",
+        f"--rcfile={settings}",
+        "-m",
+        "pytest",
+        "-q",
+        "-x",
+        "-p",
+        "no:cacheprovider",
+        f"--junit-xml={_times(data)}",
+    ]
     if subprocess.run([sys.executable, *words, *tests], cwd=folder, env=_environment(folder), check=False).returncode:
         raise SystemExit("the tests fail on the code as it is")
 

@@ -31,7 +31,9 @@ def refusal(view):
 
     def interpret(*statements):
         head = ["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+0 R0 F100"]
-        _moves, findings = view("\n".join([*head, *statements, "END PGM T"]), dialect="heidenhain", tools=TOOLS, max_repeats=1000)
+        _moves, findings = view(
+            "\n".join([*head, *statements, "END PGM T"]), dialect="heidenhain", tools=TOOLS, max_repeats=1000
+        )
         assert findings
         return findings[0]
 

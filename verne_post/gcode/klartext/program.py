@@ -228,7 +228,7 @@ class Klartext(KlartextPatterns):
 
     def _corner(self, statement: Statement) -> None:
         rest = statement.rest
-        if statement.keyword == "CHF":
+        if statement.keyword == "CHF" and rest.strip():
             rest = "LEN" + rest.lstrip()
         words = read_words(replace(statement, rest=rest), self.q)
         if self.failed and self.pending is None:

@@ -35,7 +35,9 @@ class SystemVariables:
             return self._position(name, index, cursor, at)
         if name == "$P_UIFR":
             frame, axis, part = self._offset(name, index, cursor, at)
-            return frame.origin[axis] if part == "TR" else 0.0
+            if part == "RT" and frame.part_turn:
+                raise cursor.error("VP025", f"{name}[..., RT]: how far the part is turned (--wcs) is not read here", at)
+            return {"TR": frame.origin[axis], "SC": 1.0}.get(part, 0.0)
         if name in _TOOL_DATA or name in _NO_WEAR:
             tool = (state.tools or {}).get(self._tool(name, index, cursor, at))
             what = _TOOL_DATA.get(name)

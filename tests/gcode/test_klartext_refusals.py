@@ -1,0 +1,160 @@
+"""Klartext that is not executed: each is refused by its code, at its line, in words that name what is wrong."""
+
+import pytest
+
+from tests.gcode.conftest import make_tool
+
+TOOLS = {1: make_tool(1, 10.0, 10.0)}
+HEAD = ["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+10 R0 F100 M3"]
+DRILL = "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0"
+
+
+@pytest.mark.parametrize(
+    ("statements", "code", "words"),
+    [
+        # approach and departure
+        (["L X+5 RL", "APPR LT X+9 Y+5 LEN3 RL"], "VP017", "APPR while RL"),
+        (["APPR CT X+5 Y+5 CCA90 R3"], "VP005", "needs RL or RR"),
+        (["APPR LT X+5 Y+5 RL"], "VP005", "needs LEN"),
+        (["APPR LT X+5 Y+5 LEN-3 RL"], "VP007", "greater than 0"),
+        (["APPR CT X+5 Y+5 CCA400 R3 RL"], "VP007", "up to 360"),
+        (["APPR CT X+5 Y+5 R3 RL"], "VP005", "needs CCA"),
+        (["APPR LT X+5 Y+5 LEN3 RL", "L Z-1"], "VP008", "begins in X and Y"),
+        (["APPR LT LEN3 RL"], "VP005", "needs X and Y"),
+        (["DEP LT LEN3"], "VP017", "right before"),
+        (["L X+5", "DEP CT CCA90 R3"], "VP017", "needs RL or RR"),
+        (["L X+5 RL", "L X+9", "DEP LT LEN3 X+5"], "VP006", "takes no X and Y"),
+        (["L X+5 RL", "L X+9", "DEP LT LEN3 RL"], "VP017", "beside DEP"),
+        # contours
+        (["L X+10 F0"], "VP007", "greater than 0"),
+        (["L X+10", "RND R-2"], "VP007", "greater than 0"),
+        (["L X+10", "RND"], "VP005", "length"),
+        (["L X+10", "CHF"], "VP005", "length"),
+        (["L X+10 FU0"], "VP007", "FU"),
+        (["TOOL CALL 1 Z DR-9", "L X+10 RL"], "VP007", "DR"),
+        (["TOOL CALL 0 Z", "L X+10 RL"], "VP012", "radius of tool 0"),
+        (["L X+10", "CHF 2", "CR X+20 Y+0 R+8 DR+"], "VP008", "stands between two lines"),
+        (["L X+10", "RND R2", "L Z-5"], "VP008", "X and Y"),
+        (["L X+10 Z+5", "RND R2", "L X+10 Y+9 Z+1"], "VP008", "out of the plane"),
+        (["L X+10", "RND R2", "M8"], "VP017", "needs the next line or arc"),
+        (["L X+10", "RND R2", "L Y+9 RL"], "VP017", "one element later"),
+        (["L X+10 A+5", "RND R2"], "VP017", "right before"),
+        (["APPR LT X+5 Y+5 LEN3 RL", "L X+9 RL"], "VP017", "first element after APPR"),
+        (["CC X+5 Y+0", "C X+10 DR+ A+5"], "VP017", "beside an arc"),
+        (["L A+5 RL"], "VP017", "beside a rotary axis"),
+        # circles, polar places
+        (["L X+900000"], None, ""),
+        (["CC X+1 Y+2 Z+3"], "VP006", "two coordinates"),
+        (["CC X+1"], "VP005", "one coordinate"),
+        (["CC X+0 Y+0", "LP"], "VP005", "PR or PA"),
+        (["CC X+5 Y+0", "C Z+5 DR+"], "VP005", "coordinate of its end"),
+        (["CC X+5 Y+0", "CP X+5 DR+"], "VP003", "no coordinates of its plane"),
+        (["CC X+0 Y+0", "CP PA+90 DR+"], "VP008", "radius is zero"),
+        (["CC X+5 Y+0", "CP DR+"], "VP005", "PA or IPA"),
+        (["CC X+5 Y+0", "CP IPA+90 DR-"], "VP008", "against DR"),
+        (["CC X+5 Y+0", "CP PA+90"], "VP005", "DR+ or DR-"),
+        (["CC X+5 Y+0", "CP IPA+99999999 DR+"], "VP008", "angle"),
+        (["CR X+5 Y+5 DR+"], "VP005", "needs R"),
+        (["CR X+0 Y+0 R+5 DR+"], "VP008", "full circle"),
+        (["L Z+5", "CT X+5 Y+5"], "VP017", "right before"),
+        (["L X+5", "CT X+5 Y+0"], "VP008", "where the tool is"),
+        (["L X+5", "CT X-5 Y+0"], "VP008", "straight back"),
+        # blocks and words
+        (["L X+5 FAUTO FU1"], "VP004", "F AUTO and FU"),
+        (["L X+5 RL RR"], "VP004", "RR and RL|RL and RR"),
+        (["L X+5 MB MAX"], "VP006", "M140"),
+        (["L A"], "VP001", "A"),
+        (["CR X+5 Y+5 R+9 DR+ M91"], "VP017", "goes with L"),
+        (["L X+5 M91 RL"], "VP017", "beside M91"),
+        (["L IX+5 M91"], "VP017", "absolute"),
+        (["L M91"], "VP005", "needs coordinates"),
+        (["L X+5 A+5 M130"], "VP017", "M130"),
+        (["M140 MB-5"], "VP007", "not negative"),
+        # tools
+        (["TOOL CALL 1.5 Z"], "VP002", "stepped"),
+        (["TOOL CALL 1 Z FU2"], "VP002", "F in mm/min"),
+        (["TOOL CALL DL+1"], "VP006", "tool number"),
+        (["TOOL DEF 1.5 L+5 R+1"], "VP002", "whole"),
+        (["TOOL DEF 5 R+1"], "VP005", "needs L"),
+        # calls, programs
+        (["CALL LBL 1 5"], "VP001", "REP"),
+        (["LBL 1", "CALL LBL 1 REP 1.5"], "VP007", "whole"),
+        (["CALL PGM A.I"], "VP023", "Klartext program"),
+        (["LBL 1", "CALL LBL 1", "LBL 0", "CALL LBL 1"], "VP024", "inside each other"),
+        (["CALL SELECTED PGM"], "VP002", "CALL PGM"),
+        # formulas and parameters
+        (["Q1 = LN 0"], "VP007", "not positive"),
+        (["Q1 = ASIN 2"], "VP007", "beyond 1"),
+        (["Q1 = 1E500"], "VP001|VP007", ""),
+        (["Q1 = 5 $ 3"], "VP001", "in a formula"),
+        (["Q1 = " + "( " * 99 + "1" + " )" * 99], "VP001", "inside each other"),
+        (["Q1 = -8 ^ 0.5"], "VP007", "power"),
+        (["Q1 = 5 +"], "VP001", "ends where a value belongs"),
+        (["Q1 = 5 * )"], "VP001", "not a value"),
+        (["FN 4: Q1 = +5 DIV +0"], "VP007", "division by zero"),
+        (["FN 5: Q1 = SQRT -5"], "VP007", "square root"),
+        (["FN 77: Q1 = +5"], "VP002", "FN 77"),
+        (["Q99999 = 5"], "VP025", "there are Q0 to"),
+        (["Q1"], "VP001", "expected Q1 ="),
+        (["Q1 ="], "VP005", "without a value"),
+        (["QS1 = 5"], "VP002", "quotes"),
+        (["QS1 = \"A\"", "L X+QS1"], "VP025|VP001", ""),
+        (["QS1 = \"A\"", "Q1 = TONUMB( SRC_QS1 )"], "VP007", "TONUMB"),
+        (["Q1 = TONUMB( QS1 )"], "VP001", "TONUMB"),
+        # cycles
+        (["CYCL DEF 200 DRILLING Q200=2 Q200=3"], "VP004", "Q200 stands twice"),
+        (["CYCL DEF 200 DRILLING Q206=FU"], "VP002", "mm/min"),
+        ([DRILL + " Q999=1"], "VP006", "Q999"),
+        ([DRILL.replace("Q200=2", "Q200=-2"), "CYCL CALL"], "VP007", "distance"),
+        ([DRILL.replace("Q211=0", "Q211=-1"), "CYCL CALL"], "VP007", "dwell"),
+        ([DRILL.replace("Q201=-5", "Q201=5"), "CYCL CALL"], "VP007", "depth is negative"),
+        ([DRILL.replace("Q202=5", "Q202=0"), "CYCL CALL"], "VP007", "plunging"),
+        ([DRILL.replace("Q202=5", "Q202=0.00001"), "CYCL CALL"], "VP007", "pecks"),
+        (["CYCL CALL POS"], "VP005|VP017", "coordinates"),
+        ([DRILL, "CYCL CALL POS"], "VP005", "coordinates"),
+        (["PATTERN DEF"], "VP005", "without places"),
+        (["PATTERN DEF POS1( X+5 )"], "VP005", "needs Y"),
+        (["PATTERN DEF POS1( X+5 Y+5 Z+0 FOO )"], "VP001", "FOO"),
+        (["PATTERN DEF ROW1( X+5 Y+5 D+5 NUM2.5 ROT+0 Z+0 )"], "VP007", "whole"),
+        # planes, frames
+        (["PLANE SPATIAL SPA+5 SPA+5 SPB+0 SPC+0 STAY"], "VP004", "twice"),
+        (["PLANE VECTOR BX1 BY0 BZ0 NX1 NY0 NZ0 STAY"], "VP008", "do not define a plane"),
+        (["PLANE AXIAL B+5 STAY"], "VP011", "B"),
+        (["PLANE AXIAL STAY"], "VP005", "A or C"),
+        (["PLANE SPATIAL SPA+5 SPB+0 SPC+0 TURN DIST5 F100"], "VP006", "DIST"),
+        (["PLANE SPATIAL SPA+5 SPB+0 SPC+0 STAY F100"], "VP006", "STAY"),
+        (["CYCL DEF 11.0 SCALING", "CYCL DEF 11.1 5"], "VP001", "SCL"),
+        (["CYCL DEF 11.0 SCALING", "CYCL DEF 11.1 SCL0"], "VP007", "factor"),
+        (["CYCL DEF 7.0 DATUM", "CYCL DEF 7.1 B+5"], "VP002|VP011", "B"),
+        (["CYCL DEF 247 DATUM SETTING Q338=1"], "VP005", "Q339"),
+        (["CYCL DEF 247 DATUM SETTING Q339=9999"], "VP007", ""),
+        (["CYCL DEF 32.0 TOLERANCE", "CYCL DEF 32.1 T-1"], "VP007", "not negative"),
+        # tool vectors
+        (["M128", "LN X+5 Y+0 Z+0 NX0 NY0"], "VP005", "all of"),
+        (["M128", "LN X+5 Y+0 Z+0"], "VP005", "NX NY NZ"),
+        (["M128", "LN X+5 Y+0 Z+0 TX0 TY0 TZ2"], "VP007", "unit vector"),
+        (["LN X+5 Y+0 Z+0 TX0 TY0 TZ1"], "VP017", "M128"),
+        (["FUNCTION TCPM F TCP AXIS SPAT PATHCTRL AXIS", "L IA+5"], "VP002", "incremental spatial"),
+    ],
+)  # fmt: skip
+def test_what_is_not_executed_is_refused(view, statements, code, words):
+    text = "\n".join([*HEAD, *statements, "END PGM T"])
+    _moves, findings = view(text, dialect="heidenhain", tools=TOOLS, max_repeats=1000)
+    if code is None:
+        assert findings == ()
+        return
+    assert findings
+    found = findings[0]
+    assert found.code in code.split("|"), found
+    assert any(part in found.message for part in words.split("|")), found
+    assert len(HEAD) < found.line <= len(HEAD) + len(statements) + 1
+
+
+def test_a_program_begins_with_its_name_and_unit(view):
+    _moves, findings = view("BEGIN PGM T\nL X+5 F9\nEND PGM T", dialect="heidenhain")
+    assert (findings[0].code, findings[0].line) == ("VP005", 1)
+
+
+def test_an_unfinished_statement_at_the_end(view):
+    _moves, findings = view("BEGIN PGM T MM\nCYCL DEF 200 ~", dialect="heidenhain")
+    assert (findings[0].code, findings[0].line) == ("VP001", 2)

@@ -1,0 +1,130 @@
+"""Siemens: values, variables of the control and calls by hand; and what is refused, by its code, at its line."""
+
+import numpy as np
+import pytest
+
+import verne_post
+from verne_post.model.machine import Machine
+
+HEAD = "G0 X0 Y0 Z5 F100\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "end"),
+    [
+        # values
+        ("X=TRUE Y=FALSE", (1, 0)),
+        ('X=("A"=="A") Y=("A"<>"A")', (1, 0)),
+        ('X=("A"=="B") Y=("A"<>"B")', (0, 1)),
+        ('X=ISNUMBER("1.5") Y=ISNUMBER("A")', (1, 0)),
+        ('X=NUMBER(SUBSTR("A123",1)) Y=NUMBER(SUBSTR("A123",1,2))', (123, 12)),
+        ('DEF STRING[8] Q1A="AB"\nX=STRLEN(Q1A) Y=INDEX(Q1A,"B")', (2, 1)),
+        ("DEF REAL Q[3]=REP(4)\nX=Q[0] Y=Q[2]", (4, 4)),
+        ("DEF NCK REAL Q=3\nX=Q", (3, 0)),
+        # variables of the control
+        ("$P_UIFR[1,X,TR]=3\nX=$P_UIFR[1,X,TR]", (3, 0)),
+        ("X=$TC_DP3[1,1] Y=$TC_DP6[1,1]", (10, 3)),
+        ("X=$TC_DP3[7,1] Y=$TC_DP1[1,1]", (0, 0)),
+        ("$TC_DP3[5,1]=40\n$TC_DP6[5,1]=4\n$TC_DP1[5,1]=120\n$TC_DP12[5,1]=0\nX=$TC_DP3[5,1] Y=$TC_DP6[5,1]", (40, 4)),
+        # subprograms
+        ("SUB1(2)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q) DISPLOF\nX=Q\nRET", (2, 0)),
+        ("EXTCALL(\"SUB1\")\nM30\n%_N_SUB1_SPF\nX1\nM17", (1, 0)),
+        ("G91\nA1: X1\nREPEATB A1 P=2", (3, 0)),
+        ("X=$P_UIFR[1,X,SC] Y=$P_UIFR[1,X,MI]", (1, 0)),
+        ("GOTOF \"B\"<<1\nX9\nB1: Y2", (0, 2)),
+        ("CTOL=0.1 OTOL=1\nX1", (1, 0)),
+        ("G2 X10 Y0 AR=180", (10, 0)),
+        ("G111 X0 Y0\nG1 RP=5 AP=90", (0, 5)),
+    ],
+)  # fmt: skip
+def test_values_and_calls(view, lines, end):
+    moves, findings = view(f"{HEAD}{lines}\nM30", dialect="siemens", max_repeats=300)
+    assert findings == ()
+    assert np.allclose(moves.end[-1, :2], end, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "part"),
+    [
+        # values
+        ('X="A"+1', "VP007", "text"),
+        ('X=("A"<"B")', "VP007", "number is needed"),
+        ('X=SIN("A")', "VP007", "text"),
+        ("X=SIN(1,2)", "VP005", "SIN takes 1"),
+        ("X=ATAN2(1)", "VP005", "ATAN2 takes 2"),
+        ('X=NUMBER("A")', "VP007", "NUMBER"),
+        ('X=NUMBER(SUBSTR("A",-1))', "VP007", "SUBSTR"),
+        ("X=" + "(" * 300 + "1" + ")" * 300, "VP001", "brackets inside each other"),
+        ('X="A', "VP001", "not closed"),
+        ("X1EX400", "VP007", "beyond any machine"),
+        # variables
+        ('R1="A"', "VP007", "R1 is a number"),
+        ('DEF REAL Q\nQ="A"', "VP007", "of type REAL"),
+        ("DEF STRING[4] Q1A\nQ1A=5", "VP007", "of type STRING"),
+        ("DEF REAL Q[2]\nX=Q", "VP025", "indices"),
+        ("DEF REAL Q[2]\nX=Q[2]", "VP025", "index 2"),
+        ('FOR R1="A" TO 3\nENDFOR', "VP007", "number"),
+        # of the control
+        ("X=$P_UIFR[1,X]", "VP025", "number, axis, TR"),
+        ("X=$P_UIFR[1]", "VP025", "number, axis, TR"),
+        ('$P_UIFR[1,X,TR]="A"', "VP007", "number"),
+        ("$AC_TIME=5", "VP025", "$AC_TIME"),
+        ("X=$TC_DP3[1,2]", "VP012", "edge 1"),
+        ("X=$TC_DP3[1]", "VP012", "edge 1"),
+        ("$TC_DP3[1,1]=-4", "VP007", "not negative"),
+        ("$TC_DP12[1,1]=4", "VP002", "$TC_DP12"),
+        ("X=$P_EP[5]", "VP025", "one axis"),
+        # calls
+        ("SUB1(2)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q) FOO\nM17", "VP002", "FOO"),
+        ("SUB1(2)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL)\nM17", "VP001", "name"),
+        ("SUB1(2)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q[2])\nM17", "VP002", "arrays"),
+        ("RET(1)", "VP002", "RET"),
+        ("MCALL X1", "VP001", "one call"),
+        ("MSG 5", "VP001", "'('"),
+        ("SETAL(\"A\")", "VP005", "SETAL"),
+        ("REPEAT P1", "VP001|VP023", ""),
+        ("A1: X1\nREPEAT A1 P1.5", "VP007|VP001", ""),
+        ("A1: X1\nX2\nB1: X3\nREPEAT B1 A1", "VP023", ""),
+        # motion
+        ("ADIS=-1", "VP007", "ADIS"),
+        ("G2 X10 I5 TURN=1.5", "VP007", "TURN"),
+        ("G2 X10 I5 AR=400", "VP007", "AR"),
+        ("G2 X10 Y0 I5 AR=90", "VP003", "say it twice"),
+        ("G2 AR=90", "VP008", "centre"),
+        ("G1 X10\nCT X20 Y0", "VP008", "straight ahead"),
+        ("X=ACP(5)", "VP017", "rotary"),
+        ("G2 X10 I=ACP(5)", "VP017", "rotary"),
+        ("G110 AP=5", "VP005", "RP= and AP="),
+        ("SCALE X2\nCIP X10 Y0 I1=5 J1=5", "VP017", "ellipse"),
+        ("SCALE X0", "VP007", "scale"),
+        ("TRANS X=IC(5)", "VP001", "plain numbers"),
+        ("ROT A5", "VP006", "ROT does not use A"),
+        ("ROT RPL=30 X5", "VP003", "RPL="),
+        ("G93 BSPLINE X1 Y1 F1", "VP017", "G93"),
+        ("BSPLINE X1 SD=2\nX2 SD=3\nX3\nG1", "VP031", "SD=3"),
+        ("BSPLINE X1 PL=-1\nX2\nX3\nG1", "VP031", "PL=-1"),
+        ("BSPLINE X1 A5\nX2\nX3\nG1", "VP017", "TRAORI"),
+        # cycles
+        ("MCALL HOLES1(0,0,0,5,5,3)", "VP002", "not modal"),
+        ("CYCLE81(10,0,1,-5,,0,0,9)", "VP002|VP005", ""),
+        ("CYCLE82(10,0,1,-5,,-1)", "VP017", "turns of the spindle"),
+        ("S100 M3\nCYCLE83(10,0,1,-5,,-0.0001,,0.0001,,,1,0)", "VP007", "strokes"),
+        ("CYCLE800(4,\"\",0,57,0,0,0,30,0,0,0,0,0,-1)", "VP002|VP007", ""),
+        ("CYCLE800(0,\"\",0,128,0,0,0,90,0,0,0,0,0,-1)", "VP007", "no axis for _A"),
+    ],
+)  # fmt: skip
+def test_what_is_not_executed_is_refused(view, line, code, part):
+    found = view(f"{HEAD}{line}\nM30", dialect="siemens", max_repeats=300)[1]
+    assert found, line
+    assert found[0].code in code.split("|"), found
+    assert part in found[0].message
+    assert found[0].line in range(2, 3 + line.count("\n"))
+
+
+@pytest.mark.parametrize(("turn", "codes"), [(0.0, []), (30.0, ["VP025"])])
+def test_how_far_the_part_is_turned_is_not_read_as_nothing(machine: Machine, turn: float, codes: list[str]) -> None:
+    text = b"G54 G0 X0 Y0 Z80 A0 C0\nX=$P_UIFR[1,Z,RT]\nM30\n"
+    options = verne_post.Options(
+        dialect="siemens", tool_length=80.0, wcs={"G54": verne_post.WorkOffset((0.0, 0.0, 40.0), turn)}
+    )
+    assert [item.code for item in verne_post.check(text, machine, options).findings] == codes
