@@ -105,7 +105,7 @@ def test_values_and_calls(view, lines, end):
         ("BSPLINE X1 PL=-1\nX2\nX3\nG1", "VP031", "PL=-1"),
         ("BSPLINE X1 A5\nX2\nX3\nG1", "VP017", "TRAORI"),
         # cycles
-        ("MCALL HOLES1(0,0,0,5,5,3)", "VP002", "not modal"),
+        ("MCALL HOLES1(0,0,0,5,5,3)", "VP002", "modal"),
         ("CYCLE81(10,0,1,-5,,0,0,9)", "VP002|VP005", ""),
         ("CYCLE82(10,0,1,-5,,-1)", "VP017", "turns of the spindle"),
         ("S100 M3\nCYCLE83(10,0,1,-5,,-0.0001,,0.0001,,,1,0)", "VP007", "strokes"),
@@ -123,7 +123,7 @@ def test_what_is_not_executed_is_refused(view, line, code, part):
 
 @pytest.mark.parametrize(("turn", "codes"), [(0.0, []), (30.0, ["VP025"])])
 def test_how_far_the_part_is_turned_is_not_read_as_nothing(machine: Machine, turn: float, codes: list[str]) -> None:
-    text = b"G54 G0 X0 Y0 Z80 A0 C0\nX=$P_UIFR[1,Z,RT]\nM30\n"
+    text = b"G54 G0 X0 Y0 Z80 A0 C0\nX=5+$P_UIFR[1,Z,RT]\nM30\n"
     options = verne_post.Options(
         dialect="siemens", tool_length=80.0, wcs={"G54": verne_post.WorkOffset((0.0, 0.0, 40.0), turn)}
     )
