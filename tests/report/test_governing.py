@@ -133,7 +133,7 @@ def test_modal_states_are_those_of_the_text() -> None:
     states, of = modal_states(seen.program.moves, seen.move, seen.program.path.first_move)
     said = {int(line): dict(states[of[np.flatnonzero(seen.line == line)[-1]]]) for line in np.unique(seen.line) if line}
     assert said[8] == {
-        "motion": "straight feed", "feed": "300 /min", "spindle": "900/min clockwise", "coolant": "flood", "tool": "T3, length 70 mm",
+        "motion": "straight feed", "feed": "300 mm/min", "spindle": "900/min clockwise", "coolant": "flood", "tool": "T3, length 70 mm",
         "work offset": "G54", "plane": "of the part", "corners": "blended within 0.02 mm",
     }  # fmt: skip
     assert said[9]["motion"] == "arc, clockwise"
@@ -144,7 +144,7 @@ def test_modal_states_are_those_of_the_text() -> None:
     assert said[14]["corners"] == "exact path"
     sheet = re.sub("<[^>]*>", " ", sheet_html(MACHINE, seen))
     assert re.search(r"T3\s+70\s+8 ", sheet)
-    assert re.search(r"G54\s+0\s+0\s+40\s+0\s+the options", sheet)
+    assert re.search(r"G54\s+0\s+0\s+40\s+0\s+given", sheet)
     assert re.search(r"G55\s+1\s+2\s+45", sheet)
     assert re.search(r"2\s+.*put in tool 3", sheet)
     assert f"{seen.q[0, 0]:.4f} mm" in sheet
@@ -175,7 +175,7 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
     for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         limit = getattr(MACHINE.limits, name) * np.abs([column.factor for column in MACHINE.columns])
         share = np.abs(np.diff(values, order, axis=0)[3 - order :]) / CYCLE**order / limit
-        place = places[f"largest {name}"]
+        place = places[f"peak {name}"]
         assert place.value == f"{100 * share.max():.1f} %"
         row = int(np.unravel_index(share.argmax(), share.shape)[0])
         assert seen.x[place.frame] <= row * CYCLE + 1e-9

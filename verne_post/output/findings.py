@@ -40,10 +40,14 @@ class Report:
 
 
 def text_line(program: str, item: Finding) -> str:
-    """``FILE:LINE: CODE severity: message``, with the stretch when it is longer than one line."""
+    """``FILE:LINE:`` and what :func:`describe` writes."""
     name = printable(program)
-    where = name if item.line is None else f"{name}:{item.line}"
-    text = f"{where}: {item.code} {item.severity}: {printable(item.message)}"
+    return f"{name if item.line is None else f'{name}:{item.line}'}: {describe(item)}"
+
+
+def describe(item: Finding) -> str:
+    """``CODE severity: message``, with the stretch when it is longer than one line."""
+    text = f"{item.code} {item.severity}: {printable(item.message)}"
     if item.column is not None:
         text += f" (column {item.column})"
     if item.count > 1 and concerns_text(item.code):

@@ -1,7 +1,7 @@
 // Curves over the program on canvases that share one stretch of it and one cursor. Of many points in a column of pixels the lowest and
 // the highest are drawn, so that no peak is lost.
 const Charts = (() => {
-  const LEFT = 52, RIGHT = 8, TOP = 18, BOTTOM = 18;
+  const LEFT = 52, RIGHT = 8, TOP = 18, BOTTOM = 18, LEGEND = 16;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function fit(canvas) {
@@ -15,6 +15,30 @@ const Charts = (() => {
     context.clearRect(0, 0, width, height);
     context.font = "11px system-ui, sans-serif";
     return { context, width, height };
+  }
+  // title and legend; returns how many rows they take
+  function heading(context, width, title, entries) {
+    context.textAlign = "left";
+    context.textBaseline = "alphabetic";
+    context.fillStyle = style("--text");
+    context.font = "600 12px system-ui, sans-serif";
+    context.fillText(title, 4, 12);
+    const beside = 12 + context.measureText(title).width;
+    context.font = "12px system-ui, sans-serif";
+    const widths = entries.map(({ name }) => 24 + context.measureText(name).width), all = widths.reduce((a, b) => a + b, 0);
+    const rows = beside + all > width ? 2 : 1;
+    // on a phone the gaps between entries shrink
+    const squeeze = rows === 2 && all > width ? (width - 4) / all : 1;
+    let x = rows === 2 ? 4 : beside;
+    entries.forEach(({ name, colour }, k) => {
+      context.fillStyle = colour;
+      context.fillRect(x, 4 + LEGEND * (rows - 1), 8, 8);
+      context.fillStyle = style("--text");
+      context.fillText(name, x + 12, 12 + LEGEND * (rows - 1), squeeze * widths[k] - 14);
+      x += squeeze * widths[k];
+    });
+    context.font = "11px system-ui, sans-serif";
+    return rows;
   }
   function ticks(low, high, most) {
     const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
@@ -43,6 +67,8 @@ const Charts = (() => {
     const charts = [];
     const px = (x, width) => LEFT + (x - view.low) / (view.high - view.low) * (width - LEFT - RIGHT);
 
+    // where curves begin: lower where the legend has a row of its own
+    const topOf = chart => TOP + (chart.rows === 2 ? LEGEND : 0);
     function axes(chart, context, width, height) {
       context.textBaseline = "middle";
       context.lineWidth = 1;
@@ -51,12 +77,12 @@ const Charts = (() => {
       for (const value of across.list) {
         const x = Math.round(px(value, width)) + 0.5;
         context.strokeStyle = style("--grid");
-        context.beginPath(); context.moveTo(x, TOP); context.lineTo(x, height - BOTTOM); context.stroke();
+        context.beginPath(); context.moveTo(x, topOf(chart)); context.lineTo(x, height - BOTTOM); context.stroke();
         context.fillStyle = style("--quiet");
         context.fillText(value.toFixed(across.digits) + (value === across.list[across.list.length - 1] ? " " + unit : ""), Math.min(x, width - 24), height - 8);
       }
       if (!chart.series) return;
-      const up = ticks(...chart.bounds, (height - TOP - BOTTOM) / 28);
+      const up = ticks(...chart.bounds, (height - topOf(chart) - BOTTOM) / 28);
       context.textAlign = "right";
       for (const value of up.list) {
         const y = Math.round(py(chart, value, height)) + 0.5;
@@ -66,7 +92,7 @@ const Charts = (() => {
         context.fillText(value.toFixed(up.digits), LEFT - 5, y);
       }
     }
-    const py = (chart, value, height) => height - BOTTOM - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (height - TOP - BOTTOM);
+    const py = (chart, value, height) => height - BOTTOM - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (height - topOf(chart) - BOTTOM);
 
     function curve(chart, one, context, width, height) {
       const first = Math.max(search(one.x, view.low / tick) - 1, 0), last = Math.min(search(one.x, view.high / tick) + 1, one.x.length);
@@ -100,32 +126,24 @@ const Charts = (() => {
       const k = Math.min(Math.max(search(one.x, x / tick + 0.5) - 1, 0), one.x.length - 1);
       return one.y[k];
     }
-    function heading(chart, context, width, cursor) {
-      context.textAlign = "left";
-      context.textBaseline = "alphabetic";
-      context.fillStyle = style("--text");
-      context.font = "600 12px system-ui, sans-serif";
-      context.fillText(chart.title, 4, 12);
-      let x = 10 + context.measureText(chart.title).width;
-      context.font = "12px system-ui, sans-serif";
-      for (const one of chart.series || []) {
-        const value = valueAt(one, cursor), text = one.name + " " + (Number.isFinite(value) ? value.toFixed(chart.digits) : "–");
-        if (x + 20 + context.measureText(text).width > width) break;
-        context.fillStyle = one.colour;
-        context.fillRect(x, 4, 8, 8);
-        context.fillStyle = style("--text");
-        context.fillText(text, x + 12, 12);
-        x += 24 + context.measureText(text).width;
-      }
+    function entries(chart, cursor) {
+      return (chart.series || []).map(one => {
+        const value = valueAt(one, cursor);
+        return { colour: one.colour, name: one.name + " " + (Number.isFinite(value) ? value.toFixed(chart.digits) : "–") };
+      });
     }
 
     function draw(cursor) {
       for (const chart of charts) {
         const { context, width, height } = fit(chart.canvas);
         if (!width) continue;
+        const top = TOP + LEGEND * (heading(context, width, chart.title, entries(chart, cursor)) - 1);
+        // once low, they stay low: the numbers of the legend change with the cursor
+        if (chart.wide !== width) { chart.wide = width; chart.rows = 1; }
+        if (top > TOP) chart.rows = 2;
         axes(chart, context, width, height);
         context.save();
-        context.beginPath(); context.rect(LEFT, TOP - 1, width - LEFT - RIGHT, height - TOP - BOTTOM + 2); context.clip();
+        context.beginPath(); context.rect(LEFT, topOf(chart) - 1, width - LEFT - RIGHT, height - topOf(chart) - BOTTOM + 2); context.clip();
         for (const limit of chart.limits || []) {
           if (limit === null) continue;
           const y = py(chart, limit, height);
@@ -147,7 +165,6 @@ const Charts = (() => {
         context.lineWidth = 1;
         context.beginPath(); context.moveTo(x, 0); context.lineTo(x, height); context.stroke();
         context.restore();
-        heading(chart, context, width, cursor);
       }
     }
 
@@ -191,19 +208,20 @@ const Charts = (() => {
   function spectrum(canvas, edges, series, title) {
     const { context, width, height } = fit(canvas);
     if (!width) return;
+    const upper = TOP + LEGEND * (heading(context, width, title, series) - 1);
     const low = Math.log10(edges[0]), high = Math.log10(edges[edges.length - 1]);
     let top = 1e-9;
     for (const one of series) for (const value of one.y) top = Math.max(top, value);
     const ceiling = Math.log10(top) + 0.15, floor = ceiling - 4;
     const x = value => LEFT + (Math.log10(value) - low) / (high - low) * (width - LEFT - RIGHT);
-    const y = value => height - BOTTOM - (Math.max(Math.log10(Math.max(value, 1e-12)), floor) - floor) / (ceiling - floor) * (height - TOP - BOTTOM);
+    const y = value => height - BOTTOM - (Math.max(Math.log10(Math.max(value, 1e-12)), floor) - floor) / (ceiling - floor) * (height - upper - BOTTOM);
     context.textBaseline = "middle";
     for (let power = Math.ceil(low); power <= high; power++) {
       for (const k of [1, 2, 5]) {
         const value = k * 10 ** power;
         if (value < edges[0] || value > edges[edges.length - 1]) continue;
         context.strokeStyle = style("--grid");
-        context.beginPath(); context.moveTo(x(value), TOP); context.lineTo(x(value), height - BOTTOM); context.stroke();
+        context.beginPath(); context.moveTo(x(value), upper); context.lineTo(x(value), height - BOTTOM); context.stroke();
         context.fillStyle = style("--quiet");
         context.textAlign = "center";
         context.fillText(value + (k === 1 && power === Math.ceil(low) ? " Hz" : ""), Math.min(x(value), width - 14), height - 8);
@@ -217,25 +235,12 @@ const Charts = (() => {
       context.textAlign = "right";
       context.fillText(power < -3 || power > 3 ? "1e" + power : String(+(10 ** power).toPrecision(1)), LEFT - 5, at);
     }
-    let right = 4;
-    context.textAlign = "left";
-    context.textBaseline = "alphabetic";
-    context.font = "600 12px system-ui, sans-serif";
-    context.fillStyle = style("--text");
-    context.fillText(title, 4, 12);
-    right += 8 + context.measureText(title).width;
-    context.font = "12px system-ui, sans-serif";
     for (const one of series) {
-      context.strokeStyle = context.fillStyle = one.colour;
+      context.strokeStyle = one.colour;
       context.lineWidth = 1.4;
       context.beginPath();
       one.y.forEach((value, k) => { context.lineTo(x(edges[k]), y(value)); context.lineTo(x(edges[k + 1]), y(value)); });
       context.stroke();
-      if (right + 30 + context.measureText(one.name).width > width) continue;
-      context.fillRect(right, 4, 8, 8);
-      context.fillStyle = style("--text");
-      context.fillText(one.name, right + 12, 12);
-      right += 24 + context.measureText(one.name).width;
     }
   }
 

@@ -11,8 +11,8 @@ from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
 #: A state: what, and its value.
 State = tuple[tuple[str, str], ...]
 _FEED_UNITS: Final = {
-    FeedMode.PER_MINUTE: "/min",
-    FeedMode.INVERSE: "/min (inverse time)",
+    FeedMode.PER_MINUTE: "mm/min",
+    FeedMode.INVERSE: "1/min (inverse time)",
     FeedMode.PER_REVOLUTION: "mm/rev",
 }
 _PATH_MODES: Final = {PathMode.EXACT_PATH: "exact path", PathMode.EXACT_STOP: "exact stop", PathMode.BLEND: "blended"}
@@ -73,7 +73,15 @@ def _feed(moves: Moves, number: int) -> str:
     feed, kind = float(moves.feed[number]), MoveKind(moves.kind[number])
     if kind == MoveKind.DWELL:
         return f"{feed:g} s"
-    return "rapid" if np.isnan(feed) else f"{feed:.6g} {_FEED_UNITS[FeedMode(moves.feed_mode[number])]}"
+    if np.isnan(feed):
+        return "rapid"
+    mode = FeedMode(moves.feed_mode[number])
+    turns = (
+        number > 0
+        and moves.frame[number] == moves.frame[number - 1]
+        and np.array_equal(*moves.end[number - 1 : number + 1, :3])
+    )
+    return f"{feed:.6g} {'deg/min' if turns and mode == FeedMode.PER_MINUTE else _FEED_UNITS[mode]}"
 
 
 def _corners(control: PathControl) -> str:

@@ -26,6 +26,7 @@ from verne_post.report.sheet import (
     governing_html,
     places_html,
     sheet_html,
+    title_html,
     verdict_html,
 )
 from verne_post.report.table import Study
@@ -76,7 +77,8 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
     parts = {
         "title": escaped(f"{program} on {machine.name}"),
         "verdict": verdict_html(machine, study),
-        "findings": findings_html(program, study),
+        "heading": title_html(program, machine),
+        "findings": findings_html(study),
         "places": places_html(machine, study),
         "governing": governing_html(study),
         "sheet": sheet_html(machine, study),

@@ -13,12 +13,13 @@ const Scene = (() => {
     // the close-up goes with the tip; its picture is drawn by the same renderer and copied
     const follower = camera.clone(), following = new THREE.OrbitControls(follower, close), paper = close.getContext("2d");
     following.enablePan = false;
-    scene.add(new THREE.HemisphereLight(0xffffff, 0xa9b1b9, 0.8));
+    const lights = [[new THREE.HemisphereLight(0xffffff, 0xa9b1b9), 0.8]];
     for (const [place, strength] of [[[1.5, -2, 2.5], 0.45], [[-2, -1, 0.8], 0.2]]) {
-      const light = new THREE.DirectionalLight(0xffffff, strength);
+      const light = new THREE.DirectionalLight(0xffffff);
       light.position.set(...place);
-      scene.add(light);
+      lights.push([light, strength]);
     }
+    for (const [light] of lights) scene.add(light);
     scene.add(solids);
     const table = makeTable(solids, model), guides = makeGuides(solids, model), platform = makePlatform(solids, model);
     const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), triad = makeTriad();
@@ -178,18 +179,19 @@ const Scene = (() => {
       for (let k = 0; k < 8; k++) list.push(new THREE.Vector3(k & 1 ? bounds.max.x : bounds.min.x, k & 2 ? bounds.max.y : bounds.min.y, k & 4 ? bounds.max.z : bounds.min.z));
       return list;
     }
-    // stand so that all points are just seen from a direction
-    function frameUp(points, direction, upright = [0, 0, 1], border = 1.04) {
+    // from which distance an eye that looks at a centre just sees all points
+    function distanceToSee(points, centre, forward, eye, border = 1.04) {
+      const right = eye.up.clone().cross(forward).normalize(), up = forward.clone().cross(right);
+      const high = Math.tan(THREE.MathUtils.degToRad(eye.fov / 2)) / border, wide = high * eye.aspect;
+      return Math.max(1, ...points.map(point => {
+        const p = point.clone().sub(centre);
+        return p.dot(forward) + Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / high);
+      }));
+    }
+    function frameUp(points, direction, upright = [0, 0, 1]) {
       camera.up.set(...upright);
       const forward = direction.clone().normalize(), centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
-      const right = camera.up.clone().cross(forward).normalize(), up = forward.clone().cross(right);
-      const high = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) / border, wide = high * camera.aspect;
-      let distance = 1;
-      for (const point of points) {
-        const p = point.clone().sub(centre), z = p.dot(forward);
-        distance = Math.max(distance, Math.abs(p.dot(right)) / wide + z, Math.abs(p.dot(up)) / high + z);
-      }
-      stand(centre, forward, distance);
+      stand(centre, forward, distanceToSee(points, centre, forward, camera));
     }
     function stand(centre, direction, distance) {
       controls.target.copy(centre);
@@ -224,14 +226,19 @@ const Scene = (() => {
       camera.up.set(0, 0, 1);
       stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
     }
-    // between the tip and the middle of the path, so that both are seen
-    const pathMiddle = pathBox.getCenter(new THREE.Vector3());
+    // the end of the tool and the whole path are seen, however near somebody has come
+    let needed = 1;
     function follow() {
-      const step = tipInScene().add(spare.copy(pathMiddle).applyMatrix4(carrier.matrix)).multiplyScalar(0.5).sub(following.target);
-      following.target.add(step);
-      follower.position.add(step);
+      const end = tipInScene(), shank = end.clone();
+      if (reached) shank.addScaledVector(blend("basis", frameNow, frameNow, 0, 3, 6).normalize(), Math.max(0.2 * size, 30));
+      const points = [end, shank, ...corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))];
+      const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
+      const forward = follower.position.clone().sub(following.target), nearness = forward.length() / needed;
+      needed = Math.max(distanceToSee(points, centre, forward.normalize(), follower), 240);
+      following.target.copy(centre);
+      follower.position.copy(centre).addScaledVector(forward, nearness * needed);
     }
-    follower.position.set(0.75, -1.2, 0.6).normalize().multiplyScalar(Math.min(Math.max(2.3 * size, 240), 1600));
+    follower.position.set(0.75, -1.2, 0.6).normalize();
     follower.near = 1;
 
     let waiting = false;
@@ -254,8 +261,8 @@ const Scene = (() => {
       const width = canvas.clientWidth, height = canvas.clientHeight, wide = Math.min(close.clientWidth, width), high = Math.min(close.clientHeight, height);
       if (!width || !height) return;
       if (wide && high) {
-        follow();
         follower.aspect = wide / high;
+        follow();
         follower.far = follower.position.distanceTo(following.target) + 4000;
         follower.updateProjectionMatrix();
         follower.lookAt(following.target);
@@ -309,7 +316,7 @@ const Scene = (() => {
     return {
       pose, draw, render, paint, resize, pick, look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
-      dark: on => { tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
+      dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.6 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
       machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0], tipInCloseUp: () => { follow(); follower.updateMatrixWorld(); return tipInScene().project(follower).toArray(); },
       pathOnScreen: () => onScreen(corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))),
       toolEnds: () => [tool.getWorldPosition(new THREE.Vector3()).toArray(), tipInScene().toArray()],

@@ -13,7 +13,7 @@ from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
-from verne_post.output.findings import text_line
+from verne_post.output.findings import describe
 from verne_post.output.summary import facts
 from verne_post.report.table import Governing, Study
 
@@ -73,13 +73,19 @@ def _count(number: int, what: str) -> str:
 # --- findings and worst places --------------------------------------------------------------------------
 
 
-def findings_html(program: str, study: Study) -> str:
+def title_html(program: str, machine: Machine) -> str:
+    """The program and its machine; the folder is quiet."""
+    folder, slash, name = program.rpartition("/")
+    return f"<small>{escaped(folder + slash)}</small><wbr>{escaped(name)} <small>on {escaped(machine.name)}</small>"
+
+
+def findings_html(study: Study) -> str:
     """The list of findings; each entry has the frame that a click leads to."""
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
     for item, frame in zip(study.findings, study.place, strict=True):
-        text = escaped(text_line(program, item))
+        text = escaped(("" if item.line is None else f"line {item.line}: ") + describe(item))
         tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
         tried = "".join(f"<small>tried: {escaped(remedy)}</small>" for remedy in item.remedies)
         entries.append(f'<li class="{item.severity}"><{tag}{place}>{text}{tried}</{tag}></li>')
@@ -109,13 +115,13 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         x, share = shares_of[joint]
         at = int(np.abs(share).argmax())
         yield Place(
-            f"largest {name}: {machine.columns[joint].joint}", f"{abs(share[at]):.1f} %", _frame_of(study, float(x[at]))
+            f"peak {name}: {machine.columns[joint].joint}", f"{abs(share[at]):.1f} %", _frame_of(study, float(x[at]))
         )
     if study.governing is not None:
         yield from _slow_stretches(study, study.governing)
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
-        yield Place("largest platform tilt", f"{study.alpha_deg[frame]:.2f} deg", frame)
+        yield Place("peak platform tilt", f"{study.alpha_deg[frame]:.2f} deg", frame)
 
 
 def _slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
@@ -182,7 +188,7 @@ def sheet_html(machine: Machine, study: Study) -> str:
     ]  # fmt: skip
     boxes = [box.name for box in study.program.options.keep_out]
     boxes += [study.program.options.stock.name] if study.program.options.stock else []
-    parts.append(_titled("Fixtures and stock that are kept out of", ("name",), [(name,) for name in boxes]))
+    parts.append(_titled("Fixtures and stock", ("name",), [(name,) for name in boxes]))
     if study.summary is not None:
         rows = "".join(
             f"<div><dt>{escaped(key)}</dt><dd>{escaped(text)}</dd></div>" for key, text in facts(study.summary)
@@ -234,7 +240,7 @@ def _offsets(machine: Machine, study: Study) -> list[Row]:
             source = "the program" if any(place) or frame.part_turn else "nobody: rotary centre on the table face"
         else:
             same = max(abs(a - b) for a, b in zip(place, given.origin_mm, strict=True)) <= _OFFSET_NOISE
-            source = "the options" if same else "the program (G10)"
+            source = "given" if same else "the program (G10)"
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
 
