@@ -114,6 +114,20 @@ def test_tolerance_stops_and_dwells_are_kept(
     assert np.ptp(dwell, axis=0).max() == 0.0
 
 
+def test_approach_in_joint_space_restart_and_slow_start_are_shaped(shaken: Callable[..., vp.Machine]) -> None:
+    """Each has been verified; a motion that is straight in the joints is not slowed down."""
+    machine = shaken([[25.0, 0.02]], "zv", "verne")
+    for options in (
+        {"approach": "home", "departure": "home"},
+        {"approach": "home", "from_line": 6},
+        {"slow_start": 5.0},
+    ):
+        shaped, plain = (converted(BEND, machine, **options, shaper=one).summary for one in ("zv", "off"))
+        assert plain is not None
+        assert shaped is not None
+        assert plain.cycle_time < shaped.cycle_time < plain.cycle_time + 2.0
+
+
 def tips(machine: vp.Machine, rows: Rows) -> Rows:
     """Tips (n, 3) of rows in the table frame, by the machine's forward kinematics."""
     factor = np.array([column.factor for column in machine.columns])

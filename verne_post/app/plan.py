@@ -51,7 +51,6 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     report = None if progress is None else lambda done: progress("planning", done, total)
     planning = PlanningOptions(program.cycle, options.solver, options.quality, played, program.shaper())
     profiles, laid_out = _plan(program, bounds, planning, report)
-    _require_rows(program, laid_out.n_rows)
     return Plan(program, profiles, laid_out, tuple(findings), bounds.axis_error_deg)
 
 
@@ -62,6 +61,8 @@ def _plan(
 
     Raises
     ------
+    InputError
+        VP035: more rows than the options allow.
     SolverError
     """
     joints, contour = program.joints(), program.contour
@@ -72,6 +73,7 @@ def _plan(
             limited, bounds.first, bounds.second, bounds.third, program.machine.limits, planning, report, stretch
         )
         laid_out = timeline(contour, profiles, planning)
+        _require_rows(program, laid_out.n_rows)
         if not planning.rest:
             return profiles, laid_out
         lower, too_fast = find_slowdown(program, profiles, laid_out)

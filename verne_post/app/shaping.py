@@ -18,6 +18,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.contour import Contour
 from verne_post.model.protocols import SpeedFunction
+from verne_post.model.toolpath import SegmentKind
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.trajectory import tuning
 from verne_post.trajectory.plan import MotionProfiles
@@ -90,6 +91,7 @@ def _too_fast(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     tip_bound = np.maximum(share * contour.tip_tolerance[segment], EXACT_SHARE * PATH_TIP_MM)
     axis_bound = np.maximum(share * contour.axis_tolerance[segment], EXACT_SHARE * PATH_AXIS_DEG * RAD_PER_DEG)
     off = np.maximum(row_norm(tip - meant_tip) / tip_bound, np.abs(angles - meant_angles).max(axis=1) / axis_bound)
+    off[contour.path.kind[segment] == SegmentKind.JOINT] = 0.0  # straight in the joints: means of rows stay on it
     factor = np.sqrt(off)  # displacement goes with the square of the speed
     cap = laid_out.cycle * speed_cap(contour, sampled.shown, sampled.shown_w)
     by_feed = np.diff(sampled.at) / (np.minimum(cap[1:], cap[:-1]) * tuning.ACCEPTED_RATIOS[0])
