@@ -1,6 +1,7 @@
 """Splines as LinuxCNC has them: G5, G5.1, and G5.2 with G5.3; and what the splines of every dialect have in common."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar, Final
 
 import numpy as np
@@ -59,7 +60,7 @@ class SplineCodes(MotionCodes):
                 self._check_tcp_off(start, point)
         if any(point[5] != start[5] for point in points):
             self.recorder.fix_c(block.line)
-        cut = cut_spline(BSpline(spline.degree, points, spline.weights, spline.knots, spline.lines))
+        cut = cut_spline(replace(spline, points=points))
         feed = self._feed_of((cut.length, True))
         number = self.recorder.keep_pieces(cut.pieces.select(np.flatnonzero(~cut.straight)))
         control = state.control
@@ -68,6 +69,9 @@ class SplineCodes(MotionCodes):
         for place, (line, end) in enumerate(zip(cut.line, cut.end, strict=True)):
             if place == len(cut.line) - 1:
                 state.control = control
+            if cut.axis is not None:
+                x, y, z = cut.axis[place].tolist()
+                state.tool_axis = x, y, z
             if cut.straight[place]:
                 self.recorder.add(state, line, MoveKind.FEED, end, feed)
             else:

@@ -13,6 +13,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends
+from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.block import BlockError
@@ -38,6 +39,8 @@ class BSpline:
         n + degree + 1, never falling; ``degree`` equal ones at least at both ends, beside the very first and the very last.
     lines : sequence of int
         Source line of each control point.
+    axes : ndarray, shape (n, 3), or None
+        Tool axes of the control points, unit, program directions, where no A and C hold them.
     """
 
     degree: int
@@ -45,6 +48,7 @@ class BSpline:
     weights: Sequence[float]
     knots: Sequence[float]
     lines: Sequence[int]
+    axes: Array | None = None
 
 
 @dataclass
@@ -91,6 +95,8 @@ class CutSpline:
         The piece is a straight move, however its parameter runs.
     length : float
         Of the tip, mm.
+    axis : ndarray, shape (m, 3), or None
+        Tool axes at the ends, unit.
     """
 
     pieces: Splines
@@ -98,6 +104,7 @@ class CutSpline:
     end: list[list[float]]
     straight: Mask
     length: float
+    axis: Array | None
 
 
 def uniform_knots(count: int, degree: int) -> list[float]:
@@ -133,13 +140,18 @@ def cut_spline(spline: BSpline) -> CutSpline:
         if not _is_straight(points[piece]):
             raise _refuse_singular(points[piece], spline.lines[int(last[piece])])
     length = np.where(straight, np.linalg.norm(points[:, -1, :3] - points[:, 0, :3], axis=1), parts.length)
-    ends = piece_ends(points, weights, knots)
+    ends, axes = piece_ends(points, weights, knots), None
+    if spline.axes is not None:
+        axes = piece_ends(spline.axes[owner], weights, knots)
+        axes /= row_norm(axes)[:, None]
     n = len(last)
     pieces = Splines(
         np.full(n, degree, dtype=np.int32), (degree + 1) * np.arange(n), 2 * degree * np.arange(n),
         points.reshape(-1, points.shape[2]), weights.ravel(), knots.ravel(),
     )  # fmt: skip
-    return CutSpline(pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, float(length.sum()))
+    return CutSpline(
+        pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, float(length.sum()), axes
+    )
 
 
 def _check(spline: BSpline) -> None:

@@ -3,7 +3,11 @@
 from dataclasses import dataclass, field
 from typing import Final
 
+import numpy as np
+
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.words import Word, Words
@@ -11,14 +15,19 @@ from verne_post.gcode.splines import BSpline, uniform_knots
 from verne_post.model.moves import FeedMode
 
 #: Words of a block that gives a control point.
-_POINT_WORDS: Final = {"X", "Y", "Z", "A", "C", "PW", "PL", "SD", "F"}
+_POINT_WORDS: Final = {"X", "Y", "Z", "A", "C", "A3", "B3", "C3", "PW", "PL", "SD", "F"}
 _DEGREES: Final = (2, 3)
 _ROTARY: Final = (3, 5)
+#: A and C of control points lead the tool axis otherwise than on great circles between its control axes; no farther than this.
+_ASIDE: Final = 0.5 * RAD_PER_DEG
 
 
 @dataclass
 class _Draft:
-    """Control points so far (core numbers, nine axes), the first is where the tool is; ``intervals`` are those of PL."""
+    """Control points so far (core numbers, nine axes), the first is where the tool is; ``intervals`` are those of PL.
+
+    ``axes`` are the tool axes (3,) of the control points, without any where A and C go along by themselves.
+    """
 
     block: Block
     degree: int
@@ -26,6 +35,7 @@ class _Draft:
     weights: list[float] = field(default_factory=lambda: [1.0])
     lines: list[int] = field(default_factory=list)
     intervals: list[float | None] = field(default_factory=list)
+    axes: list[Array] = field(default_factory=list)
 
 
 class SiemensSplines(SiemensFrameWords):
@@ -48,13 +58,20 @@ class SiemensSplines(SiemensFrameWords):
                 None,
                 draft.block.line,
             )
-        spline = BSpline(degree, draft.points, draft.weights, _make_knots(draft), draft.lines)
+        axes = np.array(draft.axes) if draft.axes else None
+        if axes is not None:
+            self._check_axes(draft, axes)
+            if self.setup.machine:  # A and C are coordinates of the spline
+                axes = self.state.tool_axis = None
+        spline = BSpline(degree, draft.points, draft.weights, _make_knots(draft), draft.lines, axes)
         self._follow_spline(draft.block, spline, "BSPLINE")
         first, last = draft.points[-2][:3], draft.points[-1][:3]
         self.set_heading([b - a for a, b in zip(first, last, strict=True)])
 
     def add_spline_point(self, words: Words, block: Block) -> None:
         """Read a block under BSPLINE."""
+        if self.draft is None and not words.words.keys() & _POINT_WORDS - {"F"} and words.code("motion") is None:
+            return  # such a block neither begins a spline nor goes on with one
         if not self.modes.absolute:
             raise BlockError("VP017", "BSPLINE in G91: control points are absolute; write G90")
         degree = _read_degree(words.take("SD"))
@@ -72,9 +89,9 @@ class SiemensSplines(SiemensFrameWords):
             raise weight.error("VP031", f"PW={weight.value:g}: the weight of a control point is positive")
         if interval is not None and interval.value < 0:
             raise interval.error("VP031", f"PL={interval.value:g}: a parameter interval is not negative")
-        places = self.read_places(words, block)
+        places, vector = self.read_places(words, block), self.read_vector(words)
         if not places:
-            for word in (weight, interval):
+            for word in (weight, interval, *(words.words.get(name) for name in ("A3", "B3", "C3"))):
                 if word is not None:
                     raise word.error("VP005", f"{word.name}= needs the axes of its control point")
             return
@@ -85,10 +102,45 @@ class SiemensSplines(SiemensFrameWords):
         point = list(draft.points[-1])
         for axis, value in places.items():
             point[axis] = self.to_core(axis, value)
+        point = self._lead_axis(draft, point, vector, turns=bool(set(_ROTARY) & set(places)))
         draft.points.append(point)
         draft.weights.append(1.0 if weight is None else weight.value)
         draft.lines.append(block.line)
         draft.intervals.append(None if interval is None else interval.value)
+
+    def _lead_axis(self, draft: _Draft, point: list[float], vector: Array | None, *, turns: bool) -> list[float]:
+        """A control point with A and C that hold its tool axis (3,); ``turns``: its block names A or C."""
+        if vector is None and not draft.axes:
+            return point
+        if turns:
+            raise BlockError("VP003", "A or C, and A3= B3= C3=, in one BSPLINE: the tool axis is given by one of both")
+        if not draft.axes:
+            if len(draft.points) > 1:
+                raise BlockError("VP031", "A3= B3= C3= begin in the first block of BSPLINE, or in none")
+            draft.axes.append(self._first_axis())
+        axis = draft.axes[-1] if vector is None else self.turn_vectors(vector)
+        draft.axes.append(axis)
+        return self.setup.coordinates.point_axis(point, axis, self.state.frame)
+
+    def _first_axis(self) -> Array:
+        """The tool axis (3,) where a spline begins."""
+        state = self.state
+        if state.tool_axis is not None:
+            return np.array(state.tool_axis)
+        axis = self.setup.coordinates.tool_axis(state.position, state.frame)
+        return np.array([0.0, 0.0, 1.0]) if axis is None else axis
+
+    def _check_axes(self, draft: _Draft, axes: Array) -> None:
+        """Refuse a spline along which A and C would lead the tool axis far beside the great circles of its vectors."""
+        points, state = np.array(draft.points), self.state
+        for line, here, there, first, second in zip(draft.lines[1:], points, points[1:], axes, axes[1:], strict=False):
+            between = self.setup.coordinates.tool_axis((0.5 * (here + there)).tolist(), state.frame)
+            if between is None:
+                return  # nobody knows how A and C turn the tool
+            middle = first + second
+            if float(np.linalg.norm(np.cross(between, middle))) > _ASIDE * float(np.linalg.norm(middle)):
+                raise BlockError("VP031", "the tool axes of these control points are too far apart, or too near to the vertical, for A and C to "
+                                 "lead the tool along BSPLINE between them; write G1", None, line)  # fmt: skip
 
 
 def _is_point(words: Words) -> bool:
