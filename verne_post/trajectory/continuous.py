@@ -8,8 +8,8 @@ stays on the path whatever happens here. Rows that are still beyond a limit are 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
@@ -22,8 +22,6 @@ from verne_post.trajectory.section_path import Section, SectionTask
 from verne_post.trajectory.section_rows import sample_rows
 from verne_post.trajectory.spline_profile import Profile, Times, positions
 from verne_post.trajectory.tuning import Effort
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

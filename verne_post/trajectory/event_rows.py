@@ -1,10 +1,8 @@
 """When events happen: at the first row that belongs to a motion after them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
+from verne_post.base.arrays import Array, Ints
 
 
 class EventRows:

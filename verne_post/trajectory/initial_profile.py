@@ -7,17 +7,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.cruise import find_cruise
 from verne_post.trajectory.section_path import Grid, Section, grid_along
 from verne_post.trajectory.spline_profile import Profile
-
-Array = NDArray[np.float64]
-
 
 #: Solvers of the second-order problem: grid, limits, and the x to start with; see ``reachability.solve``.
 Solver = Callable[..., Array]

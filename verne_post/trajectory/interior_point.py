@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
+from verne_post.base.arrays import Array
 from verne_post.trajectory import tuning
 
-Array = NDArray[np.float64]
 #: Constraints, row by row, in single precision: memory traffic is what an iteration costs, and 1e-7 of a limit is far below
 #: what a constraint may be off by. Coefficients, normal matrix and points are in double precision.
 Rows = NDArray[np.float32]

@@ -1,13 +1,11 @@
 """Slowing a profile down around one place; all rows outside stay as they are."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.row_limits import REST_ROWS
-
-Array = NDArray[np.float64]
 
 
 def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:

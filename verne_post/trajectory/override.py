@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Limits
-
-Array = NDArray[np.float64]
 
 #: Where a slow start begins, as a share of the override.
 START_RATE: Final = 0.1

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks, running_sums
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.model.contour import Contour
@@ -18,9 +19,6 @@ from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
 REST_ROWS: Final = 2

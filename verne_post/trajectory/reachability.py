@@ -18,14 +18,12 @@ what came before: windows are solved side by side and joined exactly.
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.rows import row_max, row_min
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
-
-Array = NDArray[np.float64]
 
 #: A line of (x, K) with a steeper slope bounds K or x alone but for rounding; a larger x than anything reaches (mm2/s2).
 _HUGE: Final = 1.0 / float(np.finfo(float).eps)

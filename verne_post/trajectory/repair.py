@@ -8,10 +8,11 @@ rows, and in the end the whole section is slowed down, which always helps: every
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
@@ -20,8 +21,8 @@ from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, exce
 from verne_post.trajectory.row_shifts import HELD_ROWS, join_stretches, shift_rows
 from verne_post.trajectory.section_path import SectionTask, joints_at
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
+#: Rows that lie far apart, and what a stretch counts for at least: around each, the system reads 64 kB of every column.
+SCATTERED_ROWS: Final = 1 << 8
 
 
 def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Array:
@@ -127,7 +128,7 @@ def _repair_stretches(
     done = 0  # of the old rows
     rows, ratios = [], []
     lengths = high - low + more
-    group = np.cumsum(np.maximum(lengths, tuning.SCATTERED_ROWS)) // tuning.AT_A_TIME
+    group = np.cumsum(np.maximum(lengths, SCATTERED_ROWS)) // tuning.AT_A_TIME
     for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
         release_memory()
         some = slice(first, last)
@@ -150,9 +151,9 @@ def _repair_stretches(
 def _pace(task: SectionTask, s: Array, rows: Ints) -> float:
     """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
     most = 0.0
-    for first in range(0, len(rows), tuning.SCATTERED_ROWS):
+    for first in range(0, len(rows), SCATTERED_ROWS):
         release_memory()
-        some = rows[first : first + tuning.SCATTERED_ROWS]
+        some = rows[first : first + SCATTERED_ROWS]
         q = joints_at(task.section, np.stack([s[some], s[some + 1]]).ravel()).reshape(2, len(some), -1)
         most = max(most, float((np.abs(q[1] - q[0]) / (task.limits.jerk * task.cycle**3)).max()))
     return most

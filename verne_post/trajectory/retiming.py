@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.trajectory import tuning
@@ -18,8 +18,6 @@ from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.spline_profile import Profile, Times
 from verne_post.trajectory.tuning import PassSettings
 from verne_post.trajectory.window_problem import TIED, Layout, Window, windows_problem
-
-Array = NDArray[np.float64]
 
 
 def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:

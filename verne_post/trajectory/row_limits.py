@@ -4,15 +4,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks
 from verne_post.base.rows import row_max
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import SectionTask, joints_at
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 
 #: Resting rows at both ends, which the differences count as well: jerk is a difference over four rows.
 REST_ROWS: Final = 3

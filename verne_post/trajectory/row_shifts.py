@@ -6,20 +6,21 @@ Least squares on the excess, damped by the jerk that the shifts make, one banded
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max, row_sum
 from verne_post.trajectory import tuning
 from verne_post.trajectory.row_limits import REST_ROWS, JointRows
 from verne_post.trajectory.section_path import Section, SectionTask, joints_at
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-
 #: Rows that stay at the ends of a stretch: what differences across the end are taken from, and the section's ends.
 HELD_ROWS: Final = REST_ROWS + 1
+#: The derivative by s is a difference over this share of a row's step, small against its change from row to row, and at least
+#: over this share of the section's length, far above rounding.
+SLOPE_STEP: Final = 1e-2
+SLOPE_LENGTH: Final = 1e-9
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 _DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
 
@@ -73,7 +74,7 @@ def join_stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple
 
 def _slopes(section: Section, rows: JointRows) -> Array:
     """Derivatives of the joints by s (n, n_joints) at rows."""
-    step = np.maximum(tuning.SLOPE_STEP * np.abs(np.gradient(rows.s)), tuning.SLOPE_LENGTH * section.length)
+    step = np.maximum(SLOPE_STEP * np.abs(np.gradient(rows.s)), SLOPE_LENGTH * section.length)
     step = np.where(rows.s + step > section.length, -step, step)
     return np.asarray((joints_at(section, rows.s + step) - rows.q) / step[:, None])
 

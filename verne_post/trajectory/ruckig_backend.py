@@ -7,9 +7,8 @@ are checked: a profile that is not finished, leaves [0, 1] or takes no time is a
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from verne_post.base.arrays import Array
 
 #: Smallest dimensionless speed limit. A slower one would make the profile longer than ruckig allows
 #: (7e3 time units); accelerating more gently instead costs 6e-5 of the time.

@@ -5,17 +5,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import release_memory, running_sums
 from verne_post.model.contour import Contour
 from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, dwell_cycles
 from verne_post.trajectory.shaper import shape_rows
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 #: Rows made at a time; memory does not depend on the length of the program's motion.
 BLOCK_ROWS: Final = 8192

@@ -4,15 +4,16 @@ from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from verne_post.base import spans
+from verne_post.base.arrays import Array
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 
-Array = NDArray[np.float64]
+#: A span is halved at most so often, to a 64th: joints with a jump would otherwise be halved for ever.
+SPAN_HALVINGS: Final = 6
 
 
 class Section(Protocol):
@@ -108,10 +109,10 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     low = breaks[owner] + index * width
     q = _samples(section, low, width)
     done: list[tuple[Array, Array, Array]] = []
-    for halving in range(tuning.SPAN_HALVINGS + 1):
+    for halving in range(SPAN_HALVINGS + 1):
         motion = q.max(axis=0) - q.min(axis=0)
         rough = row_max(spans.tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
-        if halving == tuning.SPAN_HALVINGS:
+        if halving == SPAN_HALVINGS:
             rough[:] = False
         if not rough.any():
             done.append((low, width, q))

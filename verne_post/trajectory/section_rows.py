@@ -1,15 +1,13 @@
 """Rows of a re-timed profile, without those at the ends over which hardly anything moves."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing
 from verne_post.trajectory import tuning
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.section_path import Section, SectionTask, joints_at
 from verne_post.trajectory.spline_profile import Profile, Times, positions
-
-Array = NDArray[np.float64]
 
 
 def sample_rows(

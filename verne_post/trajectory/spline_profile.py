@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import basis
-
-Array = NDArray[np.float64]
 
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 #: Resting samples at both ends of a profile: a quintic spline begins and ends with all derivatives zero.

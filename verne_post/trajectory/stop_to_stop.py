@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.ragged import ragged
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
@@ -24,8 +25,6 @@ from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.visible import visible_speed
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

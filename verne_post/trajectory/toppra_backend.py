@@ -7,13 +7,11 @@ given by its derivatives at the grid points: no spline stands for it.
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.rows import row_min
 from verne_post.model.machine import Limits
 from verne_post.trajectory.section_path import Grid
-
-Array = NDArray[np.float64]
 
 #: The path parameter is scaled so that the largest speed along it is this; toppra is sound from 0.7 to 7.
 _SPEED: Final = 7.0

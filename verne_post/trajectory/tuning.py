@@ -200,9 +200,8 @@ CRUISE_EVEN: Final = 16
 
 #: A span of the grid is at most this much path. Longer ones are halved where a joint needs it.
 LONGEST_SPAN: Final = 20.0
-#: A span is halved, at most so often, while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
+#: A span is halved while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
 TAIL_SHARE: Final = 1e-4
-SPAN_HALVINGS: Final = 6
 #: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
 TAIL_NOISE: Final = 1e-9
 #: The Chebyshev points of a span that become points of the grid where there are so many spans: evenly spread. All of them
@@ -240,9 +239,6 @@ FAR_RATIO: Final = 1.15
 GENTLE_LENGTH: Final = 600.0
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
 SMALLEST_STRAIN: Final = 1e-6
-#: The derivative by s is taken over this share of a row's step, and at least this much of the section's length.
-SLOPE_STEP: Final = 1e-2
-SLOPE_LENGTH: Final = 1e-9
 
 # --- slowing down where repair does not do -----------------------------------------------------------
 
@@ -258,14 +254,9 @@ JUMP_SHARE: Final = 0.9
 
 #: Largest turn of an arc from row to row, rad: at half a turn nobody could tell the sense of it.
 MOST_TURN: Final = 0.42 * 2 * np.pi
-#: A radian of a spline counts as so many of an arc. A spline may turn anywhere between two rows, and by 1.75 rad at most for
-#: its length to stay below 1.6 of the step, as that of an arc of half a turn does.
-SPLINE_TURN: Final = 1.5
 #: The path between two rows is no farther from the straight step between them than this share of the step, or of the step
 #: before where that is longer. Half way between two rows of even speed nothing is farther than half a step from both.
 BULGE: Final = 0.45
-#: At so many places the path between two rows is looked at.
-PLACES_BETWEEN: Final = 8
 #: A feed counts as reached at this share of it, which profiles come to from below; the same share makes a row slow (verify).
 FEED_REACHED: Final = 0.99
 
@@ -292,7 +283,5 @@ STOP_TO_STOP_SHARE: Final = 1.0 - 1e-6
 
 #: Elements, sections, rows or times that are worked on together.
 AT_A_TIME: Final = 1 << 14
-#: Rows that lie far apart, and what a stretch counts for at least: around each, the system reads 64 kB of every column.
-SCATTERED_ROWS: Final = 1 << 8
 #: Products of so many multiplications are made by one thread.
 BLAS_WORK: Final = 200_000

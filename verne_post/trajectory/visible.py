@@ -10,20 +10,24 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG, ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
 from verne_post.trajectory import tuning
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.integer]
 PoseAt = Callable[[Array], tuple[Array, Array]]
 
 #: Or than half of what verification accepts beside a path, mm and rad.
 LEAST: Final = 0.5 * np.array([[PATH_TIP_MM], [PATH_AXIS_DEG * RAD_PER_DEG]])
+
+#: A radian of a spline counts as so many of an arc. A spline may turn anywhere between two rows, and by 1.75 rad at most for
+#: its length to stay below 1.6 of the step, as that of an arc of half a turn does.
+SPLINE_TURN: Final = 1.5
+#: At so many places the path between two rows is looked at.
+PLACES_BETWEEN: Final = 8
 
 
 def turn_rate(contour: Contour, element: Ints) -> Array:
@@ -34,7 +38,7 @@ def turn_rate(contour: Contour, element: Ints) -> Array:
     curved = np.flatnonzero(arc >= 0)
     result[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
     splined = np.flatnonzero(path.spline[segment] >= 0)
-    result[splined] = tuning.SPLINE_TURN * path.splines.bend[path.spline[segment[splined]]]
+    result[splined] = SPLINE_TURN * path.splines.bend[path.spline[segment[splined]]]
     return result
 
 
@@ -75,7 +79,7 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     # within this of both bounds, the root of the sum of their squares is within 1
     surely = even[1:] & even[:-1] & (most < np.sqrt(0.5) * np.minimum(bound[0], ROTARY_METRIC_MM * bound[1]))
     rows = rows[~surely[rows]]
-    places = np.arange(1, tuning.PLACES_BETWEEN + 1) / (tuning.PLACES_BETWEEN + 1.0)
+    places = np.arange(1, PLACES_BETWEEN + 1) / (PLACES_BETWEEN + 1.0)
     for first in range(0, len(rows), tuning.AT_A_TIME):
         some = rows[first : first + tuning.AT_A_TIME]
         here = np.concatenate([tip[some], angles[some]], axis=1)

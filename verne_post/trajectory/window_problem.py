@@ -12,15 +12,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import Problem
 from verne_post.trajectory.section_path import Section, SectionTask, joints_at
 from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
-
-Array = NDArray[np.float64]
-
 
 #: From the planned share of the feed up to what rows may reach, squared.
 _HELD_EXCESS: Final = (tuning.ACCEPTED_RATIOS[0] / tuning.PLANNED_SHARES[0]) ** 2
