@@ -1,7 +1,8 @@
 """Make every picture of README and docs again: python docs/make_pictures.py [NAME ...] [--check].
 
 A picture is made by a script of docs/pictures, run from the repository's root. With ``--check`` they are made in a folder of their own and
-compared with those that are committed. Needs the extras docs, report and test; report.py also chromium and chromedriver.
+compared with those that are committed. Needs the extras docs, report and test; report.py and tutorial.py also chromium
+and chromedriver.
 """
 
 import subprocess
@@ -19,8 +20,13 @@ CELL = 16
 #: A cell whose mean differs by more, of 255, shows something else.
 OTHER = 16.0
 #: Largest share of such cells by script: a curve of other numbers changes more. A browser takes the fonts of its machine.
-SHARES = {"report": 0.1}
+SHARES = {"report": 0.1, "tutorial": 0.1}
 SHARE = 0.01
+
+
+def find_scripts() -> list[Path]:
+    """Every script that makes pictures; what they share begins with an underscore."""
+    return sorted(script for script in PICTURES.glob("[!_]*.py"))
 
 
 def make(script: Path, root: Path) -> None:
@@ -56,7 +62,7 @@ def find_stale(script: Path, folder: Path) -> list[str]:
 def main(words: list[str]) -> int:
     """Make the pictures of the named scripts, or of all; with ``--check`` say which are stale."""
     names = [word for word in words if word != "--check"]
-    scripts = [script for script in sorted(PICTURES.glob("*.py")) if not names or script.stem in names]
+    scripts = [script for script in find_scripts() if not names or script.stem in names]
     if "--check" not in words:
         for script in scripts:
             make(script, ROOT)

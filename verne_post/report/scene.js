@@ -24,7 +24,7 @@ const Scene = (() => {
     const table = makeTable(solids, model), guides = makeGuides(solids, model), platform = makePlatform(solids, model);
     const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), triad = makeTriad();
     solids.add(tool);
-    makeBoxes(table.turning, model);
+    const stock = makeBoxes(table.turning, model);
     // the path turns with the table, and stays when the machine is hidden
     const onTable = new THREE.Group(), carrier = new THREE.Group();
     carrier.matrixAutoUpdate = false;
@@ -226,12 +226,13 @@ const Scene = (() => {
       camera.up.set(0, 0, 1);
       stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
     }
-    // the end of the tool and the whole path are seen, however near somebody has come
+    // the end of the tool, the whole path and the stock are seen, however near somebody has come
+    const part = stock.reduce((all, one) => all.union(one), pathBox.clone());
     let needed = 1;
     function follow() {
       const end = tipInScene(), shank = end.clone();
       if (reached) shank.addScaledVector(blend("basis", frameNow, frameNow, 0, 3, 6).normalize(), Math.max(0.2 * size, 30));
-      const points = [end, shank, ...corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))];
+      const points = [end, shank, ...corners(part).map(p => p.applyMatrix4(carrier.matrix))];
       const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
       const forward = follower.position.clone().sub(following.target), nearness = forward.length() / needed;
       needed = Math.max(distanceToSee(points, centre, forward.normalize(), follower), 240);

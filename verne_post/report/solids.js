@@ -150,7 +150,9 @@ const Solids = (() => {
     return solid(geometry, what);
   }
 
+  // also returns the boxes of the stock
   function makeBoxes(turning, model) {
+    const stock = [];
     for (const one of model.boxes) {
       const what = one.stock ? material("stock", { transparent: true, opacity: 0.4, depthWrite: false }) : material("fixture", { transparent: true, opacity: 0.85 });
       const mesh = one.round ? tube(one.half[0], one.bore, 2 * one.half[2], what) : box(...one.half.map(half => 2 * half), what);
@@ -159,7 +161,11 @@ const Solids = (() => {
       const edges = new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry), new THREE.LineBasicMaterial({ color: one.stock ? 0x9a6527 : 0x1f5f56 }));
       mesh.add(edges);
       turning.add(mesh);
+      mesh.updateMatrix();
+      mesh.geometry.computeBoundingBox();
+      if (one.stock) stock.push(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrix));
     }
+    return stock;
   }
 
   function label(text, colour) {

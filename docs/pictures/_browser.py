@@ -1,0 +1,62 @@
+"""Pictures of report pages, in a browser without a screen: what the scripts beside share; makes no picture itself."""
+
+import base64
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from selenium import webdriver
+
+_ARGUMENTS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",
+    "--use-angle=swiftshader",
+    "--hide-scrollbars",
+)
+
+
+@contextmanager
+def report_page(words: str, size: tuple[int, int], cwd: Path | None = None) -> Iterator[Any]:
+    """A browser that shows what `verne-post report` writes with these words; a refused program has a report too."""
+    settings = webdriver.ChromeOptions()
+    for argument in _ARGUMENTS:
+        settings.add_argument(argument)
+    settings.binary_location = str(shutil.which("chromium"))
+    browser = webdriver.Chrome(options=settings, service=webdriver.ChromeService(shutil.which("chromedriver")))
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "report.html"
+            command = [sys.executable, "-m", "verne_post", "report", *words.split(), "-q", "-o", str(file)]
+            subprocess.run(command, cwd=cwd, check=False, stderr=subprocess.DEVNULL)
+            screen = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+            browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+            browser.get(file.as_uri())
+            while browser.execute_script("return document.body.dataset.ready") != "yes":
+                time.sleep(0.1)
+            yield browser
+    finally:
+        browser.quit()
+
+
+def take(browser: Any, picture: str, script: str, *words: object, part: str | None = None) -> None:
+    """Run a script in the page, and save what is seen, or one part of it, as docs/pictures/PICTURE."""
+    browser.execute_script(script, *words)
+    browser.execute_async_script(
+        "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 300)))"
+    )
+    clip: dict[str, Any] = {}
+    if part is not None:
+        box = browser.execute_script(
+            "const b = document.querySelector(arguments[0]).getBoundingClientRect();"
+            "return [b.x + scrollX, b.y + scrollY, b.width, b.height]", part,
+        )  # fmt: skip
+        clip = {"clip": dict(zip(("x", "y", "width", "height"), map(round, box), strict=True)) | {"scale": 1}}
+    shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", **clip})["data"]
+    Path("docs/pictures", picture).write_bytes(base64.b64decode(shot))
