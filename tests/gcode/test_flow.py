@@ -180,3 +180,12 @@ def test_comments_beside_an_o_word_say_nothing(view, comment):
     assert findings == ()
     assert len(moves) == 1
     assert [event for event in moves.events if event.kind == "message"] == []
+
+
+def test_an_error_of_the_return_is_one_of_the_file(view):
+    """M73 restores modes at the end of a call, which compensation does not allow."""
+    sub = b"o<a> sub\nM73\nG18\nG41.1 D3\nG1 X20 Z3\nX30\no<a> endsub\n"
+    main = "G21 G90 G17 G40 G49 F100\nG0 X0 Y0 Z0\no<a> call\nM2\n"
+    _moves, found = view(main, subroutines={"a": sub})
+    assert [(item.code, item.line) for item in found] == [("VP017", 3)]
+    assert found[0].message.startswith("a.ngc, line 7: ")

@@ -147,7 +147,7 @@ def execute_blocks(
         execution.recorder.event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
     watched = stop.all_known or stop.after_line is not None
     while not interpreter.ended:
-        text, line = flow.text, flow.line
+        text, line, shown_line = flow.text, flow.line, flow.shown_line  # a return may already have left them
         chunk = text.chunk(line)
         if chunk is None or line == text.closing:
             _end_text(execution, flow)
@@ -167,10 +167,9 @@ def execute_blocks(
                 stop.trace.add(line, last, may_restart=restart)
         except BlockError as error:
             errors.append(error)
-        if errors:
-            name, shown = flow.text.name, flow.shown_line
-            if not execution.report_all(errors, line, shown_line=shown, file=name) or stop.first_error:
-                break
+        reported = execution.report_all(errors, line, shown_line=shown_line, file=text.name)
+        if not reported or (errors and stop.first_error):
+            break
         if watched and stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
     return execution

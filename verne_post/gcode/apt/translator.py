@@ -116,7 +116,7 @@ class Translator:
         return dict(zip("IJK", self._tool, strict=True)) if self.state.vectors else {}
 
     def _check_table(self, s: Statement) -> None:
-        """After ROTABL the table stands where it was told to while the tool axis is that one; another axis turns it.
+        """After ROTABL the table stands as programmed while the tool axis is that one; another axis turns it.
 
         Points in the coordinates of a turned table would have the axis 0, 0, 1: the first point after a tilt shows it.
         """

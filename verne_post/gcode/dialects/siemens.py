@@ -58,7 +58,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     main = SiemensText(source, setup)
     flow = Flow(main, executor)
     while not flow.ended:
-        frame, line = flow.frame, flow.line
+        frame, line, shown_line = flow.frame, flow.line, flow.shown_line
         text = frame.section.text
         chunk = text.chunk(line) if line <= frame.section.last else None
         try:
@@ -78,7 +78,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last or line + 1, may_restart=restart)
         except BlockError as error:
-            if not execution.report(error, line, shown_line=flow.shown_line, file=text.name) or stop.first_error:
+            if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:
                 break
         if stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break

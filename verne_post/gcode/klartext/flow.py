@@ -126,7 +126,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     main = KlartextText(source, setup)
     flow = KlartextFlow(main, interpreter)
     while not (interpreter.ended or flow.ended):
-        text, line = flow.text, flow.line
+        text, line, shown_line = flow.text, flow.line, flow.shown
         chunk = text.chunk(line)
         if chunk is None:
             what = (
@@ -147,7 +147,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
                 last = flow.line if flow.text is main and not flow.in_call and flow.line > line else line + 1
                 stop.trace.add(line, last, may_restart=restart)
         except BlockError as error:
-            if not execution.report(error, line, shown_line=flow.shown, file=text.name) or stop.first_error:
+            if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:
                 break
         if stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
