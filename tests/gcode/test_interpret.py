@@ -521,6 +521,25 @@ VP017 3     G1 X1 F1|G2 X2 I.5|G53 X1
 VP003 1     G1 G43.1 Z5 F1
 VP007 1:8   G10 L2 P1.5 X1
 VP009 1     G93 G1 X1 F0
+# refused by one rule each
+VP023 1:2   O1.5 if [1]
+VP007 1:4   G4 P90000
+VP007 1:6   #1=[0**[-1]]
+VP023 1:1   o1 call [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1]
+VP023 1:1   o1 return
+VP023 1:1   o[1] if [1]
+VP023 2:1   o1 sub|o2 sub|o2 endsub|o1 endsub
+VP023 1:1   M98 P1|o1 sub|o1 endsub
+VP005 1     G43.2
+VP005 1     M61
+VP012 1:5   M61 Q9
+VP005 1     M66 L0
+VP007 1:8   M66 P1 L9
+VP007 1:8   M66 E1 L3
+VP005 1     M66 P1 L3
+VP007 1:5   G64 P-1
+VP006 1:14  G10 L1 P1 Z5 I3
+VP005 1     G5.2 F9 X1 P1
 """
 
 
