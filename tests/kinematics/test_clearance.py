@@ -7,10 +7,13 @@ from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.base.rotations import axis_of_angles
 from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, line_segment_distance, point_distance
-from verne_post.kinematics.checks.clearance import check_clearance
+from verne_post.kinematics.checks.clearance import _find_straight, check_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.poses import Platform, Pose
+from verne_post.model.toolpath import SegmentKind
+from verne_post.toolpath.contour_pose import contour_pose
 
 BODIES = {
     "rods.diameter_mm": 40.0, "rods.leg1_slider_x": 480.0, "rods.leg23_slider_x": -400.0, "rods.leg23_spacing": 120.0,
@@ -259,3 +262,25 @@ def test_mistakes_name_key_value_and_bound(bodied, changes, words):
     text = "; ".join(item.message for item in caught.value.findings)
     for word in words:
         assert word in text
+
+
+def test_only_what_goes_straight_without_turning_is_bound_as_convex(machine):
+    """Lines that keep the tool's direction; not arcs, not lines with A or C, not blended corners, not curves."""
+    source = (
+        b"G21 G90 G17 G64 P0.05 F3000\nG0 X0 Y0 Z60 A0 C0\n"  # line 2
+        b"G1 X10\nX10 Y10\nG3 X0 Y20 I-10 J0\nG1 X-10 A5\nX-20\nX-30 C9\nX-40\nM2\n"
+    )
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 20.0))})
+    joints = assemble(source, machine, options).joints()
+    straight = _find_straight(joints)
+    contour, path = joints.contour, joints.contour.path
+    assert set(contour.line()[straight].tolist()) <= {3, 4, 7, 9}
+    assert straight[contour.line() == 4].any()
+    # by the poses themselves: the middle of a straight element is the mean of its ends, and so is its tool
+    every = np.arange(len(contour))
+    at = [contour_pose(contour, every, np.full(len(every), w)) for w in (0.0, 0.5, 1.0)]
+    bent = np.linalg.norm(at[1][0] - 0.5 * (at[0][0] + at[2][0]), axis=1)
+    turned = np.abs(at[2][1] - at[0][1]).max(axis=1)
+    assert (bent[straight] < 1e-9).all()
+    assert (turned[straight] < 1e-12).all()
+    assert ((bent > 1e-6) | (turned > 1e-9))[~straight & (path.kind[contour.segment] == SegmentKind.LINE)].any()
