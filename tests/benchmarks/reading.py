@@ -123,7 +123,7 @@ def rate_rows(lines: int, folder: Path) -> list[list[str]]:
 def mixed_rows(lines: int, folder: Path) -> list[list[str]]:
     """What one line in a hundred of another kind costs."""
     kinds: list[tuple[str, Callable[[int], str]]] = [
-        ("a comment behind the words", lambda i: f"G1 X{50 + i % 7} (pass {i})"),
+        ("a comment after the words", lambda i: f"G1 X{50 + i % 7} (pass {i})"),
         ("an expression", lambda i: f"G1 X[50+{i % 7}/4] Y#5420"),
         ("an arc", lambda i: "G2 I5"),
         ("a setting of a parameter", lambda i: f"#1=[{i}*2]"),

@@ -23,7 +23,7 @@ class ExplainCommand(GroupedCommand):
     """A command whose argument may begin with a dash: line 12 of standard input is ``-:12``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Put such an argument behind the options."""
+        """Put such an argument after the options."""
         lines = [word for word in args if _LINE_OF_INPUT.fullmatch(word)]
         if lines and "--" not in args:
             args = [*(word for word in args if word not in lines), "--", *lines]

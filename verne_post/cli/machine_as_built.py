@@ -97,7 +97,7 @@ def tolerances(
     except InputError as error:
         return refuse(machine_name, error)
     chosen = opened.tolerances(tolerance_mm, tolerance_mrad)
-    poses = opened.judged(opened.lengths(lengths))
+    poses = opened.workspace_poses(opened.lengths(lengths))
     study = study_tolerances(
         AsBuiltModel(opened.as_built), opened.as_built.deviations.to_vector(), chosen, poses, IS_ANGLE
     )

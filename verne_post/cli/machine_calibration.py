@@ -90,7 +90,7 @@ def run_calibration(
     measurement, blank = _measurement(files, opened, readings, given)
     prior = _prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.to_vector()
-    poses = opened.judged(tuple(np.unique(measurement.tools.length).tolist()))
+    poses = opened.workspace_poses(tuple(np.unique(measurement.tools.length).tolist()))
     try:
         result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
     except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 #: Tools of a plan or a study where nobody names any, mm.
 TOOL_LENGTHS: Final = (60.0, 160.0)
-#: Poses over the workspace at which errors are judged.
-JUDGED: Final = 1000
+#: Poses over the workspace at which errors are evaluated.
+EVALUATED_POSES: Final = 1000
 
 
 class OpenedMachine:
@@ -65,14 +65,14 @@ class OpenedMachine:
             require_positive("--tool-length", value, zero=True)
         return given or TOOL_LENGTHS
 
-    def judged(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
+    def workspace_poses(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
         """Poses all over the workspace."""
         import numpy as np
 
         from verne_post.calibration.as_built.workspace import sample_workspace
 
         try:
-            return sample_workspace(self.machine, JUDGED, lengths, np.random.default_rng(0))
+            return sample_workspace(self.machine, EVALUATED_POSES, lengths, np.random.default_rng(0))
         except ValueError as error:
             raise click.UsageError(f"tools of {', '.join(f'{length:g}' for length in lengths)} mm: {error}") from None
 

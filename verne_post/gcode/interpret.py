@@ -85,7 +85,7 @@ class Interpreter(ModalCodes):
 
     @classmethod
     def find_start(cls, source: Text) -> int:
-        """Where the program begins in its text: behind what a control does not read."""
+        """Where the program begins in its text: after what a control does not read."""
         return 0
 
     def read(self, text: str, line: int) -> Block:

@@ -106,7 +106,7 @@ def word_columns(text: str) -> list[int]:
         if comment or character in "(;":
             comment = character != ")"
         elif character not in " \t\r":
-            # a letter behind a letter, sign or operator is that of a function, and a # there is a value
+            # a letter after a letter, sign or operator is that of a function, and a # there is a value
             if depth == 0 and (character in _LETTERS or character == "#") and (not before or before in "0123456789.]"):
                 columns.append(at)
             depth += (character == "[") - (character == "]")

@@ -42,7 +42,7 @@ class Language(Protocol):
 
     @classmethod
     def find_start(cls, source: Text) -> int:
-        """Where the program begins in its text: behind what a control does not read."""
+        """Where the program begins in its text: after what a control does not read."""
 
 
 @dataclass(frozen=True)

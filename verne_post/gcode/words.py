@@ -165,7 +165,7 @@ def _mark_comments(text: bytes, begins: list[int]) -> bytes:
 
 
 def _read_numbers(characters: bytes, begin: Ints, end: Ints, decimals: Ints) -> tuple[Array, Mask]:
-    """Values of numbers from ``begin`` to ``end`` and, behind a point, so many ``decimals``; False where one is not plain."""
+    """Values of numbers from ``begin`` to ``end`` and, after a point, so many ``decimals``; False where one is not plain."""
     text = b"0" * _WINDOW + characters + b"0"
     first = np.frombuffer(text, dtype=np.uint8)[begin + _WINDOW]
     negative = first == ord("-")

@@ -89,7 +89,7 @@ def family_of(code: str) -> Family:
 def is_deniable(code: str) -> bool:
     """Whether a code, or every code that begins so, may be ignored or weighed otherwise.
 
-    Programs that cannot be read or judged, and our own faults, are errors whatever a user wishes.
+    Programs that cannot be read or checked, and our own faults, are errors whatever a user wishes.
     """
     families = [family for family in Family if family.startswith(code) or code.startswith(family)]
     return code not in _STATUS_OF_CODE and all(_STATUS[family] == ExitStatus.VIOLATION for family in families)

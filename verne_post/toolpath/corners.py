@@ -88,7 +88,7 @@ def find_share_used(
     """What displacements use of the tolerance (n,): 1 where all of it, 0 where there is neither displacement nor tolerance.
 
     A displaced pose is near the pose with its s; where the table stands still, near the pose whose tip is nearest. The
-    programmed pose itself must not be left behind either: it stays within root 2 of both tolerances together, which cuts the
+    programmed pose itself must stay near either: it stays within root 2 of both tolerances together, which cuts the
     tips of corners of more than 90 degrees less than they would allow.
 
     Parameters
@@ -122,15 +122,15 @@ def find_bend_shares(bend: Array, slope: Array, tip_tolerance: Array, axis_toler
 
 
 def choose_shapes(
-    bend_share: Array, room: Array, feed: Array, jerk_limit: Callable[[Ints], Array], cycle: float
+    bend_share: Array, longest: Array, feed: Array, jerk_limit: Callable[[Ints], Array], cycle: float
 ) -> Ints:
-    """The shape (n + 1,) of each corner: the narrowest that is passed at the feed rate, else the widest there is room for.
+    """The shape (n + 1,) of each corner: the narrowest that is passed at the feed rate, else the widest that fits.
 
     Parameters
     ----------
     bend_share : ndarray, shape (n + 1,)
         As of :func:`find_bend_shares`; 0 where a corner is not blended.
-    room : ndarray, shape (n + 1,)
+    longest : ndarray, shape (n + 1,)
         What the reach may be, mm.
     feed : ndarray, shape (n + 1,)
         ds/dt at the programmed feed rate, mm/s.
@@ -140,14 +140,14 @@ def choose_shapes(
         Control cycle, s.
     """
     shape = np.zeros(len(bend_share), dtype=np.int8)
-    bent = np.flatnonzero(bend_share * room >= USED_SHARE / PEAK[1])  # others have no room for any wide shape
+    bent = np.flatnonzero(bend_share * longest >= USED_SHARE / PEAK[1])  # no wide shape fits the others
     if not len(bent):
         return shape
     reach = (USED_SHARE / PEAK) / bend_share[bent, None]
     # the third derivative by time of reach G(s / reach), at constant speed v, is the third of G times v^3 / reach^2
     speed = np.cbrt(jerk_limit(bent)[:, None] * reach**2 / THIRD)
     passed = speed >= feed[bent, None]
-    fits = (reach <= room[bent, None]) & (reach >= LEAST_CYCLES * cycle * np.minimum(speed, feed[bent, None]))
+    fits = (reach <= longest[bent, None]) & (reach >= LEAST_CYCLES * cycle * np.minimum(speed, feed[bent, None]))
     fits[:, 0] = True
     fast = passed & fits
     widest = SHAPES - 1 - fits[:, ::-1].argmax(axis=1)

@@ -136,8 +136,8 @@ def _repair_stretches(
         parts = [_add_rows(z[a:b], k) for (a, b), k in zip(places, more[some].tolist(), strict=True)]
         shifted = shift_rows(np.concatenate(parts), lengths[some], reach, task)
         ends = np.cumsum(lengths[first : last - 1])
-        judged = np.split(rows_excess(shifted, task), ends)
-        for (a, b), part, worst in zip(places, np.split(shifted.s, ends), judged, strict=True):
+        excesses = np.split(rows_excess(shifted, task), ends)
+        for (a, b), part, worst in zip(places, np.split(shifted.s, ends), excesses, strict=True):
             new.copy(z[done:a])
             still = np.flatnonzero(worst[: len(part) - REST_ROWS] > 1.0)
             rows.append(new.count + still)

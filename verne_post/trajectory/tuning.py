@@ -93,7 +93,7 @@ NORMAL: Final = Effort(
 )  # fmt: skip
 
 #: The same with a second pass on nearer knots that ends early. Over few rows the faster of both is as good as random, by up to
-#: a third: sections of at most so many rows are planned both ways, and the faster profile is kept.
+#: a third: sections of at most so many rows are planned with both, and the faster profile is kept.
 OTHER: Final = replace(
     NORMAL,
     passes=(

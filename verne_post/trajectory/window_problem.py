@@ -91,7 +91,7 @@ class Layout:
         return held
 
     def knots(self) -> Array:
-        """Knots (n,) of the profile at which the intervals begin; in the gaps those behind the window before."""
+        """Knots (n,) of the profile at which the intervals begin; in the gaps those after the window before."""
         parts = [np.arange(window.begin, window.end + self.gap, dtype=float) for window in self.windows]
         return np.concatenate(parts)[: len(self.held()) - TIED]
 
@@ -130,7 +130,7 @@ def windows_problem(task: SectionTask, profile: Profile, settings: PassSettings,
     by_feed = (shares[0] * at_points.by_feed) ** 2
     cap = np.minimum(np.where(np.isnan(by_feed), np.inf, by_feed), by_speed)
     cap = np.clip(cap, 2 * tuning.SMALLEST_X, settings.largest_x)
-    # coefficients that are held may stand at the cap itself, which leaves no room inside
+    # coefficients that are held may stand at the cap itself, which leaves no interior
     by_interval = cap.reshape(k, -1)
     for first, window in zip(layout.first(), layout.windows, strict=True):
         end = first + window.end - window.begin

@@ -70,7 +70,7 @@ class Calibration:
 def calibrate(
     measurement: Measurement, prior: Prior, present: FiveAxis, machine: AsBuiltMachine, poses: WorkspacePoses
 ) -> Calibration:
-    """Fit, judge and describe.
+    """Fit, validate and describe.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def calibrate(
     machine : AsBuiltMachine
         The same with its as-built kinematics.
     poses : WorkspacePoses
-        Where errors are judged.
+        Where errors are evaluated.
 
     Raises
     ------

@@ -19,7 +19,7 @@ CANDIDATES_HEIGHT: Final = 2.0
 #: ... and no lower than this over the table's face, mm: the machine is still off by tenths, and a probe has a ball.
 LOWEST_MM: Final = 20.0
 #: Poses over the workspace at which the tip error counts.
-JUDGED: Final = 500
+WORKSPACE_POSES: Final = 500
 
 #: Exchanges of planned poses against better ones end when a whole round gains less than this share of the error.
 GAIN: Final = 1e-3
@@ -85,8 +85,8 @@ def plan_poses(
     candidates = candidates.take(legal & reached_from(machine, middle, candidates))
     if len(candidates.length) < count:
         raise ValueError(f"only {len(candidates.length)} of {CANDIDATES} poses tried can be visited")
-    judged = sample_workspace(machine, JUDGED, lengths, rng)
-    chosen, errors = choose_poses(model, prior, candidates, judged, count, sigma_tip)
+    workspace = sample_workspace(machine, WORKSPACE_POSES, lengths, rng)
+    chosen, errors = choose_poses(model, prior, candidates, workspace, count, sigma_tip)
     poses = candidates.take(np.array(chosen))
     order, over = order_poses(machine, poses)
     return Plan(poses.take(np.array(order)), over, middle, errors)
@@ -96,7 +96,7 @@ def choose_poses(
     model: AsBuiltModel,
     prior: Prior,
     candidates: WorkspacePoses,
-    judged: WorkspacePoses,
+    workspace: WorkspacePoses,
     count: int,
     sigma_tip: float,
 ) -> tuple[list[int], Array]:
@@ -109,7 +109,7 @@ def choose_poses(
         What is known before.
     candidates : WorkspacePoses
         Each may be chosen once.
-    judged : WorkspacePoses
+    workspace : WorkspacePoses
         Where the tip error counts.
     count : int
         Poses to choose, no more than there are candidates.
@@ -120,10 +120,10 @@ def choose_poses(
     chosen : list of int
         Candidates.
     errors : ndarray, shape (m,)
-        Expected tip error (root mean square) at the judged poses, mm.
+        Expected tip error (root mean square) at the workspace poses, mm.
     """
     design = model.rates(prior.mean, candidates.joints, candidates.length)[1].tip @ prior.factor / sigma_tip
-    seen = model.rates(prior.mean, judged.joints, judged.length)[1].tip @ prior.factor
+    seen = model.rates(prior.mean, workspace.joints, workspace.length)[1].tip @ prior.factor
     weight = np.einsum("nkp,nkq->pq", seen, seen) / len(seen)
     covariance = np.eye(weight.shape[0])
     chosen: list[int] = []

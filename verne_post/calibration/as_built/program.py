@@ -65,7 +65,7 @@ def _way_legal(machine: Machine, tip0: Array, angles0: Array, tip1: Array, angle
 
 
 def order_poses(machine: Machine, poses: WorkspacePoses) -> tuple[list[int], list[bool]]:
-    """The order in which poses are visited, tool by tool, and which ways go over the middle pose.
+    """The order in which poses are visited, tool by tool, and which motions go over the middle pose.
 
     The next pose is the one that the drives reach first among those with a straight way; else the nearest one.
     """

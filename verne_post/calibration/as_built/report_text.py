@@ -88,7 +88,7 @@ def _quality(report: CalibrationReport) -> Iterator[str]:
             verdict = "the readings contradict the stated uncertainties, or the machine its tolerances"
         yield f"chi-square {fit.chi_square:.4g} at {fit.freedom} degrees of freedom, probability {fit.probability:.2g}: {verdict}"
     if held is None:
-        yield "too few readings to hold some out: nothing judges the result"
+        yield "too few readings to hold some out: nothing validates the result"
         return
     if len(held.tip):
         median, high, worst = (UM * value for value in quantiles(held.tip))

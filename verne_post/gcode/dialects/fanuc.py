@@ -42,7 +42,7 @@ _MACRO: Final = re.compile(
 #: At the beginning of a line: ``:1000`` for O1000, ``/2`` for a block that switch 2 deletes.
 _COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
 _DELETE: Final = re.compile(r"[ \t]*/([1-9])[ \t]*[^ \t0-9.]")
-#: A comment with others in it, and the parentheses that are left behind its first end.
+#: A comment with others in it, and the parentheses that are left after its first end.
 _NESTED: Final = re.compile(r"\(([^()]*\([^)]*)\)((?:[ \t]*\))*)")
 _BLANK: Final = str.maketrans("()", "  ")
 #: A program number with words beside it.
@@ -92,7 +92,7 @@ class FanucInterpreter(NurbsCodes):
     @classmethod
     def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``, ``(a (b))`` is one comment; every character keeps its column."""
-        end = text.rfind(")") + 1  # behind it every parenthesis would be tried up to the end of the line
+        end = text.rfind(")") + 1  # after it every parenthesis would be tried up to the end of the line
         if end:
             closed = _NESTED.sub(
                 lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end]

@@ -20,8 +20,8 @@ from verne_post.model.moves import MoveKind
 
 _A, _C = 3, 5
 _FULL_TURN: Final = 360.0
-#: Two ways for the rotary axes that differ by less (degrees) are equally long.
-_SAME_WAY: Final = 1e-6
+#: Two motions of the rotary axes that differ by less (degrees) are equally long.
+_SAME_MOTION: Final = 1e-6
 _WORD: Final = re.compile(
     rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]+MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
     rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
@@ -208,14 +208,14 @@ class KlartextPlanes(KlartextFunctions):
             return self._upright_angles(held, base, table)
         other = machine.copy()
         other[_A], other[_C] = -machine[_A], machine[_C] + 0.5 * _FULL_TURN
-        ways = []
+        solutions = []
         for pose in (machine, other):
             if sense is not None and (pose[_A] > 0) != sense.endswith("+"):
                 continue
             a, c = (float(v) for v in coordinates.to_program(pose, base)[[_A, _C]])
             c -= _FULL_TURN * round((c - here[_C]) / _FULL_TURN)
-            ways.append((round((abs(a - here[_A]) + abs(c - here[_C])) / _SAME_WAY), -float(pose[_A]), a, c))
-        _way, _sign, a, c = min(ways)
+            solutions.append((round((abs(a - here[_A]) + abs(c - here[_C])) / _SAME_MOTION), -float(pose[_A]), a, c))
+        _motion, _sign, a, c = min(solutions)
         return a, c
 
     def _upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from verne_post.model.moves import ZERO9, Stock
 
 #: Where the form stands among the values; before it are names of clamps and offsets, which have no effect.
 _FORM: Final = 3
-#: Bits of the value behind it: the second place of an axis is absolute, not counted from the first.
+#: Bits of the value after it: the second place of an axis is absolute, not counted from the first.
 _X_ABSOLUTE, _Y_ABSOLUTE, _Z_ABSOLUTE = 16, 32, 64
 #: Forms, and how many values each needs: the bits, Z0, Z1, ZB, which is no end of the stock, and its sizes.
 _NEEDS: Final = {"BOX": 8, "RECTANGLE": 6, "CYLINDER": 5}

@@ -48,8 +48,8 @@ def _count(given: Arguments, name: str) -> int:
 def _row(given: Arguments, unit: float) -> list[tuple[float, float]]:
     x, y, first, step = (given.number(name) * unit for name in ("SPCA", "SPCO", "FDIS", "DBH"))
     turn = math.radians(given.number("STA1"))
-    ways = [first + number * step for number in range(_count(given, "NUM"))]
-    return [(x + way * math.cos(turn), y + way * math.sin(turn)) for way in ways]
+    distances = [first + number * step for number in range(_count(given, "NUM"))]
+    return [(x + distance * math.cos(turn), y + distance * math.sin(turn)) for distance in distances]
 
 
 def _circle(given: Arguments, unit: float) -> list[tuple[float, float]]:

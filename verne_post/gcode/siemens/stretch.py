@@ -120,9 +120,9 @@ def _find_heading(lines: plain.PlainLines, first: int, last: int, start: Array) 
     for begin in (last - 1, first):
         rows = slice(max(begin - 1, first), last)
         ends = np.where(lines.row[rows, :3] >= first, lines.filled[rows, :3], start)
-        ways = ends[1:] - ends[:-1] if begin > first else np.diff(np.vstack([start, ends]), axis=0)
-        lengths = np.sqrt((ways**2).sum(axis=1))
+        steps = ends[1:] - ends[:-1] if begin > first else np.diff(np.vstack([start, ends]), axis=0)
+        lengths = np.sqrt((steps**2).sum(axis=1))
         moving = np.flatnonzero(lengths)
         if len(moving):
-            return np.asarray(ways[moving[-1]] / lengths[moving[-1]])
+            return np.asarray(steps[moving[-1]] / lengths[moving[-1]])
     return None
