@@ -19,6 +19,7 @@ from verne_post.gcode import plain_arcs
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.motion_codes import MotionCodes, effective_feed, line_lengths
 from verne_post.gcode.plain_arcs import PlainArcs
+from verne_post.gcode.recorder import RunEnds
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.gcode.words import WordTable
@@ -149,6 +150,12 @@ class PlainLines:
     @cached_property
     def _odd(self) -> list[int]:
         return [*np.flatnonzero(~self.plain).tolist(), len(self.plain)]
+
+    def first_named(self, first: int, last: int, columns: list[int]) -> int:
+        """The first line from ``first`` on that names one of the axes, or ``last``."""
+        if (self.row[last - 1, columns] < first).all():
+            return last
+        return first + int((self.row[first:last, columns] >= first).any(axis=1).argmax())
 
     def end(self, first: int) -> int:
         """The first line from ``first`` on that is not plain, or the number of lines."""
@@ -297,8 +304,10 @@ def _execute_alike(lines: PlainLines, first: int, last: int, codes: MotionCodes,
     feed = float(lines.filled[first, _F]) if has_feed else state.feed
     if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
         return False
-    end = np.where(mask, lines.filled[first:last, :_F], state.position)
+    end = RunEnds(lines.filled[first:last, :_F], mask, state.position)
+    ends_at, final = state.position.copy(), lines.filled[last - 1].tolist()
     for axis in axes:
+        ends_at[axis] = final[axis]
         state.placed = state.named[axis] = True
     kind, shown = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
@@ -308,7 +317,7 @@ def _execute_alike(lines: PlainLines, first: int, last: int, codes: MotionCodes,
     state.arc_may_follow = True
     state.motion, state.cycle = motion, None
     state.feed = state.feed_angular = feed
-    state.position = end[-1].tolist()
+    state.position = ends_at
     return True
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
@@ -64,8 +64,16 @@ class Row(NamedTuple):
     tool_axis: tuple[float, ...]
 
 
+class RunEnds(NamedTuple):
+    """Ends of straight moves: words (n, 9), which axes (9,) have them, and where the other axes stand."""
+
+    words: Array
+    named: Mask
+    rest: list[float]
+
+
 class _Run(NamedTuple):
-    """Straight moves that share all but their ends (n, 9).
+    """Straight moves that share all but their ends.
 
     The place of the first, its line, whether the lines count up with the moves, and the values of all columns but line and end.
     """
@@ -73,7 +81,7 @@ class _Run(NamedTuple):
     place: int
     line: int
     counted: bool
-    end: Array
+    end: RunEnds
     shared: tuple[Any, ...]
 
 
@@ -82,13 +90,15 @@ def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> N
     others = [name for name in part if name not in ("line", "end")]
     for shared, group in groupby(runs, key=lambda run: run.shared):
         alike = list(group)
-        rows = slice(alike[0].place - first, alike[-1].place + len(alike[-1].end) - first)
+        rows = slice(alike[0].place - first, alike[-1].place + len(alike[-1].end.words) - first)
         for name, value in zip(others, shared, strict=True):
             part[name][rows] = value
-        for place, line, counted, end, _shared in alike:
-            rows = slice(place - first, place - first + len(end))
-            part["line"][rows] = np.arange(line, line + len(end)) if counted else line
-            part["end"][rows] = end
+        for place, line, counted, (words, named, rest), _shared in alike:
+            rows = slice(place - first, place - first + len(words))
+            part["line"][rows] = np.arange(line, line + len(words)) if counted else line
+            end = part["end"][rows]
+            end[:] = rest
+            np.copyto(end, words, where=named)
 
 
 @dataclass
@@ -218,13 +228,13 @@ class Recorder:
         self.settled_arcs += n
         return row
 
-    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: Array, feed: float, *, counted: bool) -> None:
+    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float, *, counted: bool) -> None:
         """Record straight moves that share all but their ends: of the lines from ``line`` on (``counted``), or all of that line."""
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
         shared = (kind, feed, *self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS)
         self.runs.append(_Run(self.count, line, counted, end, shared))
-        self.count += len(end)
+        self.count += len(end.words)
         if self.count - self.settled >= BLOCK_ROWS:
             self._settle()
 

@@ -170,9 +170,7 @@ def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> 
     if last < end or chunk.first_line + last == chunk.end_line or flow.text.is_corner_next(chunk.first_line + last):
         last -= 1  # RND or CHF may begin at its end
     if not interpreter.tcp or interpreter.along_vectors or any(interpreter.wraps.values()) or interpreter.shortest:
-        turns = (chunk.lines.row[row:last, [_A, _C]] >= row).any(axis=1)
-        if turns.any():
-            last = row + int(turns.argmax())
+        last = chunk.lines.first_named(row, last, [_A, _C])
     if last - row < plain.MIN_LINES:
         return False
     interpreter.block.line = flow.shown or flow.line

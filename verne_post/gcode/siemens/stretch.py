@@ -15,7 +15,7 @@ from verne_post.gcode.siemens.places import NO_AXIS
 from verne_post.gcode.text import Chunk
 
 _MOTION: Final = {"G0": 0, "G1": 10}
-_ROTARY: Final = slice(3, 6)
+_ROTARY: Final = [3, 4, 5]
 _A, _C = 3, 5
 
 
@@ -51,12 +51,10 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     elif chunk.lines.offsets is not None:
         last = min(last, chunk.lines.next_curved(row))
     if pointed or not _rotary_words_are_plain(to):
-        rows = np.arange(row, last, dtype=chunk.lines.row.dtype)
-        named = (chunk.lines.row[row:last, _ROTARY] == rows[:, None]).any(axis=1)
-        last = row + int(np.argmax(named)) if named.any() else last
+        last = chunk.lines.first_named(row, last, _ROTARY)
     if last - row < plain.MIN_LINES:
         return None
-    start = np.array(to.state.position[:3])
+    start = to.state.position[:3]
     done = plain.execute(
         chunk.lines, row, last, to, flow.shown_line, partial(_point, to, chunk.lines) if pointed else None
     )
@@ -115,14 +113,20 @@ def _rotary_words_are_plain(to: SiemensInterpreter) -> bool:
     return to.modes.tcp and to.leads_axes("words") and not to.keys.modulo_axes
 
 
-def _find_heading(lines: plain.PlainLines, first: int, last: int, start: Array) -> Array | None:
+def _find_heading(lines: plain.PlainLines, first: int, last: int, start: list[float]) -> Array | None:
     """The direction (3,) of the last move with a length among lines ``first`` to ``last`` (excluded); ``start`` is (3,)."""
-    for begin in (last - 1, first):
-        rows = slice(max(begin - 1, first), last)
-        ends = np.where(lines.row[rows, :3] >= first, lines.filled[rows, :3], start)
-        steps = ends[1:] - ends[:-1] if begin > first else np.diff(np.vstack([start, ends]), axis=0)
-        lengths = np.sqrt((steps**2).sum(axis=1))
-        moving = np.flatnonzero(lengths)
-        if len(moving):
-            return np.asarray(steps[moving[-1]] / lengths[moving[-1]])
-    return None
+    if last - first > 1:  # most often the last move has one
+        here, there = (
+            [word if row >= first else rest for word, row, rest in zip(words, rows, start, strict=False)]
+            for words, rows in zip(
+                lines.filled[last - 2 : last].tolist(), lines.row[last - 2 : last].tolist(), strict=True
+            )
+        )
+        if here != there:
+            step = np.array(there) - here
+            return np.asarray(step / np.sqrt((step**2).sum()))
+    ends = np.where(lines.row[first:last, :3] >= first, lines.filled[first:last, :3], start)
+    steps = np.diff(np.vstack([start, ends]), axis=0)
+    lengths = np.sqrt((steps**2).sum(axis=1))
+    moving = np.flatnonzero(lengths)
+    return np.asarray(steps[moving[-1]] / lengths[moving[-1]]) if len(moving) else None
