@@ -1,5 +1,7 @@
 """The facts of a conversion, collected from its plan."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from verne_post.app.assemble import chosen_shaper
@@ -11,7 +13,7 @@ from verne_post.model.moves import Event
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, Summary
-from verne_post.model.verification import Verification
+from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
 from verne_post.output.rounding import round_setpoints
 from verne_post.trajectory.shaper import vibration_left
@@ -49,11 +51,20 @@ def _shaped(plan: Plan) -> Shaped | None:
     return Shaped(shaper, times.rest * times.cycle, tuple(left))
 
 
+def _name_shaper(verdict: Verification | None) -> Verification | None:
+    """Where no limit of a joint is near, the shaper is what takes the time."""
+    if verdict is None:
+        return None
+    slow = {"input shaper" if reason == NO_LIMIT_NEAR else reason: seconds for reason, seconds in verdict.slow.items()}
+    return replace(verdict, slow=slow)
+
+
 def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
     before, parts = _parts(plan)
+    shaped = _shaped(plan)
     feeds = reached = 0
     used: set[int] = set()
     tools: dict[tuple[int, float], None] = {}
@@ -91,7 +102,7 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         frames=tuple(systems),
         events=moves.events,
         format=fmt,
-        verification=verdict,
+        verification=_name_shaper(verdict) if shaped else verdict,
         free_turn=program.free_turn,
         parameters=moves.parameters,
         before=before,
@@ -99,6 +110,6 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         switched=program.restored,
         tools=tuple(tools),
         stock=moves.stock,
-        shaped=_shaped(plan),
+        shaped=shaped,
         axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )

@@ -1,11 +1,15 @@
 """The result of verifying a setpoint file."""
 
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
+
+#: What holds the tool back where no joint is near a limit: the motion is shorter than its control cycles.
+NO_LIMIT_NEAR: Final = "control cycle"
 
 
 @dataclass
@@ -23,7 +27,7 @@ class Verification:
     axis_error_deg : float
         Largest angle between the true tool axis of the as-built machine and that of its nominal angles.
     slow : dict
-        Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or "control cycle" where none is near.
+        Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or ``NO_LIMIT_NEAR`` where none is.
     first_row : ndarray, shape (n_joints,)
         File units.
     """

@@ -62,7 +62,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     return [
         ("start position", _first_row(summary)), *_restart(summary), *_dry_run(summary),
         ("time", _motion(summary)), *_bound(summary), *_feed(summary), *_free_turn(summary),
-        *_tolerance(summary), *_axis_error(summary), *_limits(summary), *_rounding(summary),
+        *_tolerance(summary), *_vibration(summary), *_axis_error(summary), *_limits(summary), *_rounding(summary),
         *_setup(summary), *_provisional(summary), *_manual_stops(summary),
     ]  # fmt: skip
 

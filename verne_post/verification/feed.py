@@ -7,6 +7,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import FEED_RATIO
+from verne_post.model.verification import NO_LIMIT_NEAR
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.projection import RADIAN_MM
 from verne_post.verification.reference import DERIVATIVES, Reference
@@ -58,7 +59,7 @@ class FeedCheck:
     def slow_seconds(self) -> dict[str, float]:
         """Seconds below the programmed feed, by the limit that was nearest: derivative and joint, or the control cycle."""
         names = [f"{kind} of {column.joint}" for kind in DERIVATIVES for column in self.reference.columns]
-        rows = zip([*names, "control cycle"], self.slow_rows.tolist(), strict=True)
+        rows = zip([*names, NO_LIMIT_NEAR], self.slow_rows.tolist(), strict=True)
         return {name: count * self.reference.cycle for name, count in rows if count}
 
     def _compare(self, rows: MeasuredRows, time: Array, slack: Array) -> None:
