@@ -968,7 +968,7 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     said = " ".join(run("convert", path, "-o", tmp_path / "o.csv").err.split())
     assert "tool length 0 mm (no length is in force: G49, or none was given)" in said
     said = " ".join(run("convert", path, "--tool-length", 60, "-o", tmp_path / "o.csv").err.split())
-    assert "tool length 60 mm (--tool-length)" in said
+    assert "tool length 60 mm (one length for the program)" in said
 
 
 def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[..., Any]) -> None:

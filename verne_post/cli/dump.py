@@ -8,6 +8,7 @@ import click
 from verne_post.cli.common import print_findings, read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, status_of
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ def command(stage: str, input_name: str, **given: Any) -> int:
             sys.stdout.writelines(dump.moves(moves))
             print_findings(name, (*moves.findings, *errors), source)
             return status_of(errors)
-        program = assemble(source, machine, options)
+        with progress_line("reading"):
+            program = assemble(source, machine, options)
     except InputError as error:
         return refuse(name, error, source)
     lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.joints(program.joints())

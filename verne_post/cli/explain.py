@@ -10,6 +10,7 @@ import click
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.progress import progress_line
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus
 
@@ -65,7 +66,9 @@ def command(what: str, **given: Any) -> int:
         machine, source, options = read_program(RunFiles(), name, given)
         from verne_post.app.explain import explain_source
 
-        click.echo(str(explain_source(source, machine, options, int(number))), nl=False)
+        with progress_line("explaining"):
+            text = str(explain_source(source, machine, options, int(number)))
+        click.echo(text, nl=False)
     except InputError as error:
         return refuse(shown_name(name), error, source)
     except UsageError as error:

@@ -114,7 +114,8 @@ def _draw(
         float(of_slice["tool_length"] or 0.0),
     )
     try:
-        figure, drawn = plots.workspace_figure(machine, plane, at, angles, length)
+        with progress_line("sampling the workspace"):
+            figure, drawn = plots.workspace_figure(machine, plane, at, angles, length)
     except plots.NothingReached as error:
         raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
     files.write(plot, "--plot", [plots.picture(figure, suffix)])

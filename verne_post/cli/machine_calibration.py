@@ -28,6 +28,7 @@ from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import numbers_of
+from verne_post.cli.progress import progress_line
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus
 
@@ -92,7 +93,8 @@ def run_calibration(
     before = opened.as_built.deviations.to_vector()
     poses = opened.workspace_poses(tuple(np.unique(measurement.tools.length).tolist()))
     try:
-        result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
+        with progress_line("fitting deviations"):
+            result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         click.echo(f"{shown_name(readings)}: no verdict: {error}", err=True)
         return ExitStatus.NO_VERDICT
@@ -159,10 +161,11 @@ def run_plan(
         raise click.UsageError("--at takes three numbers X,Y,Z of the table frame, mm")
     machine, planned = opened.machine, given["planned"]
     try:
-        plan = plan_poses(
-            machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"],
-            np.array(places) if places else None,
-        )  # fmt: skip
+        with progress_line("choosing poses"):
+            plan = plan_poses(
+                machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"],
+                np.array(places) if places else None,
+            )  # fmt: skip
     except ValueError as error:
         raise click.UsageError(f"--plan {planned}: {error}; choose other tools or places") from None
     poses = plan.poses
@@ -172,7 +175,8 @@ def run_plan(
         true = opened.like(files, given["simulate"])
         tips = simulate_tips(true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0)
     text = "".join(program_lines(machine, plan.middle, poses, plan.over, dwell, output.name))
-    checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True))
+    with progress_line(f"checking {program}") as progress:
+        checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True), progress)
     if not checked.ok:
         print_findings(program.name, checked.findings)
         raise InputError(

@@ -282,7 +282,7 @@ def _tools(summary: Summary) -> str:
     lengths = [
         (f"{tool_text(number, names)} " if number else "") + f"{length:g} mm" for number, length in summary.tools
     ]
-    source = " (--tool-length)" if summary.options.tool_length is not None else ""
+    source = " (one length for the program)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
         source = " (no length is in force: G49, or none was given)"
     return f"{', '.join(lengths)}{source}"
