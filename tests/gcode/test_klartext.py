@@ -51,6 +51,25 @@ def last(moves):
 # --- lines and arcs --------------------------------------------------------------------------------
 
 
+def test_f_of_a_tool_call_holds_until_another_f(run):
+    """Also where FMAX stands between, and where the call names no tool."""
+    moves = run(
+        "L X+1",
+        "TOOL CALL 1 Z S900 F640",
+        "L X+2 FMAX",
+        "L X+3",
+        "L X+4 F70",
+        "TOOL CALL S800 F55",
+        "L X+5",
+        "TOOL CALL S700",
+        "L X+6",
+    )
+    assert moves.feed[[1, 3, 4, 5, 6]].tolist() == [100.0, 640.0, 70.0, 55.0, 55.0]
+    per_turn = run("L X+1 FU0.5 M3", "TOOL CALL S900 F640", "L X+2")
+    assert per_turn.feed_mode[-1] != per_turn.feed_mode[-2]
+    assert per_turn.feed[-1] == 640.0
+
+
 def test_lines_incremental_and_inches(run):
     moves = run("L X+10 Y-5,5", "L IX+2 IZ-3 F250", "L IX-1 FMAX", "L IX-1")
     assert moves_as_text(moves)[1:] == [

@@ -13,7 +13,7 @@ from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.offsets import vector9
-from verne_post.model.moves import ZERO9, MoveKind
+from verne_post.model.moves import ZERO9, FeedMode, MoveKind
 from verne_post.model.part_setup import Tool
 
 _NAMED_TOOL: Final = re.compile(r"[ \t]*(?:\"[^\"]*\"|QS\d+)")
@@ -74,7 +74,8 @@ class KlartextFunctions(KlartextApproach):
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
         if feed is not None:
-            self.call_feed = self.feed_of_word(feed)
+            self.call_feed = self.state.feed = self.feed_of_word(feed)
+            self._change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None and found is not None:
             self._refuse_compensation("TOOL CALL")
             self._change(int(number), *delta, column=statement.begin + found.start(1) + 1)
