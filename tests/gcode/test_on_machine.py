@@ -229,6 +229,18 @@ def test_tool_lengths_that_are_refused(machine, name):
     assert refusals(source, machine, **options) == [wanted]
 
 
+def test_a_tilt_of_the_start_is_explained_by_the_line_that_names_a_first(machine):
+    head = "G0 X0 Y0 Z200\nG49 G81 X1 Y1 Z190 R195 F100\nG80\n"
+    with pytest.raises(
+        InputError, match="A is named first in line 4, so the program starts with A 30: name A and C before line 2"
+    ):
+        assemble((head + "G0 A30 C0\nG1 X5\nM2").encode(), machine, Options())
+    assemble((head + "G0 A0 C0\nG1 X5\nM2").encode(), machine, Options())
+    with pytest.raises(InputError) as caught:  # the program tilts itself
+        assemble(("G0 A30 C0\n" + head + "M2").encode(), machine, Options())
+    assert "named first" not in str(caught.value)
+
+
 def test_the_remedies_are_named(machine):
     with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*G49"):
         assemble((HERE + "G1 X2 F100\nM2").encode(), machine, Options())

@@ -1,5 +1,6 @@
 """A whole program -> Moves: its dialect, every error, and where it starts."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -18,6 +19,7 @@ from verne_post.gcode.state import State
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, Moves
 
+_A: Final = AXES.index("A")
 #: A system of equations for the start is solved up to this condition number; beyond it the start is not determined.
 _MAX_CONDITION: Final = 1e9
 
@@ -76,6 +78,17 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(errors)
 
 
+def _explain_tilt(item: Finding, start: list[float], opened: Execution | None) -> Finding:
+    """An error that comes from the tilt of the start (VP017), with where that is from: the line that ``opened`` the position of all axes."""
+    if item.code != "VP017" or not start[_A] or not item.line or opened is None or not opened.recorder.count:
+        return item
+    opening = int(opened.recorder.freeze(start, opened.state.frame, {}).line[-1])
+    if item.line >= opening:
+        return item
+    why = f"; A is named first in line {opening}, so the program starts with A {start[_A]:g}: name A and C before line {item.line}"
+    return replace(item, message=item.message + why)
+
+
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[Finding]:
     """Errors in the order of their lines; one alone where the program is in another language."""
     other = _find_language(source, errors, dialect)
@@ -127,6 +140,7 @@ def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]
     unnamed = [AXES.index(letter) for letter in setup.axes if not dialect.names_axis(source, letter, setup)]
     coordinates = setup.coordinates
     frame = dialect.initial_state(setup).frame
+    discovered: Execution | None = None  # the replay that settled A and C
 
     def replay(machine: np.ndarray, *, discover: bool) -> tuple[np.ndarray, Execution]:
         """Machine position after the opening lines when they start at ``machine``."""
@@ -137,15 +151,17 @@ def _start_position(source: Text, setup: Setup, dialect: Dialect) -> list[float]
             state.floating = tuple(unnamed)
             for axis in unnamed:
                 state.position[axis] = 0.0
+        start = list(state.position)
         done = dialect.execute(source, setup, state, StopConditions(all_known=True))
         if done.errors:
-            raise InputError(*done.errors)
+            raise InputError(*(_explain_tilt(item, start, discovered) for item in done.errors))
         return coordinates.to_machine(np.array(done.state.position), done.state.frame), done
 
     guess, done = replay(coordinates.to_machine(np.zeros(9), frame), discover=True)
     if not all_known(done.state, setup):  # some letters stand only in blocks like G10
         unnamed = [axis for axis in range(9) if not done.state.known[axis]] + unnamed
         guess, done = replay(coordinates.to_machine(np.zeros(9), frame), discover=True)
+    discovered = done
     for _ in range(2):  # the first replay settles A and C, the second the rest unless the coupling is real
         again, _done = replay(guess, discover=False)
         if np.abs(again - guess).max() < START_POSE_MM:
