@@ -131,7 +131,7 @@ def command(
     except OSError as error:
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
-    print_findings(shown_name(against), findings, source, quiet=quiet)
+    print_findings(shown_name(against), findings, quiet=quiet)
     if not quiet:
         say(verdict_line(name, verdict, program.machine) + "\n")
     status = status_of(findings)
