@@ -173,8 +173,8 @@ def _read_numbers(characters: bytes, begin: Ints, end: Ints, decimals: Ints) -> 
     whole -= (negative | (first == ord("+"))) & (whole > 0)
     count = whole + decimals
     good = (count > 0) & (count <= MAX_DIGITS)
-    if not good.all():
-        whole, decimals = np.where(good, whole, 0), np.where(good, decimals, 0)
+    strange = np.flatnonzero(~good)
+    whole[strange] = decimals[strange] = 0
     # the eight characters before each place
     windows = np.ndarray((len(text) - _WINDOW,), "<u8", text, strides=(1,))
     above, fine = _read_digits(windows, end, whole)
