@@ -236,6 +236,8 @@ def test_a_tilt_of_the_start_is_explained_by_the_line_that_names_a_first(machine
     ):
         assemble((head + "G0 A30 C0\nG1 X5\nM2").encode(), machine, Options())
     assemble((head + "G0 A0 C0\nG1 X5\nM2").encode(), machine, Options())
+    unset = "T1 M6\nG43 H1\n" + head.replace("G49 ", "") + "G0 A30 C0\nG1 X5\nM2"
+    assert refusals(unset, machine) == [("VP012", 2), ("VP017", 4)]  # a missing length does not hide it
     with pytest.raises(InputError) as caught:  # the program tilts itself
         assemble(("G0 A30 C0\n" + head + "M2").encode(), machine, Options())
     assert "named first" not in str(caught.value)
