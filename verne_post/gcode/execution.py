@@ -167,8 +167,9 @@ def execute_blocks(
                 stop.trace.add(line, last, may_restart=restart)
         except BlockError as error:
             errors.append(error)
-        reported = execution.report_all(errors, line, shown_line=shown_line, file=text.name)
-        if not reported or (errors and stop.first_error):
+        if errors and (
+            not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
+        ):
             break
         if watched and stop.is_met(state, setup, line, flow.line, in_main=text is main):
             break
