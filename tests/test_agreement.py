@@ -279,7 +279,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         codes["report"] = answer.code
         page = html.unescape(Path("part.html").read_text(encoding="utf-8").split('id="findings"')[1].split("</ul>")[0])
         said["report"] = in_text(
-            "".join(f":{item.split('part.nc:')[1]}\n" for item in page.split("<li")[1:] if "part.nc:" in item),
+            "".join(f":{item.split('>line ')[1]}\n" for item in page.split("<li")[1:] if ">line " in item),
             case.line,
         )
 
