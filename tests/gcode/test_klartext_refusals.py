@@ -110,6 +110,8 @@ DRILL = "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204
         ([DRILL.replace("Q201=-5", "Q201=5"), "CYCL CALL"], "VP007", "depth is negative"),
         ([DRILL.replace("Q202=5", "Q202=0"), "CYCL CALL"], "VP007", "plunging"),
         ([DRILL.replace("Q202=5", "Q202=0.00001"), "CYCL CALL"], "VP007", "pecks"),
+        (["CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q342=0 Q351=1 Q370=0", "CYCL CALL"], None, ""),
+        (["CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q343=0"], "VP006", "Q343"),
         (["CYCL CALL POS"], "VP005|VP017", "coordinates"),
         ([DRILL, "CYCL CALL POS"], "VP005", "coordinates"),
         (["PATTERN DEF"], "VP005", "without places"),
