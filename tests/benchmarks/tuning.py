@@ -61,6 +61,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "TO_BOUNDARY": (0.9, 1.009),
     "SHORT_STEP": (0.3, 2.0),
     "STUCK_STEP": (1e-6, 10.0),
+    "LOST_RATIO": (0.75, 10.0),
     "RECENTRE": (0.3, 2.0),
     "LEAST_CURVATURE": (0.1, 5.0),
     "LONG_SECTION": HALF_TO_DOUBLE,

@@ -83,7 +83,14 @@ def test_pieces_that_are_solved_together_take_the_time_of_each_alone(monkeypatch
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("START_X", 0.3), ("START_X", 0.6), ("START_SLACK", 0.05), ("START_SLACK", 0.5), ("START_SMOOTH", 20)],
+    [
+        ("START_X", 0.3),
+        ("START_X", 0.6),
+        ("START_SLACK", 0.05),
+        ("START_SLACK", 0.5),
+        ("START_SLACK", 3.0),
+        ("START_SMOOTH", 20),
+    ],
 )
 def test_what_a_solution_starts_from_does_not_decide_the_time(
     name: str, value: float, monkeypatch: pytest.MonkeyPatch

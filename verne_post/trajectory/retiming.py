@@ -23,11 +23,14 @@ from verne_post.trajectory.window_problem import TIED, Layout, Window, windows_p
 def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
     """Make one pass over the whole section: over the pieces between its ranges of cruise.
 
-    Where a piece has no solution that is tied to the cruise beside it, the pass is made without cruises.
+    Where a piece has no solution that is tied to the cruise beside it, the pass is made without cruises. One that finds no
+    solution, and would slow the section down by far, leaves the profile as it is.
     """
     times, legal = _retime(task, profile, settings)
     if not legal and len(task.cruise):
-        times, _legal = _retime(replace(task, cruise=task.cruise[:0]), profile, settings)
+        times, legal = _retime(replace(task, cruise=task.cruise[:0]), profile, settings)
+    if not legal and times.total > tuning.LOST_RATIO * profile.duration:
+        return Times.of_coefficients(np.ones(len(times.t) + TIED - 1), times.knot)
     return times
 
 

@@ -169,6 +169,9 @@ RECENTRE: Final = 0.3
 #: Where a step would be shorter than this, rounding has spoilt the direction: the iteration ends with what it has. Going on once
 #: ended with nearly everything at rest, where any limit holds, at twelve times the duration.
 STUCK_STEP: Final = 1e-4
+#: A pass without a solution that slows a section down by more than this has got lost near rest, where any limit holds. No pass has
+#: to: the first profile is slower than the time-optimal one.
+LOST_RATIO: Final = 2.0
 #: The jerk constraints bend the other way than the objective: at least this share of the objective's curvature stays.
 LEAST_CURVATURE: Final = 0.1
 
