@@ -75,7 +75,7 @@ def main() -> None:
     text = "\n\n".join(
         [
             f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
-            f"numpy {np.__version__}. Each row is one run; start-up is in it.",
+            f"numpy {np.__version__}.\nEach row is one run; start-up is in it.",
             scaling_table([size for size in SIZES if size <= given.most]).strip("\n"),
         ]
     )
