@@ -85,7 +85,7 @@ def keys_page() -> str:
 
     for model in (
         schema.MachineFile, schema.SpindleFile, schema.TableFile, schema.HomeFile, schema.AccuracyFile, schema.RodsFile,
-        schema.ClearanceFile, schema.DriveFile, schema.ControlFile, schema.TolerancesFile, schema.ProvenanceFile,
+        schema.ClearanceFile, schema.DriveFile, schema.VibrationFile, schema.ControlFile, schema.TolerancesFile, schema.ProvenanceFile,
     ):  # fmt: skip
         out += ["", f"## {model.__name__.removesuffix('File')}", "", " ".join((model.__doc__ or "").split()).replace("``", "`"),
                 "", "| key | type | bounds | default |", "|---|---|---|---|"]  # fmt: skip

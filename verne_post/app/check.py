@@ -1,7 +1,7 @@
 """A program is checked without making setpoints; the summary has the machining time."""
 
 from verne_post.app.assemble import assemble
-from verne_post.app.plan import plan_program
+from verne_post.app.plan import plan_or_refuse
 from verne_post.app.result import Progress, Result, refused
 from verne_post.app.summary import summarise
 from verne_post.base.long_text import Text
@@ -24,12 +24,7 @@ def check_source(
     try:
         program = assemble(source, machine, options or Options())
         fmt = choose_setpoint_format(machine, program.cycle, None, accept_rounding=False)
+        plan = plan_or_refuse(source, program, progress)
     except InputError as error:
         return refused(error)
-    try:
-        plan = plan_program(program, progress)
-    except InputError as error:
-        from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
-
-        return Result(tuple(add_remedies(source, program, error.findings)))
     return Result(plan.findings, summarise(source, plan, fmt, None))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble, drives_of
-from verne_post.app.plan import Plan, plan_program
+from verne_post.app.plan import Plan, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.summary import summarise
 from verne_post.app.verify import verifier_of
@@ -68,14 +68,9 @@ def convert_program(
             machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
             drives=drives_of(machine, options),
         )  # fmt: skip
+        plan = plan_or_refuse(source, program, progress)
     except InputError as error:
         return refused(error)
-    try:
-        plan = plan_program(program, progress)
-    except InputError as error:
-        from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
-
-        return Result(tuple(add_remedies(source, program, error.findings)))
     verification, timed = _write(plan, fmt, take, progress)
     summary = replace(summarise(source, plan, fmt, verification), timed=timed)
     findings = (*plan.findings, *_own_faults(verification, options))

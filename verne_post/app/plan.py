@@ -11,6 +11,7 @@ from verne_post.app.result import Progress
 from verne_post.app.shaping import NO_LIMITS, find_slowdown
 from verne_post.base.arrays import Array
 from verne_post.base.columns import blocks
+from verne_post.base.long_text import Text
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.verdict import worst
@@ -29,6 +30,21 @@ class Plan:
     timeline: Timeline
     findings: tuple[Finding, ...]
     axis_error_deg: float
+
+
+def plan_or_refuse(source: Text, program: Program, progress: Progress | None = None) -> Plan:
+    """:func:`plan_program` of a source; what refuses it names the remedies that were tried.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        return plan_program(program, progress)
+    except InputError as error:
+        from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
+
+        raise InputError(*add_remedies(source, program, error.findings)) from None
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:

@@ -75,14 +75,19 @@ class Layout:
         counts = [window.end - window.begin + self.gap for window in self.windows]
         return np.cumsum([0, *counts[:-1]]).tolist()
 
+    @property
+    def n(self) -> int:
+        """Intervals; after the last window there is no gap."""
+        return self.first()[-1] + self.windows[-1].end - self.windows[-1].begin
+
     def start(self) -> Array:
         """Coefficients (n + 3,) to start from; in the gaps those of the window before go on."""
         filled = [np.pad(window.start, (0, self.gap - TIED), mode="edge") for window in self.windows]
-        return np.concatenate(filled)[: self.first()[-1] + len(self.windows[-1].start)]
+        return np.concatenate(filled)[: self.n + TIED]
 
     def held(self) -> NDArray[np.bool_]:
         """Coefficients (n + 3,) that stay what they are."""
-        held = np.zeros(self.first()[-1] + len(self.windows[-1].start), dtype=bool)
+        held = np.zeros(self.n + TIED, dtype=bool)
         for first, window in zip(self.first(), self.windows, strict=True):
             end = first + window.end - window.begin
             held[first : first + TIED * window.begin_tied] = True
@@ -93,14 +98,14 @@ class Layout:
     def knots(self) -> Array:
         """Knots (n,) of the profile at which the intervals begin; in the gaps those after the window before."""
         parts = [np.arange(window.begin, window.end + self.gap, dtype=float) for window in self.windows]
-        return np.concatenate(parts)[: len(self.held()) - TIED]
+        return np.concatenate(parts)[: self.n]
 
     def in_gap(self) -> NDArray[np.bool_]:
         """Intervals (n,) that belong to no window."""
         parts = [
             np.arange(window.end - window.begin + self.gap) >= window.end - window.begin for window in self.windows
         ]
-        return np.concatenate(parts)[: len(self.held()) - TIED]
+        return np.concatenate(parts)[: self.n]
 
     def split(self, coefficients: Array) -> list[Array]:
         """The coefficients of each window, of those of all."""
