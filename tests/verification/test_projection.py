@@ -1,10 +1,19 @@
-"""Lengths along arcs, as verification measures them, by hand."""
+"""Lengths along arcs, and the nearest pose where the tip and the rotary axes disagree, as verification measures them, by hand."""
 
 import numpy as np
+import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.model.machine import Machine
-from verne_post.verification.projection import RADIAN_MM, lengths_to, paces
+from verne_post.verification.projection import (
+    RADIAN_MM,
+    Measured,
+    deviation,
+    deviation_nearby,
+    lengths_to,
+    metric_lengths,
+    paces,
+)
 
 from ..builders import OPTIONS
 
@@ -34,3 +43,69 @@ def test_every_segment_takes_its_time_at_its_feed(machine: Machine) -> None:
     pace = paces(path)[0]
     assert np.allclose(pace[feeding] * path.length[feeding], path.feed_time[feeding], rtol=1e-6)
     assert np.allclose(pace[feeding], 60 / 1000, rtol=1e-6)
+
+
+# --- the pose nearby that is nearest in both tolerances -----------------------------------------
+
+#: Tip 100 mm along X and 20 mm up while A and C turn, a rapid before it.
+LINE = b"G21 G90 G17 G94 F1000\nG0 X0 Y0 Z60 A0 C0\nG1 X100 Z80 A10 C-25\nM2\n"
+TIP_BOUND, ANGLE_BOUND = 0.02, 0.0005
+
+
+def _axis(a: float, c: float) -> np.ndarray:
+    return np.array([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)])
+
+
+@pytest.mark.parametrize("count", [1, 7])
+def test_a_pose_of_the_segment_has_no_deviation(machine: Machine, count: int) -> None:
+    """Wherever on the segment; poses beside it are 1e-8 mm away or more."""
+    path = assemble(LINE, machine, OPTIONS).path
+    segment = np.full(count, np.flatnonzero(path.line == 3)[0])
+    u = np.linspace(0.1, 0.9, count)
+    on = path.start[segment] + u[:, None] * (path.end - path.start)[segment]
+    measured = Measured(np.zeros((count, 5)), on[:, :3], on[:, 3:])
+    bounds = np.full(count, TIP_BOUND), np.full(count, ANGLE_BOUND)
+    length = metric_lengths(path)[segment]
+    tip, axis, rotary = deviation_nearby(path, segment, u, measured, *bounds, length)
+    assert tip.max() < 1e-12
+    assert max(axis.max(), rotary.max()) < 1e-14
+
+
+def test_the_nearest_pose_in_both_tolerances_is_found(machine: Machine) -> None:
+    """Tip and rotary axes of each row are where the segment has them at different times; every row to another extent."""
+    path = assemble(LINE, machine, OPTIONS).path
+    random, count = np.random.default_rng(7), 40
+    segment = np.full(count, np.flatnonzero(path.line == 3)[0])
+    start, delta = path.start[segment[0]], (path.end - path.start)[segment[0]]
+    tip_bound = TIP_BOUND * random.uniform(0.5, 2.0, count)
+    angle_bound = ANGLE_BOUND * random.uniform(0.5, 2.0, count)
+    u = random.uniform(0.1, 0.9, count)
+    tip = start[:3] + u[:, None] * delta[:3] + random.uniform(-0.5, 0.5, (count, 3)) * tip_bound[:, None]
+    apart = random.uniform(-1.0, 1.0, count) * angle_bound / abs(delta[4])
+    angles = start[3:] + (u + apart)[:, None] * delta[3:]
+    angles[:, 0] += random.uniform(-0.3, 0.3, count) * angle_bound
+    measured = Measured(np.zeros((count, 5)), tip, angles)
+    length = metric_lengths(path)[segment]
+    found = np.array(deviation_nearby(path, segment, u, measured, tip_bound, angle_bound, length))
+    at_u = np.array(deviation(path, segment, u, measured))
+    better = 0
+    for k in range(count):
+
+        def offs(at: float, k: int = k) -> tuple[float, float, float]:
+            pose = start + at * delta
+            axis = np.linalg.norm(_axis(*angles[k]) - _axis(*pose[3:]))
+            return float(np.linalg.norm(tip[k] - pose[:3])), float(axis), float(abs(angles[k, 1] - pose[4]))
+
+        def share(offs: tuple[float, float, float], k: int = k) -> float:
+            return max(offs[0] / tip_bound[k], max(offs[1:]) / angle_bound[k])
+
+        reach = 2.0 * (tip_bound[k] + RADIAN_MM * angle_bound[k]) / length[k]
+        low, high = u[k] - reach, u[k] + reach
+        for _ in range(60):  # the share falls, and then rises
+            a, b = (2 * low + high) / 3, (low + 2 * high) / 3
+            low, high = (low, b) if share(offs(a)) < share(offs(b)) else (a, high)
+        # to a millionth of the stretch, on which the share changes by a few
+        assert share(tuple(found[:, k])) == pytest.approx(share(offs(low)), abs=1e-5)
+        assert found[:, k] == pytest.approx(offs(low), abs=1e-4 * tip_bound[k])
+        better += share(tuple(found[:, k])) < share(tuple(at_u[:, k])) - 0.01
+    assert better > count / 2
