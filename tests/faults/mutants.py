@@ -57,7 +57,7 @@ ASKED_S: Final = (6.0, 100.0)
 LEAST: Final = 5
 #: A change that makes tests run so many times longer than they are known to, and so long besides, s, is noticed.
 LONGER: Final = 4.0
-LONGEST: Final = 60.0
+LONGEST: Final = 20.0
 
 _SWAPS: dict[type, type] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE,
@@ -169,11 +169,11 @@ class Sampler:
         return every
 
     def _asked(self, name: str, line: int) -> tuple[Asked, ...]:
-        """Tests that run a line, or one of its file: those to ask at first, and then."""
+        """Tests that run a line, or, where loading runs it or none does, any function of the file: to ask at first, and then."""
         lines = self._data.contexts_by_lineno(self._of_file[name]) if name in self._of_file else {}
-        contexts = set(filter(_is_test, lines.get(line, ()))) or {
-            one for some in lines.values() for one in some if _is_test(one)
-        }
+        inside = _lines_in_functions(ast.parse((self._package / name).read_text("utf-8")))
+        contexts = set(filter(_is_test, lines.get(line, ()) if line in inside else ()))
+        contexts = contexts or {one for at in inside for one in lines.get(at, ()) if _is_test(one)}
         parts: list[list[str]] = [[], []]
         total, part = [0.0, 0.0], 0
         for context in sorted(contexts, key=lambda context: (self._seconds[context], context)):
@@ -186,6 +186,12 @@ class Sampler:
         return tuple(
             Asked(tuple(tests), LONGER * known + LONGEST) for tests, known in zip(parts, total, strict=True) if tests
         )
+
+
+def _lines_in_functions(tree: ast.AST) -> set[int]:
+    """Lines that run when a function is called; all others run when the file is loaded, by whichever test does that."""
+    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+    return {line for node in functions for line in range(node.body[0].lineno, (node.end_lineno or 0) + 1)}
 
 
 def _is_test(context: str) -> bool:

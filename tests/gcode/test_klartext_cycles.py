@@ -59,6 +59,31 @@ def heights(moves):
         ("206 TAP Q200=2 Q201=-10 Q206=150 Q211=0.5 Q203=0 Q204=5", [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
         ("240 CENTRE Q200=2 Q343=0 Q201=-2 Q344=0 Q206=150 Q211=0.5 Q203=0 Q204=5", [(2, 0), (-2, 150), ("dwell", 0.5), (2, 0), (5, 0)]),
         ("202 BORE Q200=2 Q201=-10 Q206=150 Q211=0 Q208=90 Q203=0 Q204=5 Q214=3", [(2, 0), (-10, 150), (2, 90), (5, 0)]),
+        # the last peck is a whole one; no depth at all
+        ("200 DRILL Q200=2 Q201=-8 Q206=150 Q202=4 Q210=0 Q203=0 Q204=2 Q211=0", [(2, 0), (-4, 150), (2, 0), (-2, 0), (-8, 150), (2, 0)]),
+        ("200 DRILL Q200=2 Q201=0 Q206=150 Q202=4 Q210=0 Q203=0 Q204=5 Q211=1", [(2, 0), (5, 0)]),
+        ("201 REAM Q200=2 Q201=0 Q206=150 Q211=1 Q208=80 Q203=0 Q204=5", [(2, 0), (5, 0)]),
+        ("240 CENTRE Q200=2 Q343=0 Q201=0 Q344=0 Q206=150 Q211=1 Q203=0 Q204=5", [(2, 0), (5, 0)]),
+        # plunges of 6, 4 and 3, which is the least; a chip is broken, then all is cleared, in turn
+        (
+            "203 UNIV Q200=2 Q201=-20 Q206=150 Q202=6 Q210=0.1 Q203=0 Q204=2 Q212=2 Q213=1 Q205=3 Q211=0.4 Q208=0 Q256=0.5",
+            [
+                (2, 0), (-6, 150), (-5.5, 0), (-10, 150), (2, 150), ("dwell", 0.1), (-8, 0), (-13, 150), (-12.5, 0),
+                (-16, 150), (2, 150), ("dwell", 0.1), (-14, 0), (-19, 150), (-18.5, 0), (-20, 150), ("dwell", 0.4), (2, 150),
+            ],
+        ),
+        # chips are broken at every second peck: when they are as long as Q257 again
+        (
+            "205 PECK Q200=2 Q201=-20 Q206=150 Q202=4 Q203=0 Q204=6 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=5 Q256=0.3 Q211=0.2 Q208=200",
+            [
+                (2, 0), (-4, 150), (2, 200), (-3.5, 0), (-8, 150), (-7.7, 0), (-12, 150), (2, 200), (-11.5, 0),
+                (-16, 150), (-15.7, 0), (-20, 150), ("dwell", 0.2), (2, 200), (6, 0),
+            ],
+        ),
+        (
+            "205 PECK Q200=2 Q201=-12 Q206=150 Q202=5 Q203=0 Q204=2 Q212=1.5 Q205=3 Q258=1 Q259=1 Q257=0 Q256=0.3 Q211=0 Q208=0",
+            [(2, 0), (-5, 150), (2, 150), (-4, 0), (-8.5, 150), (2, 150), (-7.5, 0), (-11.5, 150), (2, 150), (-10.5, 0), (-12, 150), (2, 150)],
+        ),
     ],
 )  # fmt: skip
 def test_heights(run, cycle, wanted):
@@ -86,6 +111,41 @@ def test_boring_leaves_the_wall(run):
     assert spindle(moves) == ["clockwise", "stop", "clockwise"]
 
 
+@pytest.mark.parametrize(("side", "way"), [(0, (0, 0)), (1, (-1, 0)), (2, (0, -1)), (3, (1, 0)), (4, (0, 1))])
+def test_a_boring_tool_leaves_the_wall_to_the_side_that_is_asked_for(run, side, way):
+    """By 0.2 unless Q357 says more; with the spindle that turned the other way before, it turns so again."""
+    moves = run(
+        "M4", f"CYCL DEF 202 BORE Q200=2 Q201=-10 Q206=150 Q211=0 Q208=0 Q203=0 Q204=5 Q214={side}", "CYCL CALL"
+    )
+    assert heights(moves) == [(2, 0), (-10, 150), (2, 150), (5, 0)]
+    off = np.abs(moves.end[1:, :2] - [4.0, 5.0]).max(axis=0)
+    assert off == pytest.approx(np.abs(way) * 0.2)
+    out = moves.end[np.isclose(moves.end[:, 2], -10.0)][-1, :2] - [4.0, 5.0]
+    assert out == pytest.approx(np.array(way) * 0.2)
+    assert moves.end[-1, :2] == pytest.approx([4.0, 5.0])
+    assert spindle(moves) == ["clockwise", "counterclockwise", "stop", "counterclockwise"]
+
+
+#: What each cycle of this module needs, as the manuals of the control list it; a value that every parameter may have.
+NEEDED = {
+    200: (200, 201, 206, 202, 210, 203, 204), 201: (200, 201, 206, 211, 208, 203, 204),
+    202: (200, 201, 206, 211, 208, 203, 204, 214), 203: (200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256),
+    204: (200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214), 205: (200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211),
+    206: (200, 201, 206, 211, 203, 204), 208: (200, 201, 206, 334, 203, 204, 335), 240: (200, 343, 201, 344, 206, 211, 203, 204),
+    220: (216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), 221: (225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("cycle", NEEDED)
+def test_a_cycle_names_the_parameter_that_is_missing(view, cycle):
+    for missing in NEEDED[cycle]:
+        given = " ".join(f"Q{name}={-1 if name == 201 else 1}" for name in NEEDED[cycle] if name != missing)
+        text = "\n".join([*HEAD, f"CYCL DEF {cycle} A {given}", "END PGM C"])
+        _moves, findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+        assert [(one.code, one.line) for one in findings] == [("VP005", len(HEAD) + 1)]
+        assert f"Q{missing}" in findings[0].message
+
+
 def test_back_boring_comes_from_below(run):
     """The part is 20 thick, the edge stands 1 above the tip, the counterbore goes 5 up; beside the hole by 3 towards -Y."""
     moves = run(
@@ -95,6 +155,7 @@ def test_back_boring_comes_from_below(run):
     places = [(round(float(y), 6), round(float(z), 6)) for y, z in moves.end[1:, 1:3]]
     assert places[1:4] == [(2, 2), (2, -23), (5, -23)]
     assert places[-1] == (5, 9)
+    assert spindle(moves) == ["clockwise", "stop", "clockwise", "stop", "clockwise"]
 
 
 def test_bore_milling(run):

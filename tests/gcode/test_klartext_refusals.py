@@ -8,6 +8,11 @@ TOOLS = {1: make_tool(1, 10.0, 10.0)}
 HEAD = ["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+10 R0 F100 M3"]
 DRILL = "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0"
 
+PECK = "CYCL DEF 205 P Q200=2 Q201=-5 Q206=100 Q202=2 Q203=0 Q204=2 Q212=0 Q205=0 Q258=1 Q259=1 Q257=0 Q256=0 Q211=0"
+BORE_BACK = "CYCL DEF 204 B Q200=2 Q249=5 Q250=20 Q251=3 Q252=1 Q253=750 Q254=200 Q255=0 Q203=0 Q204=9"
+BORE = "CYCL DEF 202 B Q200=2 Q201=-5 Q206=100 Q211=0 Q208=0 Q203=0 Q204=5"
+MILL_BORE = "CYCL DEF 208 B Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q351=1 Q370=0"
+
 
 @pytest.mark.parametrize(
     ("statements", "code", "words"),
@@ -112,6 +117,26 @@ DRILL = "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204
         ([DRILL.replace("Q202=5", "Q202=0.00001"), "CYCL CALL"], "VP007", "pecks"),
         (["CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q342=0 Q351=1 Q370=0", "CYCL CALL"], None, ""),
         (["CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q343=0"], "VP006", "Q343"),
+        ([DRILL.replace("Q204=20", "Q204=-1"), "CYCL CALL"], "VP007", "Q204"),
+        ([DRILL.replace("Q210=0", "Q210=86400.5"), "CYCL CALL"], "VP007", "Q210"),
+        ([DRILL.replace("Q210=0", "Q210=86400"), "CYCL CALL"], None, ""),
+        ([DRILL + " Q395=1", "CYCL CALL"], "VP002", "Q395"),
+        ([PECK.replace("Q258=1", "Q258=-1"), "CYCL CALL"], "VP007", "Q258"),
+        ([PECK.replace("Q259=1", "Q259=-1"), "CYCL CALL"], "VP007", "Q259"),
+        ([PECK, "CYCL CALL"], None, ""),
+        *(([BORE_BACK + f" Q214={side}", "CYCL CALL"], "VP007", f"Q214={side}") for side in ("0", "5", "1.5")),
+        ([BORE_BACK + " Q214=1", "CYCL CALL"], None, ""),
+        ([BORE_BACK.replace("Q255=0", "Q255=-1") + " Q214=1", "CYCL CALL"], "VP007", "Q255"),
+        ([BORE_BACK + " Q214=1", "M5", "CYCL CALL"], "VP017", "spindle"),
+        *(([BORE + f" Q214={side}", "CYCL CALL"], "VP007", f"Q214={side}") for side in ("-1", "5", "0.5")),
+        ([BORE + " Q214=1", "M5", "CYCL CALL"], "VP017", "spindle"),
+        (["CYCL DEF 206 TAP Q200=2 Q201=-5 Q206=100 Q211=0 Q203=0 Q204=5", "M5", "CYCL CALL"], "VP017", "spindle"),
+        *(([MILL_BORE.replace(*change), "CYCL CALL"], "VP007", words) for change, words in (
+            (("Q351=1", "Q351=0"), "Q351"), (("Q335=20", "Q335=10"), "wider than the tool"), (("Q334=1", "Q334=0"), "infeed"),
+            (("Q370=0", "Q370=1"), "Q370"), (("Q334=1", "Q334=0.00001"), "pecks"),
+        )),
+        ([MILL_BORE.replace("Q335=20", "Q335=10.1"), "CYCL CALL"], None, ""),
+        (["CYCL DEF 240 C Q200=2 Q343=1 Q201=-2 Q344=0 Q206=9 Q211=0 Q203=0 Q204=5", "CYCL CALL"], "VP002", "Q343"),
         (["CYCL CALL POS"], "VP005|VP017", "coordinates"),
         ([DRILL, "CYCL CALL POS"], "VP005", "coordinates"),
         (["PATTERN DEF"], "VP005", "without places"),
