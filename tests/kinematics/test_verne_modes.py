@@ -80,6 +80,61 @@ def test_forward_of_every_inverse_contains_the_position(l3):
     assert count > 300
 
 
+def test_every_tilt_of_a_point_that_turns_with_the_platform_is_found():
+    """Against sign changes of (3) along the tilt, rho1 being eliminated by (3) minus (4)."""
+    rng = np.random.default_rng(11)
+    alpha = np.linspace(-np.pi, np.pi, 40001)[1:-1]
+    alpha = alpha[alpha != 0.0]
+    c, s = np.cos(alpha), np.sin(alpha)
+    several = 0
+    for _ in range(60):
+        pivot, gauge = rng.uniform(-150, 150, 3) + [0.0, 0.0, 900.0], rng.uniform(-300, 300, 3)
+
+        def place(c, s, pivot=pivot, gauge=gauge):  # Rx turns y and z, F takes their negatives
+            turned = np.stack(
+                np.broadcast_arrays(gauge[0], c * gauge[1] - s * gauge[2], s * gauge[1] + c * gauge[2]), -1
+            )
+            return pivot + turned * [1.0, -1.0, -1.0]
+
+        position = place(c, s)
+        rho1 = position[:, 2] + position[:, 1] * (LENGTHS["R1"] * c - LENGTHS["r1"]) / (LENGTHS["R1"] * s)
+        value = rods(position, alpha, np.stack([rho1] * 3, axis=-1))[:, 0]
+        crossings = np.flatnonzero(np.sign(value[1:]) != np.sign(value[:-1]))
+        found = MODULE.inverse_coupled_all(pivot, gauge)
+        tilts = sorted({one.alpha for one in found})
+        for one in found:
+            at = place(np.cos(one.alpha), np.sin(one.alpha))
+            assert np.abs(rods(at, one.alpha, one.rho)).max() < 2e-6
+        reached = [k for k in crossings if min(_drops(position[k], alpha[k])) > 0]  # by the two single rods
+        assert tilts == pytest.approx([0.5 * (alpha[k] + alpha[k + 1]) for k in reached], abs=1e-4)
+        assert len(found) == 4 * len(tilts)
+        several += len(tilts) > 2
+        rho, tilt, ok = MODULE.inverse_coupled(pivot, gauge[None])
+        used = [(one.alpha, *one.rho) for one in found if one.refused is None]
+        assert used == ([pytest.approx((tilt[0], *rho[0]), abs=1e-6)] if ok[0] else [])
+    assert several > 10
+
+
+@pytest.mark.parametrize("leg", [2, 3])
+def test_a_tilt_that_a_leg_just_reaches_is_one(leg):
+    """Leg I alone decides the tilt; the other leg has half a square millimetre left, or lacks as much."""
+    position = np.array([-240.0, -86.0, 1000.0])
+    for alpha in {one.alpha for one in MODULE.inverse_all(position)}:
+        needed = LENGTHS[f"L{leg}"] ** 2 - _drops(position, alpha)[leg - 2]
+        for left, count in ((0.5, 4), (-0.5, 0)):
+            module = VerneModule(**{**LENGTHS, f"L{leg}": float(np.sqrt(needed + left))})
+            found = [one for one in module.inverse_all(position) if abs(one.alpha - alpha) < 1e-6]
+            assert len({one.rho for one in found}) == count
+
+
+def _drops(position, alpha):
+    """What is left of the two single rods, over what the platform stands away from their sliders; mm2."""
+    g = LENGTHS
+    side = np.array([1.0, -1.0]) * (g["R2"] * np.cos(alpha) - g["r4"])
+    aside = (position[0] + g["leg23_x_offset"]) ** 2 + (position[1] - side) ** 2
+    return np.array([g["L2"], g["L3"]]) ** 2 - aside
+
+
 def test_no_root_is_lost_or_invented():
     """Against sign changes of a dense scan of the rod equations, eliminated in another way: y by (5) minus (6)."""
     rng = np.random.default_rng(9)

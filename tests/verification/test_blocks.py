@@ -213,3 +213,17 @@ def test_a_file_spoilt_where_a_block_of_the_real_size_ends(how: str, shift: int)
     assert verdict(asked, *spoilt, range(BLOCK_ROWS, len(spoilt[1]), BLOCK_ROWS)) == whole
     if how in ("deleted", "repeated", "reversed", "stood still"):
         assert whole
+
+
+@pytest.mark.parametrize("short", [0, 1])
+def test_a_dwell_counts_over_the_ends_of_blocks(short: int) -> None:
+    """Its rows are counted wherever a block ends in it; where some are missing it is too short."""
+    source = program("G0 X0 Y0 Z24 A0 C0\nG1 X4 F2000\nG4 P0.05\nG1 X5")
+    values, line = made(source)
+    asked = assemble(source, MACHINE, OPTIONS)
+    first = int(np.flatnonzero(line == 4)[5])
+    values, line = deleted(values, line, first, first + short)
+    expected = {("VP412", None)} if short else set()
+    for end in range(first - 4, first + 44 - short, 7):
+        assert verdict(asked, values, line, [end]) == expected
+        assert verdict(asked, values, line, [end - 3, end, end + 2]) == expected
