@@ -168,6 +168,11 @@ def test_bore_milling(run):
     assert arcs[:-1, :2] == pytest.approx(np.array([[11.0, 5.0]] * 6))
     assert arcs[:, 2] == pytest.approx([2, 0.5, -1, -2.5, -4, -4, -4])
     assert arcs[-1, :2] == pytest.approx([4.0, 5.0])
+    # half circles from the centre to the wall, and back
+    assert moves.arcs.center[[0, -1], :2] == pytest.approx(np.array([[7.5, 5.0]] * 2))
+    assert moves.arcs.sweep[[0, -2, -1]] == pytest.approx([180.0, 360.0, 180.0])
+    assert moves.feed[moves.kind == MoveKind.ARC] == pytest.approx([150.0] * 7)
+    assert moves.end[-1, :3].tolist() == [4.0, 5.0, 2.0]
     other = run("CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20 Q351=-1", "CYCL CALL")
     assert other.arcs.sweep == pytest.approx(-moves.arcs.sweep)
 

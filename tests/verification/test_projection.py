@@ -13,6 +13,8 @@ from verne_post.verification.projection import (
     lengths_to,
     metric_lengths,
     paces,
+    programmed_pose,
+    progress_lengths,
 )
 
 from ..builders import OPTIONS
@@ -43,6 +45,32 @@ def test_every_segment_takes_its_time_at_its_feed(machine: Machine) -> None:
     pace = paces(path)[0]
     assert np.allclose(pace[feeding] * path.length[feeding], path.feed_time[feeding], rtol=1e-6)
     assert np.allclose(pace[feeding], 60 / 1000, rtol=1e-6)
+
+
+def test_lengths_of_splines_are_those_of_their_points(machine: Machine) -> None:
+    """The first piece of the path too, which turns: sums of small steps along each, to its end and beyond."""
+    source = (
+        b"%\nO1 (A)\nG21 G90 G94 G17 G61\nG0 X0 Y0 Z60 A0 C0\nF1000\n"
+        b"G6.2 P3 K0 X0 Y0 Z60 A0 C0 R1\nK0 X10 Y20 Z60 A-3 C5 R1\nK0 X30 Y0 Z62 A-9 C30 R1\nK1 X40 Y9 Z60 A-5 C30 R1\nK2\nK2\nK2\n"
+        b"M30\n%\n"
+    )
+    path = assemble(source, machine, OPTIONS).path
+    spline = np.flatnonzero(path.spline >= 0)
+    assert (path.spline[spline] == 0).any()
+    metric = metric_lengths(path)
+    share = np.linspace(0.0, 1.0, 4001)
+    tips = []
+    for k in spline:
+        tip, angles = programmed_pose(path, np.full(len(share), k), share)
+        moved = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+        along = np.append(0.0, np.cumsum(np.hypot(moved, RADIAN_MM * np.linalg.norm(np.diff(angles, axis=0), axis=1))))
+        tips.append(moved.sum())
+        u = np.array([0.0, 0.25, 0.5, 1.0, 1.1, -0.1])
+        expected = np.append(along[[0, 1000, 2000, 4000]], along[-1] * np.array([1.1, -0.1]))
+        assert lengths_to(path, np.full(len(u), k), u, metric) == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    assert progress_lengths(path, metric)[spline] == pytest.approx(tips, rel=1e-5)
+    others = np.setdiff1d(np.arange(len(path)), spline)
+    assert progress_lengths(path, metric)[others].tolist() == metric[others].tolist()
 
 
 # --- the pose nearby that is nearest in both tolerances -----------------------------------------

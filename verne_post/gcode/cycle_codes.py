@@ -72,7 +72,7 @@ class CycleCodes(SplineCodes):
             raise BlockError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
         if state.tcp_off:
             self._check_tcp_off(state.position, state.position)
-        self._check_feed(block, 10)
+        self._check_feed(block, motion)
         self._require_known(block, [0, 1, 2], f"{g_name(motion)}")
         if (tool := self.tilted_tool(normal)) is not None:
             raise BlockError(

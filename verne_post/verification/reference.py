@@ -108,5 +108,4 @@ def _rounding_noise(fmt: SetpointFormat, size: Array, derivative_limits: tuple[A
     )
     joints = fmt.quanta / size
     tip = float(_TIP_PER_SLIDER * joints[:-2].max() + _TIP_PER_RADIAN_MM * joints[-2:].max())
-    coarse = any(one.any() for one in differences) or tip > _FINE_SHARE * PATH_TIP_MM
-    return RoundingNoise(differences, joints, tip, float(2 * joints[-2:].max()), coarse)
+    return RoundingNoise(differences, joints, tip, float(2 * joints[-2:].max()), tip > _FINE_SHARE * PATH_TIP_MM)

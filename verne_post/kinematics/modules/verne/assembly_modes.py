@@ -202,7 +202,7 @@ def _polish(geometry: VerneGeometry, rho: Array, alpha: Array, w: Array) -> Arra
         step = np.linalg.solve(slope, 0.5 * residual[..., None])[..., 0]
         largest = np.abs(step).max(axis=1)
         alive = ~singular & (largest < 1.0)  # also false for NaN
-        pose[active] = now - np.where(alive[:, None], step * scale, 0.0)
+        pose[active[alive]] = (now - step * scale)[alive]
         active = active[alive & (largest >= POLISHED)]
     miss = np.abs(rod_residuals(geometry, pose[:, :3], pose[:, 3], rho)).max(axis=1)
     pose[~(miss < CLOSED * geometry.L1**2)] = np.nan

@@ -1,0 +1,34 @@
+"""Where a bound is worst along a line: against dense samples of the same quantities."""
+
+import numpy as np
+import pytest
+
+from verne_post.app.assemble import assemble
+from verne_post.kinematics.checks.line_measures import every_check, measure
+from verne_post.kinematics.checks.remedies import of_line, worst_places
+
+from ..builders import MACHINE, OPTIONS
+
+#: Line 2 is a circle whose table turns, line 3 a straight line with a turn.
+SOURCE = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG2 I40 F2000 A9 C70\nG1 X90 Y-20 Z50 A-15 C-40\nM2\n"
+
+
+@pytest.mark.parametrize("line", [2, 3])
+def test_the_worst_place_is_found_between_samples(line: int) -> None:
+    """To the last digits of the value: a smooth quantity is as bad beside its worst place, by the square of how far beside."""
+    motion = of_line(assemble(SOURCE, MACHINE, OPTIONS).joints(), line)
+    n, dense = len(motion.contour), np.linspace(0.0, 1.0, 20001)
+    values = measure(motion, np.repeat(np.arange(n), len(dense)), np.tile(dense, n))[0]
+    checks = every_check(motion)
+    inside = 0
+    for check, found in zip(checks, worst_places(motion, checks), strict=True):
+        assert found is not None
+        series = check.sign * values[:, check.quantity]
+        place, value = found
+        if not np.isfinite(series).all():  # a height over the table that the tool leaves
+            continue
+        assert check.sign * value <= series.min() + 1e-12 * abs(series.min())
+        assert check.sign * value == pytest.approx(series.min(), rel=1e-5, abs=1e-7)
+        assert measure(motion, np.array([place.element]), np.array([place.w]))[0][0, check.quantity] == value
+        inside += 0.0 < place.w < 1.0 and abs(place.w * 64 - round(place.w * 64)) > 1e-3
+    assert inside >= 3
