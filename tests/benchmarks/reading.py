@@ -75,6 +75,25 @@ def write_axes(file: Path, lines: int) -> None:
         out.write("TRAFOOF\nM30\n")
 
 
+def write_points(file: Path, lines: int) -> None:
+    """Cutter location text: points with their tool axes."""
+    s = 0.2 * np.arange(lines)
+    a = np.radians(20 + 10 * np.sin(s / 30))
+    columns = (
+        50 * np.cos(s / 50),
+        50 * np.sin(s / 50),
+        60 + 1e-4 * s,
+        np.sin(a) * np.sin(s / 200),
+        np.sin(a) * np.cos(s / 200),
+        np.cos(a),
+    )
+    with file.open("w", encoding="ascii") as out:
+        out.write("PARTNO/BLADE\nUNITS/MM\nMULTAX/ON\nFEDRAT/3000,MMPM\n")
+        for row in zip(*columns, strict=True):
+            out.write("GOTO/%.4f,%.4f,%.4f,%.6f,%.6f,%.6f\n" % row)
+        out.write("FINI\n")
+
+
 def cost(command: list[str], file: Path) -> tuple[float, float]:
     """CPU seconds and peak memory in MiB of a process, the best of a few."""
     best = (float("inf"), float("inf"))
@@ -147,7 +166,12 @@ def mixed_rows(lines: int, folder: Path) -> list[list[str]]:
 def bulk_rows(lines: int, folder: Path) -> list[list[str]]:
     """Other lines that are read in bulk."""
     rows = []
-    for name, write in (("arcs, by centre and radius", write_arcs), ("Siemens, A3= B3= C3=", write_axes)):
+    kinds = (
+        ("arcs, by centre and radius", write_arcs),
+        ("Siemens, A3= B3= C3=", write_axes),
+        ("APT, GOTO with the tool axis", write_points),
+    )
+    for name, write in kinds:
         empty, whole = folder / "few.nc", folder / "many.nc"
         write(empty, 4)
         write(whole, lines // 10)

@@ -501,6 +501,7 @@ def test_rotabl_says_on_which_side_the_table_stands(machine):
     ("DEFSUB/1\nENDSUB\nDEFSUB/1\nENDSUB", "VP017", 3), ("DEFSUB/1\nCALSUB/1\nENDSUB", "VP017", 2), ("DEFSUB/1\nDEFSUB/2\nENDSUB", "VP017", 2),
     ("DEFSUB", "VP005", 1), ("ROTABL/30", "VP005", 1), ("ROTABL/30,AAXIS", "VP005", 1), ("ROTABL/30,AAXIS,5,BAXIS", "VP005", 1),
     ("ROTABL/30,AAXIS,CLW,CAXIS", "VP001", 1), ("CYCLE/DRILL,5,CLEAR,1\nROTABL/0,AAXIS,0,CAXIS", "VP017", 2), ("UNITS/MM\nDEFSUB/7\nGOTO/1,2,3", "VP010", 2),
+    ("FEDRAT/9\nMULTAX/ON\nGOTO/0,0,0\nCYCLE/DRILL,DEPTH,2,CLEAR,1\nGOTO/5,0,0,0,0,0", "VP007", 5),
 ])  # fmt: skip
 def test_transformations_and_calls_that_are_refused(view, text, code, line):
     found = view(f"{text}\nFINI", dialect="aptcl")[1]

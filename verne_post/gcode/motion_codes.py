@@ -157,7 +157,7 @@ class MotionCodes(MachineCodes):
                 given = next(other for other in "IJK" if other in block.words)
                 raise block.error("VP005", f"{given} without {letter}: a tool axis needs I, J and K", given)
         vector = np.array([block.words[letter] for letter in "IJK"])
-        size = float(np.linalg.norm(vector))
+        size = float(length_of(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
             raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
         self.state.tool_axis = tuple(float(value) for value in vector / size)  # type: ignore[assignment]
@@ -353,6 +353,12 @@ class MotionCodes(MachineCodes):
                     "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at A {machine[_A]:g}, "
                     f"C {machine[_C]:g}: this machine always controls the tool centre point; use G53, or turn to A0 C0 before",
                 )  # fmt: skip
+
+
+def length_of(vector: Array) -> Array:
+    """Lengths (...) of vectors (..., 3), rounded alike for one and for many."""
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def line_lengths(delta: Array) -> tuple[Array, Mask]:

@@ -1,17 +1,27 @@
-"""APT cutter location text -> statements: a major word, a slash, and words between commas."""
+"""APT cutter location text -> statements: a major word, a slash, and words between commas; long stretches of GOTO together."""
 
 import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
+from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.text import decode_line
 from verne_post.gcode.words import whole_lines
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
+_IN_POINTS: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
+_POINTS: Final = re.compile(
+    rb"(?:^[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n){%d,}+" % (*((_IN_POINTS,) * 3), MIN_LINES), re.MULTILINE
+)
+_NOT_OF_NUMBERS: Final = b"GOT/ \t\r"
 _MAJOR: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(?:/|$)")
 #: Words of six letters, whose text goes from the seventh to the end of the line, also when it begins with a digit.
 _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
@@ -25,6 +35,35 @@ class Statement:
     major: str
     words: tuple[str, ...]
     text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Consecutive lines from ``line`` on, each a GOTO with three or six numbers; ``text`` are whole lines."""
+
+    line: int
+    text: bytes
+
+    @cached_property
+    def _lines(self) -> list[bytes]:
+        return self.text.removesuffix(b"\n").split(b"\n")
+
+    def __len__(self) -> int:
+        return len(self._lines)
+
+    def statement(self, row: int) -> Statement | BlockError:
+        """One of them, from 0."""
+        return _read_statement(decode_line(self._lines[row]).strip(), self.line + row)
+
+    @cached_property
+    def values(self) -> tuple[Array, Array, Ints]:
+        """Places (n, 3), tool axes (m, 3) of the lines that have one, and for each line the row of its axis; -1 before the first."""
+        lines = self.text.translate(None, _NOT_OF_NUMBERS).removesuffix(b"\n").split(b"\n")
+        count = np.array([line.count(b",") for line in lines]) + 1
+        numbers = np.array([float(word) for word in b",".join(lines).split(b",")])
+        first, pointed = np.cumsum(count) - count, count == 6
+        places, axes = (numbers[at[:, None] + np.arange(3)] for at in (first, first[pointed] + 3))
+        return places, axes, np.cumsum(pointed) - 1
 
 
 def is_number(word: str) -> bool:
@@ -45,25 +84,50 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     return values
 
 
-def read_statements(source: Text) -> Iterator[Statement | BlockError]:
+def read_statements(source: Text) -> Iterator[Statement | Points | BlockError]:
     """Statements in order; ``$`` at the end of a line goes on in the next, ``$$`` begins a remark."""
-    begin, pending = 0, ""
-    lines = (raw for chunk in whole_lines(source) for raw in chunk.removesuffix(b"\n").split(b"\n"))
-    for number, raw in enumerate(lines, start=1):
-        line = decode_line(raw).rstrip("\r")
-        free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
-        if not free:
-            line = line.partition("$$")[0]
-        line = line.rstrip()
-        begin = begin if pending else number
-        if line.endswith("$") and not free:
-            pending += line[:-1].rstrip() + " "
+    begin, pending, number = 0, "", 0
+    for part in _split_text(source):
+        if isinstance(part, bytes) or pending:
+            lines = part if isinstance(part, bytes) else part.text
+        else:
+            yield part
+            number += len(part)
             continue
-        text, pending = (pending + line).strip(), ""
-        if text:
-            yield _read_statement(text, begin)
+        for raw in lines.removesuffix(b"\n").split(b"\n"):
+            number += 1
+            line = decode_line(raw).rstrip("\r")
+            free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
+            if not free:
+                line = line.partition("$$")[0]
+            line = line.rstrip()
+            begin = begin if pending else number
+            if line.endswith("$") and not free:
+                pending += line[:-1].rstrip() + " "
+                continue
+            text, pending = (pending + line).strip(), ""
+            if text:
+                yield _read_statement(text, begin)
     if pending.strip():
         yield BlockError("VP001", "the statement goes on ($), and the text ends", line=begin)
+
+
+def _split_text(source: Text) -> Iterator[bytes | Points]:
+    """Stretches of GOTO, and the lines between them."""
+    number = 1
+    for chunk in whole_lines(source):
+        at = 0
+        for match in _POINTS.finditer(chunk):
+            if match.start() > at:
+                yield chunk[at : match.start()]
+            number += chunk.count(b"\n", at, match.start())
+            points = Points(number, match.group())
+            yield points
+            number += len(points)
+            at = match.end()
+        if at < len(chunk):
+            yield chunk[at:]
+            number += chunk.count(b"\n", at)
 
 
 def _read_statement(text: str, line: int) -> Statement | BlockError:

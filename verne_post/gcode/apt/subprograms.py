@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from verne_post.gcode.apt.statements import Statement
+from verne_post.gcode.apt.statements import Points, Statement
 from verne_post.gcode.expressions import BlockError
 
-_Item = Statement | BlockError
+_Item = Statement | Points | BlockError
 _WORDS = ("DEFSUB", "ENDSUB", "CALSUB")
 
 
@@ -17,7 +17,7 @@ def expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
     known: dict[str, list[_Item]] = {}
     open_name, open_line = "", 0
     for item in items:
-        if isinstance(item, BlockError) or item.major not in _WORDS:
+        if not isinstance(item, Statement) or item.major not in _WORDS:
             if open_name:
                 known[open_name].append(item)
             else:

@@ -229,7 +229,7 @@ class Translator:
         missing = max(cycle.retract, cycle.clear) - float((here - base) @ axis)
         if (
             missing > 0
-            and float(held @ axis) / float(np.linalg.norm(axis)) > 1 - DRILL_TILT
+            and float(held @ axis) > (1 - DRILL_TILT) * float(np.linalg.norm(axis))
             and all(self.state.known[:3])
         ):
             place = here + missing * axis

@@ -7,16 +7,15 @@ from typing import Final
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 
 #: A number as it is written, with EX for a power of ten.
-NUMBER: Final = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:EX[+-]?[0-9]+)?", re.IGNORECASE)
+NUMBER: Final = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)(?:EX([+-]?[0-9]+))?", re.IGNORECASE)
 #: A name: of a word, a variable, a label or a subprogram.
 NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_]*")
-_BLANKS: Final = re.compile(r"[ \t\r]*")
-_POWER: Final = re.compile("EX", re.IGNORECASE)
+_BLANKS: Final = " \t\r"
 #: Values in other bases: 'HFF', 'B1010'.
 _BASED: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
 
 
-@dataclass
+@dataclass(slots=True)
 class Cursor:
     """A line without its comment, and the next character to read."""
 
@@ -25,10 +24,11 @@ class Cursor:
 
     def skip(self) -> str:
         """Pass blanks; the next character, or an empty text at the end."""
-        match = _BLANKS.match(self.text, self.at)
-        assert match is not None
-        self.at = match.end()
-        return self.text[self.at : self.at + 1]
+        symbol = self.text[self.at : self.at + 1]
+        while symbol and symbol in _BLANKS:
+            self.at += 1
+            symbol = self.text[self.at : self.at + 1]
+        return symbol
 
     def error(self, code: str, message: str, at: int | None = None) -> BlockError:
         """An error at a character (None: the next one)."""
@@ -36,8 +36,7 @@ class Cursor:
 
     def take(self, symbol: str) -> bool:
         """Pass a symbol if it comes next."""
-        self.skip()
-        if not self.text.startswith(symbol, self.at):
+        if self.skip() != symbol and not self.text.startswith(symbol, self.at):
             return False
         self.at += len(symbol)
         return True
@@ -78,7 +77,7 @@ class Cursor:
         self.at = match.end()
         if self.text[self.at : self.at + 1] == ".":
             raise self.error("VP001", f"{match.group()}.: a number has one point")
-        return self.bounded(float(_POWER.sub("E", match.group())), begin)
+        return self.bounded(float(match[1] if match[2] is None else f"{match[1]}E{match[2]}"), begin)
 
     def string(self) -> str | None:
         """Pass a text in double quotes; None where none comes next."""

@@ -44,6 +44,7 @@ class Executor:
         self.drilling = Drilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None
+        self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
     @property

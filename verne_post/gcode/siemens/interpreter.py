@@ -18,6 +18,10 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL
 _SHARE_OF_ADIS: Final = 0.25
 #: Motion of the interpreter of all dialects, for those who look at its state.
 _MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
+_TOLERANCES: Final = ("ADIS", "CTOL", "OTOL")
+#: Words of auxiliary functions, and groups that have to do with motion alone.
+_AUXILIARY: Final = frozenset(("S", "T", "SPOS", "H", "D"))
+_OF_MOTION: Final = frozenset(("motion",))
 _FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
 
 
@@ -36,19 +40,17 @@ class SiemensInterpreter(SiemensSplines):
         for name, _column in words.no_effect:
             self.recorder.event(words.line, "without effect", word=name)
         self.end_spline(words)
+        if words.is_empty:  # nothing but variables
+            return False
         self._set_modes_of(words)
-        self._run_auxiliary(words, block)
-        if words.code("frame") is not None:
-            self._refuse_motion_beside(words, "frame")
-            self.run_frame_word(words, block)
-        if words.code("pole") is not None:
-            self._refuse_motion_beside(words, "pole")
-            self.set_pole(words, block)
-        self._select_offset(words)
-        self._select_transformation(words)
-        if words.code("dwell") is not None:
-            self._run_dwell(words, block)
+        self._run_feed(words, block)
+        if words.m or not words.words.keys().isdisjoint(_AUXILIARY):
+            self._run_auxiliary(words, block)
+        if not words.groups.keys() <= _OF_MOTION:
+            self._run_groups(words, block)
         named = self._run_motion(words, block)
+        if words.code("exact stop of the block") is not None:
+            self.set_path_control()
         self._refuse_unused(words)
         self._run_stops(words)
         return named
@@ -64,10 +66,25 @@ class SiemensInterpreter(SiemensSplines):
                 shown = word.text if word.text is not None else f"{word.value:g}"
                 raise word.error("VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown}")
 
+    def _run_groups(self, words: Words, block: Block) -> None:
+        """Functions that change frames, offsets and the transformation, and the dwell."""
+        if words.code("frame") is not None:
+            self._refuse_motion_beside(words, "frame")
+            self.run_frame_word(words, block)
+        if words.code("pole") is not None:
+            self._refuse_motion_beside(words, "pole")
+            self.set_pole(words, block)
+        self._select_offset(words)
+        self._select_transformation(words)
+        if words.code("dwell") is not None:
+            self._run_dwell(words, block)
+
     # --- modes ------------------------------------------------------------------------------------------
 
     def _set_modes_of(self, words: Words) -> None:
         modes, state = self.modes, self.state
+        if not words.groups and words.words.keys().isdisjoint(_TOLERANCES):
+            return
         if (plane := words.code("plane")) is not None:
             number = int(plane[1:]) - 17
             if number != state.plane:
@@ -83,12 +100,14 @@ class SiemensInterpreter(SiemensSplines):
         if (motion := words.code("motion")) is not None:
             modes.motion = motion
             state.motion = _MOTIONS.get(motion)
-        for name in ("ADIS", "CTOL", "OTOL"):
+        for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._tolerance(tolerance))
         if (exact := words.code("exact stop")) is not None:
             modes.exact = exact
-        self.set_path_control(once=words.code("exact stop of the block") is not None)
+        once = words.code("exact stop of the block") is not None
+        if once or exact is not None or not words.words.keys().isdisjoint(_TOLERANCES):
+            self.set_path_control(once=once)
 
     def _tolerance(self, word: Word) -> float | None:
         """CTOL and OTOL below 0 mean the value of the machine data, here the options."""
@@ -113,7 +132,6 @@ class SiemensInterpreter(SiemensSplines):
     # --- auxiliary functions --------------------------------------------------------------------------
 
     def _run_auxiliary(self, words: Words, block: Block) -> None:
-        self._run_feed(words, block)
         made = Block(words.line, columns=block.columns)
         if (speed := words.words.get("S")) is not None and words.code("dwell") is None:
             words.take("S")
@@ -140,6 +158,8 @@ class SiemensInterpreter(SiemensSplines):
 
     def _run_feed(self, words: Words, block: Block) -> None:
         mode = words.code("feed mode")
+        if mode is None and "F" not in words.words:
+            return
         groups = {} if mode is None else {"feed mode": _FEED_MODES[mode]}
         made = Block(words.line, columns=block.columns)
         if (feed := words.words.get("F")) is not None and words.code("dwell") is None:
@@ -259,17 +279,18 @@ class SiemensInterpreter(SiemensSplines):
 
     def _run_motion(self, words: Words, block: Block) -> bool:
         """The motion of a block; True where axes were named."""
-        if words.code("dwell") or words.code("frame") or words.code("pole"):
-            return False
         modes = self.modes
-        self._switch_compensation(words, block)
-        if words.code("fixed point") is not None:
-            self._go_to_fixed_point(words, block)
-            return False
-        suppressed = words.code("suppression")
-        if suppressed is not None:
-            self._run_in_machine(words, block, suppressed)
-            return False
+        if not words.groups.keys() <= _OF_MOTION:
+            if words.code("dwell") or words.code("frame") or words.code("pole"):
+                return False
+            self._switch_compensation(words, block)
+            if words.code("fixed point") is not None:
+                self._go_to_fixed_point(words, block)
+                return False
+            suppressed = words.code("suppression")
+            if suppressed is not None:
+                self._run_in_machine(words, block, suppressed)
+                return False
         if modes.motion == "BSPLINE":
             self.add_spline_point(words, block)
             return False
@@ -290,8 +311,6 @@ class SiemensInterpreter(SiemensSplines):
                     f"A3= B3= C3= beside {modes.motion}: an arc keeps the tool axis, or turns A and C; write short lines",
                 )
             self._run_curve(words, block, places)
-        if words.code("exact stop of the block") is not None:
-            self.set_path_control()
         return bool(places)
 
     def _run_in_machine(self, words: Words, block: Block, code: str) -> None:

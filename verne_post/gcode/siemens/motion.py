@@ -13,7 +13,7 @@ from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import RS274, CodeTable
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.motion_codes import arc_length
+from verne_post.gcode.motion_codes import arc_length, length_of
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import Affine, Split, split
@@ -31,12 +31,6 @@ _STANDS: Final = 1e-9
 _ALIKE: Final = 1e-9
 #: 1 - cosine of the angle between an arc's axis and X, Y or Z that is rounding.
 _IN_PLANE: Final = 1e-14
-
-
-def length_of(vector: Array) -> Array:
-    """Lengths (...) of vectors (..., 3), rounded alike for one and for many."""
-    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 class SiemensMotion(Interpreter):

@@ -8,9 +8,9 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.gcode import plain
 from verne_post.gcode.execution import StopConditions
+from verne_post.gcode.motion_codes import length_of
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
-from verne_post.gcode.siemens.motion import length_of
 from verne_post.gcode.siemens.places import NO_AXIS
 from verne_post.gcode.text import Chunk
 

@@ -83,6 +83,9 @@ def read_indices(cursor: Cursor, names: Names, depth: int = 0) -> tuple[Index, .
 #: Indices that are names: axes, and components of frames.
 _INDEX_NAMES: Final = ("X", "Y", "Z", "A", "B", "C", "TR", "RT", "SC", "MI", "FI")
 _WHOLE: Final = 1e-9
+#: With what numbers begin, and NOT and B_NOT.
+_DIGITS: Final = frozenset("0123456789.")
+_NEGATES: Final = frozenset("NnBb")
 
 
 class _Reader:
@@ -111,13 +114,15 @@ class _Reader:
         cursor = self.cursor
         symbol = cursor.skip()
         at = cursor.at
-        if symbol in ("+", "-") and symbol:
+        if symbol in _DIGITS and (number := cursor.number()) is not None:  # most values are numbers
+            return number
+        if symbol in ("+", "-"):
             cursor.at += 1
             self._nest(at)
             value = self._number(self.signed(), at)
             self.depth -= 1
             return -value if symbol == "-" else value
-        name = cursor.peek_name()
+        name = cursor.peek_name() if symbol in _NEGATES else None
         if name in ("NOT", "B_NOT"):
             cursor.at += len(name)
             self._nest(at)

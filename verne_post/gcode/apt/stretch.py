@@ -1,0 +1,65 @@
+"""Long stretches of GOTO in cutter location text, as arrays: what each of them means alone, to the last bit."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import VECTOR_LENGTH
+from verne_post.gcode import plain
+from verne_post.gcode.apt.coordinates import IDENTITY
+from verne_post.gcode.apt.statements import Points
+from verne_post.gcode.apt.translator import Translator
+from verne_post.gcode.expressions import MAX_NUMBER
+from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.motion_codes import length_of
+from verne_post.gcode.words import WordTable
+
+_LETTERS: Final = np.frombuffer(b"XYZIJK", dtype=np.uint8)
+_A, _C = 3, 5
+
+
+def execute_points(points: Points, row: int, last: int, translator: Translator, interpreter: Interpreter) -> int:
+    """Execute lines ``row`` to ``last`` (excluded) at once, as far as that can be done; returns the first line not done."""
+    state = interpreter.state
+    if last - row < plain.MIN_LINES or not _is_plain(translator, interpreter):
+        return row
+    places, axes, which = points.values
+    vectors = np.vstack([axes, translator.axis])[which[row:last]]  # before the first axis stands that from before
+    sizes = length_of(vectors)
+    bad = (np.abs(sizes - 1.0) > VECTOR_LENGTH) | ~(np.abs(places[row:last]).max(axis=1) <= MAX_NUMBER)
+    if not translator.multax:
+        bad |= (np.abs(np.diff(vectors, axis=0, prepend=[translator.axis])) > VECTOR_LENGTH).any(axis=1)
+    n = int(np.argmax(bad)) if bad.any() else last - row  # the general way names the error
+    if n < plain.MIN_LINES:
+        return row
+    words = WordTable(
+        points.line + row, b"", n, np.tile(_LETTERS, n), np.hstack([places[row : row + n], vectors[:n]]).ravel(),
+        np.repeat(np.arange(n), len(_LETTERS)), np.ones(n, dtype=bool),
+    )  # fmt: skip
+    lines = plain.PlainLines(words, interpreter.setup, bare_codes=False, others="IJK")
+
+    def point(_first: int, end: Array) -> Array:
+        units = vectors[: len(end)] / sizes[: len(end), None]
+        pairs = interpreter.setup.coordinates.point_axes((state.position[_A], state.position[_C]), units, state.frame)
+        end[:, [_A, _C]] = pairs
+        x, y, z = units[-1].tolist()
+        state.tool_axis = (x, y, z)
+        if interpreter.setup.machine:
+            state.named[_A] = state.named[_C] = True
+        return units
+
+    done = plain.execute(lines, 0, n, interpreter, None, point)
+    if done:
+        translator.axis = tuple(vectors[done - 1].tolist())
+    return row + done
+
+
+def _is_plain(translator: Translator, interpreter: Interpreter) -> bool:
+    """True where GOTO is nothing but a straight move at feed rate, with its tool axis."""
+    state = interpreter.state
+    return (
+        not translator.rapid and translator.circle is None and translator.cycle is None and translator.matrix is IDENTITY
+        and state.vectors and state.motion == 10 and False not in state.known and state.absolute and state.held is None
+        and state.compensation is None and state.centre is None and state.spline is None and not state.tcp_off
+    )  # fmt: skip
