@@ -187,3 +187,98 @@ def test_lines_with_tool_axes_are_executed_as_arrays(monkeypatch):
     assert errors == ()
     assert done == [40, 8]  # the first line with A and C words ends the tool axis, by itself
     assert moves.tool_axis[5] == pytest.approx(np.array([0.04, -0.1, 0.9]) / np.sqrt(0.04**2 + 0.01 + 0.81))
+
+
+# --- arcs ------------------------------------------------------------------------------------------------
+
+ARC_HEADS = [
+    "", "TRAORI", "TRAORI\nORIAXES", "G18", "G19", "TRANS X1 Y2", "ROT Z30", "MIRROR X0", "SCALE X2 Y2 Z2", "G91", "G93 F2", "G95 F0.1", "G70",
+    "G41 D1", "CT X9 Y9", "CIP X5 Y5 I1=2 J1=3", "G642 CTOL=0.1", "F0",
+]  # fmt: skip
+ODD_ARCS = [
+    "R5",
+    "CR5",
+    "I=3",
+    "G2 X1 Y2",
+    "G2 X5 I1 CR=3",
+    "K2",
+    "G3 I0 J0",
+    "CR=0",
+    "TURN=2",
+    "I5",
+    "CR = 80 ; note",
+    "A10",
+    "G1",
+    "X1 I=AC(3)",
+    "AR=20",
+]
+
+
+def arc_lines(pick, wrong):
+    """Lines of which about half are arcs, by centre or by radius, with rounded words and without."""
+    found, here, straight = [], [0.0, 0.0], True
+    for _ in range(40):
+        there = [pick.uniform(-20, 20) for _ in range(2)]
+        kind = pick.choice(["line", "line", "center", "radius", "full", "again"])
+        code = pick.choice(["G2", "G3", "G02", "g3"])
+        x, y = (f"{letter}{value:.3f}" for letter, value in zip("XY", there, strict=True))
+        if kind == "line":
+            words = [pick.choice(["G1", "G1", "G0", *[""] * 3 * straight]), x, y]
+        elif kind == "radius":
+            words = [
+                code,
+                x,
+                y,
+                f"{pick.choice(['CR=', 'cr=', 'CR ='])}{pick.choice([-1, 1]) * pick.uniform(30, 60):.3f}",
+            ]
+        elif kind == "full":
+            words, there = [code, f"I{pick.uniform(1, 9):.3f}", f"J{pick.uniform(-9, 9):.2f}"], here
+        else:
+            turn = pick.uniform(0.1, 3)
+            i, j = pick.uniform(2, 9), pick.uniform(-9, 9)
+            there = [
+                here[0] + i - i * np.cos(turn) + j * np.sin(turn),
+                here[1] + j - i * np.sin(turn) - j * np.cos(turn),
+            ]
+            x, y = (f"{letter}{value:.6f}" for letter, value in zip("XY", there, strict=True))
+            words = [code if kind == "center" or straight else "", x, y, f"I{i:.6f}", f"J{j:.6f}"]
+        straight = kind == "line"
+        if pick.random() < 0.1:
+            words.append(f"Z{pick.uniform(-3, 3):.2f}")
+        if pick.random() < 0.05:
+            words.append(f"F{pick.randint(10, 900)}")
+        if pick.random() < wrong:
+            words = [pick.choice(ODD_ARCS)] if pick.random() < 0.5 else [*words, pick.choice(ODD_ARCS)]
+        found.append(" ".join(word for word in words if word))
+        here = there
+    return found
+
+
+@pytest.mark.parametrize("seed", range(120))
+def test_stretches_with_arcs_are_their_lines(monkeypatch, seed):
+    pick = random.Random(seed)
+    wrong = pick.choice([0.0, 0.0, 0.05])
+    text = "\n".join([
+        "G71 G0 X0 Y0 Z3 A0 C0 F100 S100 M3", pick.choice(ARC_HEADS), "G1 X0 Y0", *arc_lines(pick, wrong), pick.choice(TAILS), "G1 X0 Y0",
+        *arc_lines(pick, wrong), pick.choice(TAILS),
+    ])  # fmt: skip
+    fast, fast_errors = view(text)
+    monkeypatch.setattr(plain, "MIN_LINES", 10**9)
+    slow, slow_errors = view(text)
+    assert fast_errors == slow_errors
+    for name in ("line", "kind", "end", "feed", "frame", "control", "spindle", "tool_axis"):
+        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=True), name
+    for name in ("center", "sweep", "turns", "plane"):
+        assert np.array_equal(getattr(fast.arcs, name), getattr(slow.arcs, name)), name
+
+
+def test_arcs_are_executed_as_arrays(monkeypatch):
+    done = []
+    execute = plain.execute
+    monkeypatch.setattr(
+        plain,
+        "execute",
+        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
+    )
+    view("\n".join(["G0 X0 Y0 Z0 A0 C0 F100", "G64", *(["G2 X10 CR=8", "G3 X0 I-5 J0"] * 20), "CT X5 Y9", "M30"]))
+    assert 40 in done

@@ -56,7 +56,8 @@ class PlainLines:
     def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True, others: str = "") -> None:
         letters = words.letter.tobytes()
         has_others = any(letter.encode() in letters for letter in others)
-        arcs = has_others and others == plain_arcs.WORDS
+        #: The other words are those of arcs.
+        self.arcs = arcs = has_others and others == plain_arcs.WORDS
         columns = AXES + "FGN" + others * has_others
         unknown = len(columns)  # column of letters that have none
         column = bytearray([unknown]) * 256
@@ -135,9 +136,7 @@ class PlainLines:
     @cached_property
     def _curved(self) -> Mask:
         """Lines that have words of an arc, or its code."""
-        return (
-            self.has_offsets if self.offsets is None else self.has_offsets | (self._first_g & (self.filled[:, _G] >= 2))
-        )
+        return self.has_offsets | (self._first_g & (self.filled[:, _G] >= 2)) if self.arcs else self.has_offsets
 
     @cached_property
     def _curves(self) -> list[int]:
@@ -174,7 +173,7 @@ def is_ready(state: State, lines: PlainLines, row: int, *, pointed: bool = False
 
     ``pointed``: every line gives the tool axis anew.
     """
-    arcs = lines.offsets is not None and plain_arcs.may_execute(state)
+    arcs = lines.arcs and plain_arcs.may_execute(state)
     return (
         state.absolute
         and (state.motion in (0, 10) or (arcs and state.motion in (20, 30)) or bool(lines.row[row, _G] == row))
@@ -205,7 +204,7 @@ def execute(
     if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
         return last
     setup, state, recorder = codes.setup, codes.state, codes.recorder
-    if point is None and lines.offsets is not None and not plain_arcs.may_execute(state):
+    if point is None and lines.offsets is not None and not (lines.arcs and plain_arcs.may_execute(state)):
         last = min(last, lines.next_curved(first))
         if last == first:
             return first
@@ -275,8 +274,9 @@ def _find_arcs(
     lines: PlainLines, first: int, last: int, moves: Mask, motion: Array, end: Array, state: State
 ) -> tuple[PlainArcs, Mask] | None:
     """Arcs among lines, and the lines that only the general interpreter may execute; None where there is neither."""
-    if lines.offsets is None or (lines.next_curved(first) >= last and state.motion in (0, 10)):
+    if not lines.arcs or (lines.next_curved(first) >= last and state.motion in (0, 10)):
         return None
+    assert lines.offsets is not None
     curved = moves & (motion >= 2)
     offsets = lines.offsets[first:last]
     arcs = plain_arcs.find_arcs(offsets[curved], motion[curved] == 2, np.flatnonzero(curved), end, state)

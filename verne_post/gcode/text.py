@@ -175,11 +175,6 @@ class ProgramText(ChunkedText):
         1-based; the lines before are not the program's.
     """
 
-    #: G0 and G1 alone are moves of no length.
-    bare_codes: ClassVar[bool] = True
-    #: Words that plain lines may have besides axes, F, G and N.
-    other_words: ClassVar[str] = plain_arcs.WORDS
-
     def __init__(self, source: Text, setup: Setup, language: type[Language], name: str | None = None) -> None:
         super().__init__(source, setup, name)
         self.language = language
@@ -189,13 +184,8 @@ class ProgramText(ChunkedText):
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Split the lines of a chunk into words."""
-        words = self.read_words(first_line, text)
-        lines = PlainLines(words, self.setup, bare_codes=self.bare_codes, others=self.other_words)
-        return Chunk(first_line, text, lines, words)
-
-    def read_words(self, first_line: int, text: bytes) -> WordTable:
-        """Words of the plain lines of a chunk."""
-        return split_words(first_line, text)
+        words = split_words(first_line, text)
+        return Chunk(first_line, text, PlainLines(words, self.setup, others=plain_arcs.WORDS), words)
 
     def line(self, line: int) -> bytes:
         """One line."""

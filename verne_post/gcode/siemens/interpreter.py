@@ -17,7 +17,7 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL
 #: length leaves the corner.
 _SHARE_OF_ADIS: Final = 0.25
 #: Motion of the interpreter of all dialects, for those who look at its state.
-_MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
+MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 _TOLERANCES: Final = ("ADIS", "CTOL", "OTOL")
 #: Words of auxiliary functions, and groups that have to do with motion alone.
 _AUXILIARY: Final = frozenset(("S", "T", "SPOS", "H", "D"))
@@ -99,7 +99,7 @@ class SiemensInterpreter(SiemensSplines):
                 setattr(modes, name, word)
         if (motion := words.code("motion")) is not None:
             modes.motion = motion
-            state.motion = _MOTIONS.get(motion)
+            state.motion = MOTIONS.get(motion)
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._tolerance(tolerance))

@@ -33,6 +33,14 @@ _ALIKE: Final = 1e-9
 _IN_PLANE: Final = 1e-14
 
 
+def tangent_of(plane: int, center: Sequence[float], end: Sequence[float], sweep: float) -> list[float]:
+    """Along an arc at its end (3,), of any length; ``sweep`` is positive counter-clockwise."""
+    first, second, *_ = PLANES[plane]
+    sign, tangent = (1.0 if sweep > 0 else -1.0), [0.0, 0.0, 0.0]
+    tangent[first], tangent[second] = -sign * (end[second] - center[second]), sign * (end[first] - center[first])
+    return tangent
+
+
 class SiemensMotion(Interpreter):
     """The interpreter of all dialects, which is given places instead of blocks."""
 
@@ -50,7 +58,7 @@ class SiemensMotion(Interpreter):
         self.modes = Modes()
         self._split = Split(None)
         #: Direction (3,) in which the last motion ended, for CT.
-        self.heading: Array | None = None
+        self.heading: list[float] | None = None
         state.systems = {0: Frame(0, tool=state.frame.tool), **state.systems}
 
     # --- the frame chain ------------------------------------------------------------------------------
@@ -125,7 +133,7 @@ class SiemensMotion(Interpreter):
         """Keep the direction (3,) of a move for CT, unless it has no length."""
         length = math.hypot(*way)
         if length > 0.0:
-            self.heading = np.array(way) / length
+            self.heading = [part / length for part in way]
 
     def _check_places(self, block: Block, places: dict[int, float]) -> None:
         for axis, value in places.items():
@@ -218,7 +226,7 @@ class SiemensMotion(Interpreter):
         radius: float,
         turns: int,
     ) -> None:
-        """An arc in the active plane to programmed places, about a centre (programmed, in the plane) or with a radius."""
+        """An arc in the active plane to programmed places; ``center`` counts from the start (programmed, in the plane), or a radius."""
         state = self.state
         first, second, _normal, letter1, letter2 = PLANES[state.plane]
         self._check_feed(block, 20)
@@ -231,19 +239,14 @@ class SiemensMotion(Interpreter):
         made = Block(block.line, columns=dict(block.columns))
         made.words = {AXES[axis]: 0.0 for axis in places} | {"P": float(turns + 1)}
         if center is not None:
-            made.words[letter1] = self.to_core(first, center[0]) - start[first]
-            made.words[letter2] = self.to_core(second, center[1]) - start[second]
+            made.words[letter1], made.words[letter2] = center[0] * scales[0], center[1] * scales[1]
         else:
             made.words["R"] = radius * abs(scales[0])
         mirrored = scales[0] * scales[1] < 0
         state.absolute_centers = False
         self._move_on_arc(made, 20 if clockwise != mirrored else 30, start, end)
         arc = self.recorder.arcs[-1]
-        along = np.array(end[:3]) - np.array(arc.center)
-        heading = np.zeros(3)
-        sign = 1.0 if arc.sweep > 0 else -1.0
-        heading[first], heading[second] = -sign * along[second], sign * along[first]
-        self.heading = heading / np.linalg.norm(heading)
+        self.set_heading(tangent_of(state.plane, arc.center, end, arc.sweep))
 
     def _begin_arc(self, block: Block, places: dict[int, float]) -> tuple[list[float], list[float]]:
         """Where an arc to programmed places starts and ends, the table's axes with it."""
@@ -276,8 +279,7 @@ class SiemensMotion(Interpreter):
         else:
             self._add_tilted_arc(block.line, start, end, circle)
         self._arrive(end, list(places), absolute=True)
-        heading = np.cross(circle.normal, np.array(end[:3]) - circle.center)
-        self.heading = heading / np.linalg.norm(heading)
+        self.set_heading(np.cross(circle.normal, np.array(end[:3]) - circle.center).tolist())
 
     def _add_arc(self, line: int, start: list[float], end: list[float], arc: Arc) -> None:
         feed = self._feed_of((arc_length(arc, start, end), True))

@@ -134,7 +134,7 @@ class SiemensPlaces(SiemensMotion):
     def read_arc(
         self, words: Words, block: Block, places: dict[int, float], clockwise: bool
     ) -> tuple[tuple[float, float] | None, float, int]:
-        """Centre in the plane (programmed; None with a radius), radius, further turns; ``places`` get the end where AR says it."""
+        """From the start to the centre in the plane (programmed; None with a radius), radius, further turns; ``places`` get the end where AR says it."""
         first, second, _normal, *letters = PLANES[self.state.plane]
         radius, opening, turn = words.take("CR"), words.take("AR"), words.take("TURN")
         turns = self._turns(turn)
@@ -145,7 +145,7 @@ class SiemensPlaces(SiemensMotion):
         here = [self.programmed(axis) for axis in (first, second)]
         center: tuple[float, float] | None = None
         if any(word is not None for word in given):
-            center = self._center(given, here)
+            center = self._to_center(given, here)
         if radius is not None:
             if center is not None or opening is not None:
                 raise radius.error("VP003", "an arc has one of CR=, a centre (I, J, K), AR=")
@@ -153,7 +153,7 @@ class SiemensPlaces(SiemensMotion):
         if opening is not None:
             return self._opened(opening, center, here, places, (first, second), clockwise), 0.0, turns
         if center is None and ("AP" in words.words or "RP" in words.words):
-            center = self.modes.pole
+            center = self.modes.pole[0] - here[0], self.modes.pole[1] - here[1]
         if center is None:
             raise BlockError("VP005", "an arc needs its centre (I, J, K), CR=, or AR=")
         return center, 0.0, turns
@@ -166,14 +166,14 @@ class SiemensPlaces(SiemensMotion):
             raise word.error("VP007", f"TURN={word.value:g}: further turns are 0 to {MAX_TURNS - 1}")
         return turns
 
-    def _center(self, given: list[Word | None], here: list[float]) -> tuple[float, float]:
+    def _to_center(self, given: list[Word | None], here: list[float]) -> tuple[float, float]:
         """I J K count from the start, but for AC()."""
         found = []
         for word, start in zip(given, here, strict=True):
             value = 0.0 if word is None else word.value * self.modes.length
             if word is not None and word.mode not in ("", "AC", "IC"):
                 raise word.error("VP017", f"{word.mode} is for rotary axes")
-            found.append(value if word is not None and word.mode == "AC" else start + value)
+            found.append(value - start if word is not None and word.mode == "AC" else value)
         return found[0], found[1]
 
     def _opened(
@@ -195,9 +195,9 @@ class SiemensPlaces(SiemensMotion):
         if center is not None:
             if named:
                 raise word.error("VP003", "AR= with a centre gives the end; axes of the plane beside it say it twice")
-            u, v = here[0] - center[0], here[1] - center[1]
-            places[plane[0]] = center[0] + u * math.cos(turn) - v * math.sin(turn)
-            places[plane[1]] = center[1] + u * math.sin(turn) + v * math.cos(turn)
+            u, v = -center[0], -center[1]
+            places[plane[0]] = here[0] - u + u * math.cos(turn) - v * math.sin(turn)
+            places[plane[1]] = here[1] - v + u * math.sin(turn) + v * math.cos(turn)
             return center
         end = [places.get(axis, start) for axis, start in zip(plane, here, strict=True)]
         u, v = end[0] - here[0], end[1] - here[1]
@@ -206,15 +206,15 @@ class SiemensPlaces(SiemensMotion):
             raise word.error("VP008", "AR= needs a centre, or an end point other than the start")
         # the centre lies beside the middle of the chord, at the distance that opens the angle
         away = 0.5 / math.tan(0.5 * turn)
-        return 0.5 * (here[0] + end[0]) - away * v, 0.5 * (here[1] + end[1]) + away * u
+        return 0.5 * u - away * v, 0.5 * v + away * u
 
     def read_tangent_arc(self, places: dict[int, float]) -> tuple[tuple[float, float], bool]:
-        """CT: centre (programmed, in the plane) of the arc that leaves in the direction of the last motion; whether it is clockwise."""
+        """CT: from the start to the centre (programmed, in the plane) of the arc that leaves in the direction of the last motion; whether it is clockwise."""
         first, second, normal, *_ = PLANES[self.state.plane]
         if self.heading is None:
             raise BlockError("VP013", "CT goes on in the direction of the motion before, and there is none")
         scale = self.scale(first), self.scale(second)
-        du, dv = float(self.heading[first]) / scale[0], float(self.heading[second]) / scale[1]
+        du, dv = self.heading[first] / scale[0], self.heading[second] / scale[1]
         size = math.hypot(du, dv)
         here = self.programmed(first), self.programmed(second)
         end = places.get(first, here[0]), places.get(second, here[1])
@@ -231,4 +231,4 @@ class SiemensPlaces(SiemensMotion):
         if abs(across) < ZERO_LENGTH_MM:
             raise BlockError("VP008", "CT: the end point lies straight ahead; the arc would be a line")
         radius = chord * chord / (2.0 * across)  # signed: to the left of the direction
-        return (here[0] - radius * dv, here[1] + radius * du), radius < 0
+        return (-radius * dv, radius * du), radius < 0

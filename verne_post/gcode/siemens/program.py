@@ -3,18 +3,20 @@
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Mask
 from verne_post.base.long_text import Text
+from verne_post.gcode import plain_arcs
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import code_part
-from verne_post.gcode.text import ProgramText, decode_line
-from verne_post.gcode.words import WordTable, split_words, whole_lines
+from verne_post.gcode.text import Chunk, ProgramText, decode_line
+from verne_post.gcode.words import split_words, whole_lines
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -44,6 +46,10 @@ _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
 _VECTOR: Final = re.compile(rb"([ABC])3[ \t]*=", re.IGNORECASE)
 _STANDS_FOR: Final = dict(zip(b"ABCabc", (b"I", b"J", b"K") * 2, strict=True))
 _NO_CENTERS: Final = bytes.maketrans(b"IJKijk", b"??????")
+#: The same for CR=, with what stands for it in between.
+_RADIUS: Final = re.compile(rb"CR[ \t]*=", re.IGNORECASE)
+_BETWEEN: Final = b"\x02"
+_NO_RADII: Final = bytes.maketrans(b"Rr" + _BETWEEN, b"??R")
 _BLANKS: Final = b" \t\r"
 _DIGITS: Final = b"0123456789."
 
@@ -83,10 +89,17 @@ def _mark_strange(text: bytes) -> bytes:
     return marked.tobytes()
 
 
+def _put_radii(text: bytes) -> bytes:
+    """A chunk with R for CR=; where it stood before is a character that no plain word has."""
+    return _RADIUS.sub(_BETWEEN, text.replace(_BETWEEN, b"?")).translate(_NO_RADII)
+
+
+def _has_vectors(text: bytes) -> bool:
+    return b"=" in text and (b"A3=" in text or _VECTOR.search(text) is not None)
+
+
 def _put_vectors(text: bytes) -> bytes:
     """A chunk with I, J and K for A3=, B3= and C3=; where they stood before is a character that no plain word has."""
-    if b"=" not in text or (b"A3=" not in text and _VECTOR.search(text) is None):
-        return text
     text = text.translate(_NO_CENTERS)
     for letter in b"ABC":
         text = text.replace(b"%c3=" % letter, _STANDS_FOR[letter])
@@ -144,16 +157,15 @@ class Structure:
 class SiemensText(ProgramText):
     """One file: its lines in chunks, and the programs in it."""
 
-    bare_codes: ClassVar[bool] = False
-    #: A3= B3= C3= stand in the table of words as I, J and K.
-    other_words: ClassVar[str] = "IJK"
-
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         super().__init__(source, setup, Language, name)
 
-    def read_words(self, first_line: int, text: bytes) -> WordTable:
-        """Words of the plain lines of a chunk."""
-        return split_words(first_line, _put_vectors(_mark_strange(text)))
+    def make_chunk(self, first_line: int, text: bytes) -> Chunk:
+        """Split the lines of a chunk into words: those of arcs, or, where there are tool axes, these as I, J and K."""
+        marked, vectors = _mark_strange(text), _has_vectors(text)
+        words = split_words(first_line, _put_vectors(marked) if vectors else _put_radii(marked))
+        lines = PlainLines(words, self.setup, bare_codes=False, others="IJK" if vectors else plain_arcs.WORDS)
+        return Chunk(first_line, text, lines, words)
 
     @cached_property
     def sections(self) -> list[Section]:

@@ -1,4 +1,4 @@
-"""Long stretches of plain straight moves of Siemens programs, as arrays, where they mean what they mean in every dialect."""
+"""Long stretches of plain moves of Siemens programs, as arrays, where they mean what they mean in every dialect."""
 
 from functools import partial
 from typing import Final
@@ -9,14 +9,16 @@ from verne_post.base.arrays import Array
 from verne_post.gcode import plain
 from verne_post.gcode.execution import StopConditions
 from verne_post.gcode.motion_codes import length_of
+from verne_post.gcode.plain_arcs import find_arcs
 from verne_post.gcode.siemens.flow import Flow
-from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.interpreter import MOTIONS, SiemensInterpreter
+from verne_post.gcode.siemens.motion import tangent_of
 from verne_post.gcode.siemens.places import NO_AXIS
 from verne_post.gcode.text import Chunk
 
-_MOTION: Final = {"G0": 0, "G1": 10}
+_CODES: Final = {motion: code for code, motion in MOTIONS.items()}
 _ROTARY: Final = [3, 4, 5]
-_A, _C = 3, 5
+_A, _C, _G = 3, 5, 10
 
 
 def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: bool) -> int | None:
@@ -42,27 +44,26 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     last = stop.cut(line, last, in_main=in_main) - chunk.first_line
     if last - row < plain.MIN_LINES or flow.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
-    to.state.motion = _MOTION[to.modes.motion]
-    pointed = bool(chunk.lines.has_offsets[row])
+    to.state.motion = MOTIONS[to.modes.motion]
+    pointed = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
     if not plain.is_ready(to.state, chunk.lines, row, pointed=pointed):
         return None
     if pointed:
         last = _end_of_vectors(to, chunk.lines, row, last)
-    elif chunk.lines.offsets is not None:
+    elif not chunk.lines.arcs:
         last = min(last, chunk.lines.next_curved(row))
     if pointed or not _rotary_words_are_plain(to):
         last = chunk.lines.first_named(row, last, _ROTARY)
     if last - row < plain.MIN_LINES:
         return None
-    start = to.state.position[:3]
+    start, motion = to.state.position, to.state.motion
     done = plain.execute(
         chunk.lines, row, last, to, flow.shown_line, partial(_point, to, chunk.lines) if pointed else None
     )
     if done == row:
         return None
-    to.modes.motion = "G0" if to.state.motion == 0 else "G1"
-    heading = _find_heading(chunk.lines, row, done, start)
-    to.heading = to.heading if heading is None else heading
+    to.modes.motion = _CODES[to.state.motion]
+    _set_heading(to, chunk.lines, row, done, start, motion)
     flow.line = line + done - row
     flow.repeats.count(flow.text, line, flow.line - 1, 0)
     return flow.line
@@ -72,7 +73,7 @@ def _is_plain(to: SiemensInterpreter) -> bool:
     """True where words of X, Y, Z and F are what they are in every dialect."""
     modes = to.modes
     return (
-        modes.motion in _MOTION
+        modes.motion in MOTIONS
         and modes.absolute
         and modes.units in ("G71", "G710")
         and to.has_no_scale
@@ -113,20 +114,27 @@ def _rotary_words_are_plain(to: SiemensInterpreter) -> bool:
     return to.modes.tcp and to.leads_axes("words") and not to.keys.modulo_axes
 
 
-def _find_heading(lines: plain.PlainLines, first: int, last: int, start: list[float]) -> Array | None:
-    """The direction (3,) of the last move with a length among lines ``first`` to ``last`` (excluded); ``start`` is (3,)."""
-    if last - first > 1:  # most often the last move has one
-        here, there = (
-            [word if row >= first else rest for word, row, rest in zip(words, rows, start, strict=False)]
-            for words, rows in zip(
-                lines.filled[last - 2 : last].tolist(), lines.row[last - 2 : last].tolist(), strict=True
-            )
-        )
-        if here != there:
-            step = np.array(there) - here
-            return np.asarray(step / np.sqrt((step**2).sum()))
-    ends = np.where(lines.row[first:last, :3] >= first, lines.filled[first:last, :3], start)
-    steps = np.diff(np.vstack([start, ends]), axis=0)
-    lengths = np.sqrt((steps**2).sum(axis=1))
-    moving = np.flatnonzero(lengths)
-    return np.asarray(steps[moving[-1]] / lengths[moving[-1]]) if len(moving) else None
+def _set_heading(
+    to: SiemensInterpreter, lines: plain.PlainLines, first: int, last: int, start: list[float], motion: int
+) -> None:
+    """Keep the direction of the last move with a length among lines ``first`` to ``last`` (excluded).
+
+    ``start`` (9,) and ``motion`` are those before these lines.
+    """
+
+    def place(row: int) -> list[float]:
+        words = zip(lines.filled[row].tolist(), lines.row[row].tolist(), start, strict=False)
+        return start if row < first else [word if at >= first else rest for word, at, rest in words]
+
+    for row in range(last - 1, first - 1, -1):  # most often the last line has one
+        begin, end = place(row - 1), place(row)
+        code = 10 * int(lines.filled[row, _G]) if lines.row[row, _G] >= first else motion
+        if code >= MOTIONS["G2"] and lines.moves[row]:
+            assert lines.offsets is not None
+            clockwise = np.array([code == MOTIONS["G2"]])
+            arc = find_arcs(lines.offsets[[row]], clockwise, np.array([1]), np.array([begin, end]), to.state)
+            to.set_heading(tangent_of(to.state.plane, arc.center[0].tolist(), end, float(arc.sweep[0])))
+            return
+        if begin[:3] != end[:3]:
+            to.set_heading([b - a for a, b in zip(begin[:3], end[:3], strict=True)])
+            return
