@@ -43,12 +43,15 @@ _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP"
 #: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0.
 _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
 #: A3= and so on, the letters that stand for them in the table of words, and what takes those letters away before.
-_VECTOR: Final = re.compile(rb"([ABC])3[ \t]*=", re.IGNORECASE)
+_VECTOR: Final = re.compile(rb"([ABC])3[ \t]*+=", re.IGNORECASE)
 _STANDS_FOR: Final = dict(zip(b"ABCabc", (b"I", b"J", b"K") * 2, strict=True))
 _NO_CENTERS: Final = bytes.maketrans(b"IJKijk", b"??????")
 #: The same for CR=, with what stands for it in between.
-_RADIUS: Final = re.compile(rb"CR[ \t]*=", re.IGNORECASE)
+_RADIUS: Final = re.compile(rb"CR[ \t]*+=", re.IGNORECASE)
 _BETWEEN: Final = b"\x02"
+#: To look for these first is much quicker.
+_IN_VECTORS: Final = (b"3=", b" =", b"\t=")
+_IN_RADII: Final = (b"CR", b"cr", b"Cr", b"cR")
 _NO_RADII: Final = bytes.maketrans(b"Rr" + _BETWEEN, b"??R")
 _BLANKS: Final = b" \t\r"
 _DIGITS: Final = b"0123456789."
@@ -91,11 +94,14 @@ def _mark_strange(text: bytes) -> bytes:
 
 def _put_radii(text: bytes) -> bytes:
     """A chunk with R for CR=; where it stood before is a character that no plain word has."""
-    return _RADIUS.sub(_BETWEEN, text.replace(_BETWEEN, b"?")).translate(_NO_RADII)
+    text = text.replace(_BETWEEN, b"?")
+    if b"=" in text and any(part in text for part in _IN_RADII):
+        text = _RADIUS.sub(_BETWEEN, text)
+    return text.translate(_NO_RADII)
 
 
 def _has_vectors(text: bytes) -> bool:
-    return b"=" in text and (b"A3=" in text or _VECTOR.search(text) is not None)
+    return b"=" in text and any(part in text for part in _IN_VECTORS) and _VECTOR.search(text) is not None
 
 
 def _put_vectors(text: bytes) -> bytes:
