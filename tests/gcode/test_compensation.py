@@ -140,6 +140,13 @@ def test_refused(view, program, code, line):
     assert [(item.code, item.line) for item in found] == [(code, line)]
 
 
+def test_feed_per_turn_holds_beside_the_contour(view):
+    moves, findings = view("S100 M3 F9 G0 X0\nG95 F0.2\nG41.1 D4 G1 X10\nX20\nY-10\nM2", dialect="rs274")
+    assert findings == ()
+    assert moves.end[1:, :2].round(9).tolist() == [[10, 2], [20, 2], [22, 0], [22, -10]]
+    assert moves.feed[1:].tolist() == [0.2] * 4
+
+
 BESIDE = "T1 M6\nF9 G0 X20 Y20\nG41 G0 X10\nG1 Y10\nG40\n"  # T1 is 6 mm wide: it stands at X13
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import verne_post
+from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import read_draft
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
@@ -112,6 +113,7 @@ def test_a_new_file_is_a_new_dialect(tmp_path):
     ("G43.1 H1\nG0 Z0", "G43 H1\nG0 Z0"), ("G234 H1\nG0 Z0\nG49", "G43.4 H1\nG0 Z0\nG49"), ("G43 H0\nG0 Z0", "G49\nG0 Z0"),
     ("T1 M6\nG43 H0\nG0 Z0", "T1 M6\nG49\nG0 Z0"), ("(TOOL (10MM)) G0 X1 (A (B)\n(C (D (E)))X2", "G0 X1\nX2"),
     ("M98 P100\nX9\nM30\nO100 G91 G0 X1 (A)\nG90 M99", "M98 P100\nX9\nM30\nO100\nG91 G0 X1\nG90 M99"),
+    ("T1 D0 M6\nG0 X-9 F9\nG41 G1 X0\nX9\nY9\nG40 X3\nG41 X4", "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9\nG40 X3\nG41.1 D0 X4"),
     ("T1 M6\nG0 X-9 F9\nG41 G1 X0 D0\nX9\nY9", "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9"),
 ])  # fmt: skip
 def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
@@ -124,6 +126,14 @@ def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
     modes = [[moves.controls[index].mode for index in moves.control] for moves in (first, second)]
     cycles = re.search("G8[1-9] X", fanuc)
     assert cycles or modes[0] == modes[1]
+
+
+def test_fanuc_compensation_begins_beside_the_contour(view):
+    """Start-up type A: the entry ends at a right angle to the next move, and the whole contour is cut, however short it is."""
+    program = "%\nO1\nT1 M6\nG0 X50 Y-2 F100\nG41 G1 Y2 D1\nX7\nG2 X2 Y7 R5\nG40 G1 X-9\nM30\n%"
+    moves, errors = view(program, dialect="fanuc", tools={1: make_tool(1, 10.0, 10.0)})
+    assert errors == ()
+    assert moves.end[1:, :2].round(9).tolist() == [[50, -3], [7, -3], [-3, 7], [-9, 7]]
 
 
 @pytest.mark.parametrize(("text", "last"), [
@@ -152,7 +162,7 @@ def test_fanuc_smoothing_is_told(view):
     ("G10 L11 P1 R3", "VP002", "L11"), ("G68.2 X0 P1", "VP006", "does not use P"), ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
     ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
     ("G4 P1.5", "VP007", "whole"), ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"), ("G1 X1 ,C5", "VP001", ","),
-    ("G41 X1", "VP005", "needs D"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"), ("G5", "VP002", "P10000"),
+    ("G41 X1", "VP005", "needs D"), ("D1\nM6 T1\nG41 X1", "VP005", "after the tool change"), ("G41 D0\nG1 X9\nD1", "VP006", "D1"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"), ("G5", "VP002", "P10000"),
     ("(A (B) C) X1", "VP001", "C"),
 ])  # fmt: skip
 def test_what_fanuc_has_and_we_do_not_is_an_error(view, line, code, part):

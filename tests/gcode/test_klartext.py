@@ -304,6 +304,20 @@ def test_functions(run, function, value):
     assert run(function, "L X+Q1").end[-1, 0] == pytest.approx(value)
 
 
+def test_functions_need_no_blank_before_their_number(run):
+    assert run("FN0: Q1 = +5", "FN12: IF +Q1 LT +9 GOTO LBL 2", "L X+99 FMAX", "LBL 2", "L X+Q1 FMAX").end[-1, 0] == 5
+
+
+def test_a_comment_that_goes_on_is_a_comment_in_its_next_lines(run):
+    moves = run("7 ;This program is free~", "L X+99 FMAX~", " RND R5", "L X+5 FMAX", ";last~", "LBL 1")
+    assert moves.end[:, 0].tolist() == [0, 5]
+
+
+def test_declared_texts(run):
+    assert run('9 DECLARE STRING QS1 = "a;b"', "L X+5 FMAX").end[-1, 0] == 5
+    assert run('DECLARE STRING QS1 = "C"', "CALL LBL QS1", "M30", 'LBL "C"', "L X+7 FMAX", "LBL 0").end[-1, 0] == 7
+
+
 def test_subprograms_and_repeats(run):
     moves = run(
         "LBL 1", "L IX+10", "CALL LBL 1 REP 2/2", 'CALL LBL "UP"', "L IY+1", "M30", 'LBL "UP"', "L IZ+5", "CALL LBL 3",

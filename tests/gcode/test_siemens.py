@@ -149,6 +149,66 @@ def modes(moves):
     ]
 
 
+LORENZ = """DEF REAL P[3], Q[3]
+DEF INT I
+EXTERN STEP(VAR REAL[3], VAR REAL[3], REAL)
+P[0]=1 P[1]=2 P[2]=3
+G1 X0 Y0 Z0 F100
+STEP(P,Q,0.5)
+X=Q[0] Y=Q[1] Z=Q[2]
+{copy}
+X=P[0] Y=P[1] Z=P[2]
+M30
+%_N_STEP_SPF
+PROC STEP(VAR REAL A[3], VAR REAL B[], REAL H)
+DEF INT K
+FOR K=0 TO 2
+B[K]=A[K]*H
+ENDFOR
+A[0]=9
+RET
+%_N_SPOIL_SPF
+PROC SPOIL(REAL A[3], REAL B[2])
+A[1]=77 B[1]=5
+X=B[1]+B[0]
+RET"""
+
+
+@pytest.mark.parametrize(("copy", "ends"), [
+    ("", [[0, 0, 0], [0.5, 1, 1.5], [9, 2, 3]]),  # VAR: the caller's own array
+    ("SPOIL(P)", [[0, 0, 0], [0.5, 1, 1.5], [5, 1, 1.5], [9, 2, 3]]),  # without VAR a copy; left out: zeros
+])  # fmt: skip
+def test_arrays_as_values(view, copy, ends):
+    moves, errors = view(LORENZ.format(copy=copy), dialect="siemens")
+    assert errors == ()
+    assert moves.end[:, :3].tolist() == ends
+
+
+@pytest.mark.parametrize(("value", "x"), [("7", 7.0), ("R1+1", 9.0), ("3.0", 5.0), ("4", 5.0)])
+def test_case(view, value, x):
+    program = f"R1=8\nG1 F100\nCASE({value}) OF 7 GOTOF A 9 GOTOF B DEFAULT GOTOF C\nX99\nA: X7\nGOTOF E\nB: X9\nGOTOF E\nC: X5\nE: M30"
+    moves, errors = view(program, dialect="siemens")
+    assert errors == ()
+    assert moves.end[:, 0].tolist() == [x]
+
+
+def test_case_without_a_fitting_value_goes_on(view):
+    assert view("G1 F100\nCASE(R1) OF 1 GOTOF A\nX1\nA: X2\nM30", dialect="siemens")[0].end[:, 0].tolist() == [1, 2]
+
+
+def test_extern_calls_nothing(view):
+    program = "G1 X0 F100\nEXTERN UP\nEXTERN UQ(REAL, VAR INT[2])\nUP\nM30\n%_N_UP_SPF\nX=IC(5)\nM17"
+    moves, errors = view(program, dialect="siemens")
+    assert errors == ()
+    assert moves.end[:, 0].tolist() == [0, 5]
+
+
+def test_a_program_with_splines_alone_is_recognised(view):
+    moves, errors = view("G1 X0 Y0 F1000\nBSPLINE X10 Y10\nX20 Y5\nX30\nX40\nG1 X50\nM30")
+    assert errors == ()
+    assert moves.end[-1, 0] == 50
+
+
 def test_path_control(view):
     text = ("G0 X0 Y0 Z0\nG64 X1\nG9 X2\nX3\nG641 ADIS=0.4 X4\nG642 CTOL=0.02 OTOL=0.5 X5\nG642 CTOL=-1 OTOL=-1 X6\nG60 X7\nG64\n"
             "CYCLE832(0.05,_ORI_FINISH,1.5)\nX8\nCYCLE832(0.05,1)\nX9\nCYCLE832()\nX10\nM30")  # fmt: skip

@@ -1,7 +1,7 @@
 """Codes that move: straight moves, arcs, tool vectors, home positions, cutter compensation."""
 
 import math
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -26,6 +26,9 @@ MAX_TURNS: Final = 10_000
 
 class MotionCodes(MachineCodes):
     """Machine codes, and those that move the axes."""
+
+    #: The entry move of cutter compensation ends beside the start of the contour, not beside its own end.
+    perpendicular_entry: ClassVar[bool] = False
 
     # --- home --------------------------------------------------------------------------------
 
@@ -307,14 +310,16 @@ class MotionCodes(MachineCodes):
             raise BlockError("VP017", f"{name} while cutter compensation is on; write G40 first")
         if state.plane == 2:
             raise BlockError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
-        if state.feed_mode != FeedMode.PER_MINUTE:
+        if state.feed_mode == FeedMode.INVERSE:
             raise BlockError(
-                "VP017", f"{name} needs feed per minute (G94): beside the contour moves have other lengths"
+                "VP017", f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
             )
         if state.vectors or state.tool_axis is not None:
             raise BlockError("VP017", f"{name} while a tool axis (I J K) holds")
         radius = 0.5 * self._cutter_diameter(block, code)
-        state.compensation = Compensation(code, state.plane, radius if code < 420 else -radius)
+        state.compensation = Compensation(
+            code, state.plane, radius if code < 420 else -radius, perpendicular=self.perpendicular_entry
+        )
 
     def _cutter_diameter(self, block: Block, code: int) -> float:
         state = self.state

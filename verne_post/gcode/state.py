@@ -113,6 +113,8 @@ class State:
     initial_level: bool = False
     cycle: Cycle | None = None
     compensation: Compensation | None = None
+    #: The last D since the tool change; only Fanuc controls keep it.
+    cutter_number: int | None = None
     #: A spline whose control points are being read.
     spline: SplineDraft | None = None
     #: After G5: the number of motions so far, and where a G5 that follows goes on (I and J, mm).

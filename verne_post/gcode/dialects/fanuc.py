@@ -83,6 +83,7 @@ class FanucInterpreter(NurbsCodes):
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
     keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
+    perpendicular_entry: ClassVar[bool] = True
     custom_macro: ClassVar[bool] = True
     plain_words: ClassVar[bool] = True
 
@@ -145,6 +146,10 @@ class FanucInterpreter(NurbsCodes):
         self._convert_repeats(block, codes)
         modal = self._convert_rapids(block, codes)
         super().execute(block)
+        if ("M", 6.0) in [code[:2] for code in block.codes]:
+            self.state.cutter_number = None
+        if "D" in block.words:
+            self.state.cutter_number = whole(block, "D")
         if modal is not None:
             self.state.motion = modal
 
@@ -284,10 +289,17 @@ class FanucInterpreter(NurbsCodes):
         return super()._offset_of_tool(block) if block.words["H"] else ZERO9
 
     def _cutter_diameter(self, block: Block, code: int) -> float:
-        """D0 is no offset; without D the control takes the last one, whatever tool it was for."""
+        """D0 is no offset. Without D the control takes the last one, whatever tool it was for; here that of this tool."""
         if "D" not in block.words:
-            raise BlockError("VP005", f"{g_name(code)} needs D, the number of the offset")
+            if self.state.cutter_number is None:
+                raise BlockError("VP005", f"{g_name(code)} needs D, the number of the offset, after the tool change")
+            block.words["D"] = float(self.state.cutter_number)
         return super()._cutter_diameter(block, code) if block.words["D"] else 0.0
+
+    def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:
+        """D may stand without G41 and G42: the next one takes it."""
+        usable = super()._usable_words(block, g, m, motion)
+        return usable if self.state.compensation is not None else usable | {"D"}
 
     # --- tilted work plane -------------------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ _HEADER_LINES: Final = 200
 #: What only these controls write.
 _OWN: Final = re.compile(
     rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
-    rb"ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"
+    rb"ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR|[ABC]SPLINE|DIAM(?:ON|OF|90)|SETMS|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"
     rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ \t]*=[^=]|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\(",
     re.IGNORECASE | re.MULTILINE,
 )

@@ -15,16 +15,21 @@ from verne_post.gcode.words import split_words
 #: Keywords that begin a statement, the longer before those that they begin with.
 KEYWORDS: Final = (
     "BEGIN PGM", "END PGM", "BLK FORM", "TOOL CALL", "TOOL DEF", "CYCL DEF", "CYCL CALL", "CALL LBL", "CALL PGM",
-    "CALL SELECTED PGM", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "FN", "APPR", "DEP", "RND", "CHF",
+    "CALL SELECTED PGM", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
     "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
 )  # fmt: skip
-_NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*")
+#: Words that begin statements which are not executed, and why.
+_REFUSED: Final = {
+    "TCH": "touch probes: where the tool touches is only known at the machine", **dict.fromkeys(("FPOL", "FL", "FLT", "FC", "FCT"), "free contour programming; let the CAM system write lines and arcs"),
+    **dict.fromkeys(("SEL", "OPEN", "POLARKIN"), "files and kinematics of the control"), "ERROR": "the control has marked this block as one that it could not read",
+}  # fmt: skip
+_NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
         re.escape(word).replace(r"\ ", r"[ \t]+") + (r"(?![A-Z0-9])" if len(word) > 1 or word == "C" else "")
         for word in KEYWORDS if word not in "LCMQFS"
     )
-    + r"|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
+    + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )  # fmt: skip
 #: A line that goes on with parameters of the cycle defined above it, where the tilde is left out.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
@@ -32,6 +37,8 @@ _CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORE
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*\d*[ \t]*(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
+#: A line that is nothing but a comment; one that goes on is a comment in the next line too.
+_REMARK: Final = re.compile(rb"[ \t]*\d*[ \t]*;.*", re.DOTALL)
 _LABEL: Final = re.compile(
     rb"^[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
@@ -107,6 +114,7 @@ class KlartextText(ChunkedText):
         assert raw is not None
         text, goes_on = _without_comment(decode_line(raw))
         parts = [text]
+        remark = goes_on and _REMARK.fullmatch(raw) is not None
         cycle = _CYCLE.match(text) is not None
         while goes_on or cycle:
             following = self.raw(line + len(parts))
@@ -118,7 +126,7 @@ class KlartextText(ChunkedText):
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
                 break
             text, goes_on = _without_comment(more)
-            parts.append(text)
+            parts.append("" if remark else text)
         return parts
 
     def is_corner_next(self, line: int) -> bool:
@@ -199,7 +207,7 @@ def read_statement(parts: list[str], line: int) -> Statement:
     assert number is not None
     deleted = number.group(1) is not None or number.group(3) is not None
     begin = number.end()
-    if begin == len(text) and len(parts) == 1:
+    if begin == len(text) and not any(parts[1:]):
         return Statement(line, "", "", begin, deleted)
     if text.startswith("*", begin):  # a structure line
         return Statement(line, "", text[begin:], begin, deleted)
@@ -207,9 +215,8 @@ def read_statement(parts: list[str], line: int) -> Statement:
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
         shown = (word.group() if word else "") or text[begin : begin + 10]
-        raise BlockError(
-            "VP002", f"{shown[:20]} is not a statement that is executed here; docs/heidenhain.md lists them", begin + 1
-        )
+        why = f"executed ({_REFUSED[shown]})" if shown in _REFUSED else "a statement that is executed here"
+        raise BlockError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
     tail = " ".join(_upper(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin

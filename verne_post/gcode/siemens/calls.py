@@ -11,7 +11,7 @@ from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.program import Section, SiemensText
 from verne_post.gcode.siemens.values import Value
 from verne_post.gcode.siemens.variables import Variable, Variables, read_type
-from verne_post.gcode.siemens.words import Call, read_argument_values
+from verne_post.gcode.siemens.words import Argument, Call, read_argument_values
 from verne_post.gcode.text import decode_line
 
 _PROC: Final = re.compile(r"[ \t]*(?:N[0-9]+)?[ \t]*PROC[ \t]+", re.IGNORECASE)
@@ -24,12 +24,16 @@ _LINES_BEFORE: Final = 200
 
 @dataclass(frozen=True)
 class Parameter:
-    """One value of PROC: its name and type, what it is where a call leaves it out; ``by_name`` (VAR): the caller's variable is set."""
+    """One value of PROC: its name and type, what it is where a call leaves it out; ``by_name`` (VAR): the caller's variable is set.
+
+    ``bounds`` are those of an array, 0 where the PROC line leaves one out; empty: no array.
+    """
 
     name: str
     kind: str
     default: Value | None
     by_name: bool
+    bounds: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ def _read_parameter(cursor: Cursor) -> Parameter:
     if name is None:
         raise cursor.error("VP001", "expected the name of a value of PROC", at)
     if cursor.take("["):
-        raise cursor.error("VP002", "arrays as values of PROC are not executed", at)
+        return Parameter(name, kind, None, by_name, _read_bounds(cursor))
     default: Value | None = None
     if cursor.take("="):
         sign = -1.0 if cursor.take("-") else 1.0
@@ -136,31 +140,65 @@ def _read_parameter(cursor: Cursor) -> Parameter:
     return Parameter(name, kind, default, by_name)
 
 
+def _read_bounds(cursor: Cursor) -> tuple[int, ...]:
+    """Sizes of an array after ``[``; a size may be left out."""
+    found = []
+    while True:
+        cursor.skip()
+        found.append(round(cursor.number() or 0.0))
+        if cursor.take("]"):
+            return tuple(found)
+        cursor.expect(",", "or ']' after the size of an array")
+
+
 def bind_arguments(
     call: Call, procedure: Procedure, variables: Variables
 ) -> tuple[dict[str, Variable], list[tuple[str, str]]]:
     """The variables that a call begins with, and which of them set the caller's: (name inside, name outside)."""
-    given = read_argument_values(call.arguments or (), variables)
-    given = [] if given == [None] else given
-    if len(given) > len(procedure.parameters):
+    arguments = call.arguments or ()
+    arguments = () if len(arguments) == 1 and not arguments[0].text.strip() else arguments
+    if len(arguments) > len(procedure.parameters):
         raise BlockError(
             "VP023",
-            f"{call.name} takes {len(procedure.parameters)} values (its PROC line); here are {len(given)}",
+            f"{call.name} takes {len(procedure.parameters)} values (its PROC line); here are {len(arguments)}",
             call.column,
         )
     scope: dict[str, Variable] = {}
     results = []
     for number, parameter in enumerate(procedure.parameters):
-        value = given[number] if number < len(given) else None
+        if parameter.bounds:
+            scope[parameter.name] = _bind_array(call, arguments[number : number + 1], parameter, variables)
+            continue
+        value = next(iter(read_argument_values(arguments[number : number + 1], variables)), None)
         if value is None:
             value = parameter.default
         variable = Variable(parameter.kind)
         if value is not None:
             variable.values[()] = variable.convert(value, parameter.name, Cursor("", 0), call.column - 1)
         scope[parameter.name] = variable
-        if parameter.by_name and number < len(given) and call.arguments is not None:
-            results.append((parameter.name, call.arguments[number].text.strip()))
+        if parameter.by_name and number < len(arguments):
+            results.append((parameter.name, arguments[number].text.strip()))
     return scope, results
+
+
+def _bind_array(call: Call, given: tuple[Argument, ...], parameter: Parameter, variables: Variables) -> Variable:
+    """The array of the caller itself (VAR), or a copy; without one an array of its own."""
+    text = given[0].text.strip() if given else ""
+    if not text:
+        return Variable(parameter.kind, parameter.bounds)
+    outside = variables.find(text.upper())
+    fits = outside is not None and outside.kind == parameter.kind and len(outside.bounds) == len(parameter.bounds)
+    if (
+        outside is None
+        or not fits
+        or any(size not in (0, n) for size, n in zip(parameter.bounds, outside.bounds, strict=True))
+    ):
+        sizes = ",".join(str(size or "") for size in parameter.bounds)
+        raise BlockError(
+            "VP023", f"{call.name}: {parameter.name} is an array, {parameter.kind}[{sizes}]; {text[:20]} is none",
+            given[0].column,
+        )  # fmt: skip
+    return outside if parameter.by_name else Variable(outside.kind, outside.bounds, dict(outside.values))
 
 
 def freeze(call: Call, variables: Variables) -> Call:

@@ -1,7 +1,7 @@
 """One block of a Siemens program: its functions in order, then its motion. Cycles and the frame words are in their own files."""
 
 from dataclasses import replace
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -27,6 +27,8 @@ _FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
 
 class SiemensInterpreter(SiemensSplines):
     """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
+
+    perpendicular_entry: ClassVar[bool] = True  # NORM
 
     def run(self, words: Words) -> bool:
         """Execute one block without its calls; True where axes were named, after which a modal call comes.
@@ -381,8 +383,6 @@ class SiemensInterpreter(SiemensSplines):
             number = 830 - number
         if number == 400 or self.state.compensation is None or self.state.compensation.code != number:
             self._compensate(Block(words.line, columns=block.columns), number)
-            if self.state.compensation is not None:  # NORM: beside the start of the contour
-                self.state.compensation.perpendicular = True
 
     def _run_stops(self, words: Words) -> None:
         for number, _column in words.m:

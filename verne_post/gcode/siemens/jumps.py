@@ -86,11 +86,40 @@ def _goto_if_there(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOC")
 
 
+def _case(flow: Running, cursor: Cursor, line: int) -> None:
+    """CASE(value) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C: a jump for the value, else that of DEFAULT, else none."""
+    variables = flow.executor.variables
+    value = read_number(cursor, variables)
+    if cursor.name() != "OF":
+        raise cursor.error("VP001", "expected OF after the value of CASE")
+    chosen: tuple[str, str, int] | None = None
+    while not cursor.ended:
+        default = cursor.peek_name() == "DEFAULT"
+        if default:
+            cursor.name()
+        holds = default or are_equal(read_number(cursor, variables), value)
+        at, word = cursor.at, cursor.name()
+        if word not in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
+            raise cursor.error("VP001", "expected GOTOF, GOTOB, GOTO or GOTOC after a value of CASE", at)
+        cursor.skip()
+        at, target = cursor.at, _read_target(flow, cursor)
+        if holds and chosen is None:
+            chosen = target, word, at
+        if default:
+            refuse_leftover(cursor)
+    if chosen is not None:
+        _go(flow, cursor, line, *chosen)
+
+
 def _jump(flow: Running, cursor: Cursor, line: int, word: str) -> None:
     cursor.skip()
     at = cursor.at
     target = _read_target(flow, cursor)
     refuse_leftover(cursor)
+    _go(flow, cursor, line, target, word, at)
+
+
+def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: int) -> None:
     found = _find(flow, target, line, forward=word != "GOTOB", backward=word != "GOTOF")
     if found is None:
         if word == "GOTOC":
@@ -268,6 +297,6 @@ def end_stretch(flow: Running, line: int) -> None:
 
 #: What the statements do.
 JUMPS: Final[dict[str, Callable[[Running, Cursor, int], None]]] = {
-    "IF": _if, "ELSE": _else, "ENDIF": _endif, "GOTO": _goto, "GOTOF": _goto_forward, "GOTOB": _goto_backward, "GOTOC": _goto_if_there, "FOR": _for,
+    "IF": _if, "ELSE": _else, "ENDIF": _endif, "GOTO": _goto, "GOTOF": _goto_forward, "GOTOB": _goto_backward, "GOTOC": _goto_if_there, "CASE": _case, "FOR": _for,
     "ENDFOR": _endfor, "WHILE": _while, "ENDWHILE": _back, "LOOP": _loop, "ENDLOOP": _back, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _until,
 }  # fmt: skip

@@ -48,6 +48,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("SPCON", "SPCOF", "GETD", "GET", "RELEASE", "NEWCONF"),
                     "position control of spindles, axes and channels of the control"),
     "WRTPR": "a line in a log of the control",
+    "SETMS": "the first spindle is the master spindle; SETMS with another number is refused",
     **dict.fromkeys(("EXTERN", "ENDPROC"), "declarations"),
     **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "marks of the editor"),
 }  # fmt: skip
@@ -82,8 +83,8 @@ REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("TRAILON", "TRAILOF", "LEADON", "LEADOF", "EGON", "EGDEF", "EGONSYN", "EGONSYNE", "EGOFS", "EGOFC", "COUPON", "COUPOF", "COUPDEF", "COUPDEL", "COUPRES", "COUPONC", "MASLON", "MASLOF", "CPON", "CPOF", "TANG", "TANGON", "TANGOF", "TANGDEL", "TLIFT", "CTABDEF", "CTABEND", "PUNCHACC", "PON", "PONS", "SON", "SONS", "SPN", "SPP", "PDELAYON", "PDELAYOF", "G5", "G7"),
                     "axes that follow others, punching, grinding"),
     **dict.fromkeys(("FZ", "FB", "FD", "FL", "FCUB", "FLIN", "FPO", "FPRAON", "FPRAOF", "FPR", "ST", "SR", "G931", "G942", "G952", "OVR", "OVRRAP"), "this way to give a feed rate; write F with G93, G94 or G95"),
-    **dict.fromkeys(("SPOSA", "SETMS", "SVC", "GWPSON", "GWPSOF", "M70", "M40", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
-    **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CASE", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
+    **dict.fromkeys(("SPOSA", "SVC", "GWPSON", "GWPSOF", "M70", "M40", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
+    **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
                     "changes what the program is while it runs, or reads and writes files of the control"),
     **dict.fromkeys(("POCKET1", "POCKET2", "POCKET3", "POCKET4", "SLOT1", "SLOT2", "LONGHOLE", "CONTOUR"), "milling cycles; let the CAM system write the moves"),
     **dict.fromkeys(("CYCLE84",), "tapping without a compensating chuck: setpoints cannot wait for the spindle; CYCLE840 is executed"),
@@ -95,7 +96,7 @@ CYCLES: Final = (
 )  # fmt: skip
 #: Control statements that are executed.
 STATEMENTS: Final = (
-    "IF", "ELSE", "ENDIF", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "LOOP", "ENDLOOP", "REPEAT", "REPEATB", "UNTIL", "GOTO", "GOTOF", "GOTOB", "GOTOC",
+    "IF", "ELSE", "ENDIF", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "LOOP", "ENDLOOP", "REPEAT", "REPEATB", "UNTIL", "GOTO", "GOTOF", "GOTOB", "GOTOC", "CASE",
     "DEF", "PROC", "RET", "M17", "MCALL", "EXTCALL", "MSG", "SETAL",
 )  # fmt: skip
 #: Words with a value that are executed.

@@ -8,7 +8,7 @@ from typing import Final
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_number, read_value
-from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.variables import Variables, refuse_leftover
 from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS, why_refused
 
 #: How a value of an axis is meant, where G90 and G91 do not say.
@@ -220,6 +220,8 @@ class WordReader:
 
     def _read_call(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
         arguments = read_arguments(cursor)
+        if name == "SETMS" and arguments[0].text.strip() not in ("", "1"):
+            raise cursor.error("VP002", f"SETMS({arguments[0].text.strip()}): there is one spindle", at)
         if name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in ("TRAORI", "TRAFOOF"):
@@ -240,6 +242,12 @@ class WordReader:
     def _read_bare(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
         if name == "MCALL":
             words.modal_call = at + 1
+        elif name == "EXTERN":  # declares a subprogram; its own PROC line says the same
+            words.no_effect.append((name, at + 1))
+            cursor.name()
+            if cursor.skip() == "(":
+                read_arguments(cursor)
+            refuse_leftover(cursor)
         elif name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in GROUP_OF:
