@@ -7,6 +7,7 @@ are P - d t1, P - 2d/3 t1, P - d/3 t1, P and their mirror images, ``APEX d |t2 -
 deviation is measured, and d shortened until it fits. Corners between straight segments are blended in ``corners``.
 """
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -29,6 +30,8 @@ SPLINE_CHECKS: Final = 33
 MOST_BEND: Final = 0.5
 SHORTENING: Final = 0.7
 SHORTENINGS: Final = 24
+#: Points that are measured at a time: enough that calls cost little, few enough that memory stays small.
+AT_A_TIME: Final = 1 << 14
 #: Gauss-Newton steps to the nearest point of a segment.
 NEAREST: Final = 4
 
@@ -105,12 +108,14 @@ def _bends_within(path: ToolPath, corner: Ints, d: Array) -> Mask:
     bends = np.zeros(len(corner), dtype=bool)
     for segment, at_corner, sign in ((corner, 1.0, -1.0), (corner + 1, 0.0, 1.0)):
         wanted = find_tangents(path, segment, at_corner)
-        for share in np.linspace(0.0, 1.0, SPLINE_CHECKS)[1:]:
-            u = np.clip(at_corner + sign * share * d / path.length[segment], 0.0, 1.0)
-            slope = pose_derivatives(path, segment, u)[0] / path.length[segment, None]
+        for row, share in _places(len(corner), np.linspace(0.0, 1.0, SPLINE_CHECKS)[1:]):
+            on = segment[row]
+            u = np.clip(at_corner + sign * share * d[row] / path.length[on], 0.0, 1.0)
+            slope = pose_derivatives(path, on, u)[0] / path.length[on, None]
             slope[:, 3:] *= ROTARY_METRIC_MM
-            along = np.sum(slope * wanted, axis=1)
-            bends |= (path.spline[segment] >= 0) & (along < MOST_BEND * np.linalg.norm(slope, axis=1))
+            along = np.sum(slope * wanted[row], axis=1)
+            bent = (path.spline[on] >= 0) & (along < MOST_BEND * np.linalg.norm(slope, axis=1))
+            bends[row[bent]] = True
     return bends
 
 
@@ -140,18 +145,30 @@ def _measure_deviation(
 ) -> tuple[Array, Array]:
     """Largest distance of each curve from its two segments, tip (mm) and angles (rad)."""
     tip_off, angle_off = np.zeros(len(corner)), np.zeros(len(corner))
-    for segment, half in ((corner, np.linspace(0.0, 0.5, checks)), (corner + 1, np.linspace(0.5, 1.0, checks))):
-        for v in half:
-            point = bernstein(controls, np.full(len(corner), v))
-            u = (1.0 - d / path.length[segment]) if segment is corner else np.zeros(len(corner))
+    for segment, at_corner, half in (
+        (corner, 1.0, np.linspace(0.0, 0.5, checks)),
+        (corner + 1, 0.0, np.linspace(0.5, 1.0, checks)),
+    ):
+        begin = 1.0 - d / path.length[segment] if at_corner else np.zeros(len(corner))
+        for row, v in _places(len(corner), half):
+            point = bernstein(controls[row], v)
+            on, u = segment[row], begin[row]
             for _ in range(NEAREST):  # Gauss-Newton
-                tip, angles = pose(path, segment, u)
-                slope = pose_derivatives(path, segment, u)[0]
+                tip, angles = pose(path, on, u)
+                slope = pose_derivatives(path, on, u)[0]
                 rest = point - np.concatenate([tip, angles], axis=1)
                 rest[:, 3:] *= ROTARY_METRIC_MM
                 slope[:, 3:] *= ROTARY_METRIC_MM
                 u = np.clip(u + np.sum(rest * slope, axis=1) / np.sum(slope**2, axis=1), 0.0, 1.0)
-            tip, angles = pose(path, segment, u)
-            tip_off = np.maximum(tip_off, np.linalg.norm(point[:, :3] - tip, axis=1))
-            angle_off = np.maximum(angle_off, np.linalg.norm(point[:, 3:] - angles, axis=1))
+            tip, angles = pose(path, on, u)
+            np.maximum.at(tip_off, row, np.linalg.norm(point[:, :3] - tip, axis=1))
+            np.maximum.at(angle_off, row, np.linalg.norm(point[:, 3:] - angles, axis=1))
     return tip_off, angle_off
+
+
+def _places(corners: int, parameters: Array) -> Iterator[tuple[Ints, Array]]:
+    """Every corner with every parameter, a bounded number at a time: the rows of the corners, and the parameters."""
+    together = max(1, AT_A_TIME // max(corners, 1))
+    for first in range(0, len(parameters), together):
+        some = parameters[first : first + together]
+        yield np.tile(np.arange(corners), len(some)), np.repeat(some, corners)
