@@ -21,28 +21,12 @@ from verne_post.model.codes import CODES
 #: Codes of geometry that no program here causes; with the reason.
 WITHOUT_A_CASE: Final[dict[str, str]] = {}
 
-RODS: Final = """leg23_spacing = 120.0
-diameter_mm = {diameter}
-slider_cone_deg = {cone}
-platform_cone_deg = {cone}
-cone_centre = [0.0, 0.0, 1400.0]
-"""
-BODIES: Final = """
-[clearance]
-minimum_mm = {minimum}
-spindle_diameter_mm = {spindle}
-spindle_top_mm = 200.0
-tool_diameter_mm = 20.0
 
-[provenance]"""
-
-
-def bodied(**sizes: float) -> tuple[tuple[str, str], ...]:
-    """The VERNE with bodies, as a change of its file."""
-    given = {"diameter": 20.0, "cone": 170.0, "spindle": 40.0, "minimum": 1.0, **sizes}
+def bodied(rods: str = "", bodies: str = "") -> tuple[tuple[str, str], ...]:
+    """The VERNE with lines of [rods] and of [clearance] in its file: only the bodies that a case is about, which is quicker."""
     return (
-        ("leg23_spacing = 120.0", RODS.format(**given)),
-        ("[provenance]", BODIES.format(**given)),
+        ("leg23_spacing = 120.0", f"leg23_spacing = 120.0\n{rods}"),
+        ("[provenance]", f"[clearance]\nminimum_mm = 1.0\n{bodies}\n[provenance]"),
         ('spindle = "assumed"\n', 'spindle = "assumed"\nclearance = "assumed"\n'),
     )
 
@@ -65,10 +49,11 @@ class Case:
 
 HEAD: Final = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\n"
 PAST: Final = "G21 G90 G94\nG0 X-12 Y0 Z50 A0 C0\nG1 X12 F3000\nZ80\nM2\n"
-PIN: Final = vp.Box("pin", (-3.0, -5.0, 0.0), (3.0, 5.0, 75.0))
-PIN_FILE: Final = "[keep_out.pin]\nmin = [-3.0, -5.0, 0.0]\nmax = [3.0, 5.0, 75.0]\n"
-PIN_WORDS: Final = ("--keep-out", "pin=-3,-5,0,3,5,75")
-STOCK: Final = vp.Box("the stock", (-9.0, -9.0, 0.0), (9.0, 9.0, 75.0))
+#: Boxes that the path enters by 2 mm: a higher work offset is found at once, and seven faces seek one.
+PIN: Final = vp.Box("pin", (-3.0, -5.0, 0.0), (3.0, 5.0, 72.0))
+PIN_FILE: Final = "[keep_out.pin]\nmin = [-3.0, -5.0, 0.0]\nmax = [3.0, 5.0, 72.0]\n"
+PIN_WORDS: Final = ("--keep-out", "pin=-3,-5,0,3,5,72")
+STOCK: Final = vp.Box("the stock", (-9.0, -9.0, 0.0), (9.0, 9.0, 72.0))
 #: A corner that is beyond the travel of two sliders by a few micrometres: blended, it is not.
 CORNER: Final = "G21 G90 G94 F1000\nG0 X0 Y0 Z200 A0 C0\nG1 Z240.792\nX20\nM2\n"
 #: A rapid over the middle of the workspace, where the sliders have to go higher than at both ends.
@@ -104,12 +89,22 @@ CASES: Final = {
         tool=50.0,
         place=(0.0, 0.0, 0.0),
     ),
-    "VP203": Case(PAST, 3, ("VP203",), changes=(("parallel_singularity = 0.05", "parallel_singularity = 0.9"),)),
+    "VP203": Case(PAST, 3, ("VP203",), changes=(("parallel_singularity = 0.05", "parallel_singularity = 0.7"),)),
     "VP210": Case(HEAD + "G1 Z-22 F900\nM2\n", 3, ("VP210",)),
-    "VP211": Case(PAST, 3, ("VP211",), changes=bodied(diameter=200.0)),
-    "VP212": Case(PAST, 3, ("VP211", "VP212", "VP213"), changes=bodied(minimum=500.0)),
-    "VP213": Case(HEAD + "G1 X20 Z-19.5 F900\nM2\n", 3, ("VP213",), changes=bodied()),
-    "VP214": Case(PAST, 3, ("VP214",), changes=bodied(cone=0.5)),
+    "VP211": Case(PAST, 3, ("VP211",), changes=bodied("diameter_mm = 200.0")),
+    "VP212": Case(
+        HEAD.replace("Z50", "Z300") + "G1 X12 F3000\nM2\n",
+        3,
+        ("VP212",),
+        changes=bodied("diameter_mm = 20.0", "spindle_diameter_mm = 400.0\nspindle_top_mm = 200.0"),
+    ),
+    "VP213": Case(HEAD + "G1 X20 Z-19.5 F900\nM2\n", 3, ("VP213",), changes=bodied(bodies="tool_diameter_mm = 20.0")),
+    "VP214": Case(
+        HEAD + "G1 X40 F900\nM2\n",
+        3,
+        ("VP214",),
+        changes=bodied("slider_cone_deg = 1.7\ncone_centre = [0.0, 0.0, 1400.0]"),
+    ),
     "VP217": Case(
         HEAD + "G1 X20 A5 F900\nM2\n",
         3,
@@ -128,22 +123,22 @@ CASES: Final = {
         PAST,
         3,
         ("VP215",),
-        ("--keep-out", "pin@G54=-3,-5,-20,3,5,55"),
-        options={"keep_out": (vp.Box("pin", (-3.0, -5.0, -20.0), (3.0, 5.0, 55.0), 1),)},
+        ("--keep-out", "pin@G54=-3,-5,-20,3,5,52"),
+        options={"keep_out": (vp.Box("pin", (-3.0, -5.0, -20.0), (3.0, 5.0, 52.0), 1),)},
     ),
     "rapid in the stock": Case(
         PAST.replace("G1 X12 F3000", "G0 X12"),
         3,
         ("VP216",),
-        ("--stock", "-9,-9,0,9,9,75"),
+        ("--stock", "-9,-9,0,9,9,72"),
         options={"stock": STOCK},
     ),
-    "feed in the stock": Case(PAST, 3, (), ("--stock", "-9,-9,0,9,9,75"), options={"stock": STOCK}),
+    "feed in the stock": Case(PAST, 3, (), ("--stock", "-9,-9,0,9,9,72"), options={"stock": STOCK}),
     "stock of the settings file": Case(
         PAST.replace("G1 X12 F3000", "G0 X12"),
         3,
         ("VP216",),
-        settings="[stock]\nmin = [-9.0, -9.0, 0.0]\nmax = [9.0, 9.0, 75.0]\n",
+        settings="[stock]\nmin = [-9.0, -9.0, 0.0]\nmax = [9.0, 9.0, 72.0]\n",
         options={"stock": STOCK},
     ),
     "a blended corner": Case(CORNER, 3, (), tool=50.0, place=(0.0, 0.0, 420.0)),
@@ -181,7 +176,7 @@ CASES: Final = {
         options={"keep_out": (PIN,), "air": 10.0, "air_along": "table"},
     ),
     "--air not over it": Case(
-        PAST, 3, ("VP215",), (*PIN_WORDS, "--air", "4"), options={"keep_out": (PIN,), "air": 4.0}
+        PAST, 3, ("VP215",), (*PIN_WORDS, "--air", "1"), options={"keep_out": (PIN,), "air": 1.0}
     ),
     "--air into a limit": Case(
         HEAD + "G1 Z600 F3000\nM2\n",

@@ -300,9 +300,15 @@ def test_programs_beside_their_rows(folder: Path, run: Callable[..., Any]) -> No
 
 
 def test_findings_of_the_whole_batch(folder: Path, run: Callable[..., Any]) -> None:
-    run("batch", "in", "-o", "out", "-j", 2, "--junit", "j.xml", "--sarif", "s.json", *PLACE)
+    said = run("batch", "in", "-o", "out", "-j", 2, "--junit", "j.xml", "--sarif", "s.json", "--github", *PLACE).out
     suite = ElementTree.parse("j.xml").getroot()
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("12", "1", "2")
+    listed = json.loads(Path("out/batch.json").read_text())["programs"]
+    times = {case.get("name"): float(case.get("time", "nan")) for case in suite.iter("testcase")}
+    assert times == pytest.approx({one["program"]: one["cycle_time_s"] or 0.0 for one in listed}, abs=5e-4)
+    assert sum(time > 0 for time in times.values()) == 9
+    refused = {one["program"] for one in listed if one["status"]}
+    assert {line.split("file=")[1].split(",")[0] for line in said.splitlines() if line.startswith("::")} == refused
     results = json.loads(Path("s.json").read_text())["runs"][0]["results"]
     found = {(one["ruleId"], one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]) for one in results}
     assert ("VP101", "in/far.nc") in found

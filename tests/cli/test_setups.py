@@ -5,7 +5,6 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import pytest
 
@@ -125,32 +124,17 @@ def test_a_set_up_is_not_written_over(folder: Path, run: Callable[..., Any]) -> 
     assert Path("part.nc.toml").read_text(encoding="utf-8") == "tool_length = 80\n"
 
 
-def test_the_samples_run_as_they_stand(tmp_path: Path, run: Callable[..., Any]) -> None:
-    """Every sample has its set-up beside it: only those that violate on purpose are refused, and check says the same."""
+def test_the_samples_run_as_they_stand(run: Callable[..., Any]) -> None:
+    """Every sample has its set-up beside it: only those that violate on purpose are refused; docs/batch.md converts them."""
     expected = {path.name for path in SAMPLES.iterdir() if path.name.startswith("violates")} - {
         path.name for path in SAMPLES.glob("*.toml")
     }
-    answer = run("batch", SAMPLES, "-o", tmp_path / "out", "--junit", tmp_path / "j.xml", "--github")
+    answer = run("check", SAMPLES, "--output-format", "json")
     assert answer.code == 1
-    listed = json.loads((tmp_path / "out" / "batch.json").read_text(encoding="utf-8"))["programs"]
-    assert {Path(one["program"]).name for one in listed if one["status"]} == expected
-    assert all(one["warnings"] == 0 for one in listed)
-    assert {path.name for path in (tmp_path / "out").glob("two_faces.*csv")} == {
-        f"two_faces.{ending}.csv" for ending in ("cls", "h", "mpf", "nc")
-    }
-    assert {
-        line.split("file=")[1].split(",")[0].rpartition("/")[2] for line in answer.out.splitlines() if "::" in line
-    } == expected
-    times = {
-        case.get("name"): float(case.get("time", "nan"))
-        for case in ElementTree.parse(tmp_path / "j.xml").iter("testcase")
-    }
-    assert times == pytest.approx({one["program"]: one["cycle_time_s"] or 0.0 for one in listed}, abs=5e-4)
-    checked = run("check", SAMPLES, "--output-format", "json")
-    assert checked.code == 1
-    verdicts = {Path(one["program"]).name: one["verdict"] for one in json.loads(checked.out)["programs"]}
-    assert {name for name, verdict in verdicts.items() if verdict != "accepted"} == expected
-    assert len(verdicts) == len(listed)
+    listed = json.loads(answer.out)["programs"]
+    assert len(listed) > 12
+    assert {Path(one["program"]).name for one in listed if one["verdict"] != "accepted"} == expected
+    assert not [item for one in listed for item in one["findings"] if item["severity"] == "warning"]
 
 
 def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable[..., Any]) -> None:

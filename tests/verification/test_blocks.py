@@ -116,9 +116,10 @@ def test_a_spoilt_file_fails_alike_wherever_a_block_ends(what: str, how: str) ->
             if a == b or a == 0:
                 continue
             spoilt = HOW[how](values, line, a, b)
+            if spoilt[1].shape == line.shape and (spoilt[1] == line).all() and (spoilt[0] == values).all():
+                continue  # a single row that is reversed: the good file of the test above
             whole = verdict(asked, *spoilt, [])
-            changed = spoilt[1].shape != line.shape or (spoilt[1] != line).any() or (spoilt[0] != values).any()
-            if what == "stops" and b - a > 30 and changed:
+            if what == "stops" and b - a > 30:
                 assert whole, (a, b)
             ends = sorted({a - 1, a, a + 1, b - 1, b, b + 1} & set(range(1, len(spoilt[1]))))
             for end in ends:
