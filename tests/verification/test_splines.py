@@ -101,6 +101,25 @@ def test_shares_of_length_and_back():
     np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM), u, atol=1e-9)
 
 
+@pytest.mark.parametrize(("begin", "scale"), [(7.0, 1.0), (-3.0, 0.2)])
+def test_lengths_do_not_depend_on_where_knots_begin_nor_on_their_scale(begin, scale):
+    """Nor do places at shares of the length, nor the nearest ones."""
+    points = [[0, 0, 0, 0, 0], [1, 80, 0, 0.1, 0], [40, -50, 2, 0.2, 1], [90, 0, 0, 0, 1.5]]
+    knots, weights = np.array([0, 0.2, 1, 1.5, 1.5, 2]), [1, 20, 0.03, 1]
+    first, other = (
+        splines.measure_splines(one(points, weights, some, 3), RADIAN_MM) for some in (knots, begin + scale * knots)
+    )
+    u, piece = np.linspace(0.0, 1.0, 301), np.zeros(301, int)
+    at = splines.parameters_at(first, piece, u, RADIAN_MM)
+    same = splines.parameters_at(other, piece, u, RADIAN_MM)
+    np.testing.assert_allclose(same, begin + scale * at, atol=1e-9)
+    lengths = splines.lengths_at(first, piece, at, RADIAN_MM)
+    np.testing.assert_allclose(splines.lengths_at(other, piece, same, RADIAN_MM), lengths, rtol=1e-9, atol=1e-7)
+    poses = splines.spline_points(first.pieces, piece, at) + [0.0, 0.0, 0.01, 0.0, 0.0]
+    found = [splines.project(some, piece, poses, np.arange(301) == 0, 0.0, RADIAN_MM) for some in (first, other)]
+    np.testing.assert_allclose(found[1], found[0], atol=1e-8)
+
+
 def test_a_crossing_is_passed_both_times():
     """At the crossing of a loop both places are equally near: the row before decides."""
     measured = splines.measure_splines(one([[0, 0, 0, 0, 0], [60, 40, 0, 0, 0], [-40, 40, 0, 0, 0], [20, 0, 0, 0, 0]],
