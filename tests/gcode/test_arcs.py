@@ -19,9 +19,21 @@ def test_an_arc_by_radius_is_never_a_full_circle(view, dialect, start, arc):
     assert [(item.code, item.line) for item in findings] == [("VP008", 14)]
 
 
+@pytest.mark.parametrize(("radius", "center"), [(0.5, (0.3, -0.4)), (-0.5, (0.3, 0.4)), (1.0, (0.3, -(0.91**0.5)))])
+@pytest.mark.parametrize(("code", "sign"), [(2, 1), (3, -1)])
+def test_the_centre_of_an_arc_by_a_small_radius(view, radius, center, code, sign):
+    """Of a chord of 0.6 along X: below it for the short way clockwise, above for the long one."""
+    moves, findings = view(f"F9 G0 X0 Y0 Z0\nG{code} X0.6 R{radius}\nM2", dialect="rs274")
+    assert findings == ()
+    assert moves.arcs.center[0, :2] == pytest.approx([center[0], sign * center[1]])
+
+
 def test_an_arc_by_radius_that_cannot_be_says_how_far_apart_its_ends_are(view):
     """Ends of a 3-4-5 triangle: 2.5e-7 mm apart; and 50 mm, which takes a radius of 25."""
-    for body, words in (("X.00000015 Y.0000002 R9", "they are 2.5e-07 mm apart"), ("X30 Y40 R24", "at least 25.0000 mm")):
+    for body, words in (
+        ("X.00000015 Y.0000002 R9", "they are 2.5e-07 mm apart"),
+        ("X30 Y40 R24", "at least 25.0000 mm"),
+    ):
         _moves, findings = view(f"F9 G91 G2 {body}\nM2", dialect="rs274")
         assert words in findings[0].message
 

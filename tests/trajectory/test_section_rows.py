@@ -21,16 +21,18 @@ def smooth(n: int) -> np.ndarray:
     return w**4 * (35 - 84 * w + 70 * w**2 - 20 * w**3)
 
 
+@pytest.mark.parametrize("rate", [1.0, 9.0])  # dsigma/dt; the faster one moves far in its last cycle too
 @pytest.mark.parametrize("slower", [1.0, 1.37])
 @pytest.mark.parametrize("length", [0.5, 20.0])
 # the second moves far in its first cycle, the third has too few rows to leave one out
 @pytest.mark.parametrize(("samples", "step"), [(80, 2e-3), (20, 1e-3), (2, 1e-3)])
-def test_rows_are_the_profile_at_whole_cycles(length: float, slower: float, samples: int, step: float) -> None:
+def test_rows_are_the_profile_at_whole_cycles(
+    length: float, slower: float, samples: int, step: float, rate: float
+) -> None:
     section, top = straight(length), limits(3)
     profile = Profile.of_samples(length * smooth(samples), step)
     knots = int(np.ceil(profile.duration / 4e-3))
-    # dsigma/dt = 1: time is pseudo-time
-    times = Times.of_coefficients(np.ones(knots + 3), profile.duration / knots)
+    times = Times.of_coefficients(np.full(knots + 3, rate**2), profile.duration / knots)
     rows = sample_rows(SectionTask(section, top, CYCLE, CYCLE), profile, times, slower)
     cycles = int(np.ceil(times.total * slower / CYCLE - 1e-9))
     expected = profile.s(np.linspace(0.0, profile.duration, cycles + 1))
