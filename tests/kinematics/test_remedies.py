@@ -1,11 +1,13 @@
 """Where a bound is worst along a line: against dense samples of the same quantities."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.kinematics.checks.line_measures import every_check, measure
-from verne_post.kinematics.checks.remedies import of_line, worst_places
+from verne_post.kinematics.checks.remedies import TURNS, legal_branches, of_line, worst_places
 
 from ..builders import MACHINE, OPTIONS
 
@@ -32,3 +34,20 @@ def test_the_worst_place_is_found_between_samples(line: int) -> None:
         assert measure(motion, np.array([place.element]), np.array([place.w]))[0][0, check.quantity] == value
         inside += 0.0 < place.w < 1.0 and abs(place.w * 64 - round(place.w * 64)) > 1e-3
     assert inside >= 3
+
+
+@pytest.mark.parametrize("most", [2.9, 3.4])
+def test_turns_of_c_within_its_travel_are_branches_the_nearest_first(most: float) -> None:
+    """Up to three turns either way where C has limits; an upright tool may stand on the other solution too."""
+    travel = np.array([-most, most]) * 2 * np.pi
+    limits = replace(
+        MACHINE.limits,
+        lower=np.append(MACHINE.limits.lower[:-1], travel[0]),
+        upper=np.append(MACHINE.limits.upper[:-1], travel[1]),
+    )
+    source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X40 F2000\nM2\n"
+    motion = of_line(assemble(source, replace(MACHINE, limits=limits), OPTIONS).joints(), 2)
+    found = [(one.flip, one.turns) for one in legal_branches(motion)]
+    reached = [(flip, turn) for flip in (0, 1) for turn in range(-TURNS, TURNS + 1) if abs(turn + 0.5 * flip) < most]
+    assert sorted(found) == sorted(set(reached) - {(0, 0)})
+    assert [abs(turn) for _flip, turn in found] == sorted(abs(turn) for _flip, turn in found)

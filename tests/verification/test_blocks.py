@@ -228,3 +228,18 @@ def test_a_dwell_counts_over_the_ends_of_blocks(short: int) -> None:
     for end in range(first - 4, first + 44 - short, 7):
         assert verdict(asked, values, line, [end]) == expected
         assert verdict(asked, values, line, [end - 3, end, end + 2]) == expected
+
+
+@pytest.mark.parametrize("size", [1, 2, 1000])
+def test_the_first_row_of_a_file_is_kept_whatever_the_blocks(size: int) -> None:
+    source = program("G0 X0 Y0 Z24 A0 C0\nG1 X4 F2000")
+    values, line = made(source)
+    asked = assemble(source, MACHINE, OPTIONS)
+    fmt = choose_setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
+    starts = [0, 1, *range(1 + size, len(values), size)]
+    ends = [*starts[1:], len(values)]
+    blocks = (SetpointBlock(a, values[a:b], line[a:b], fmt) for a, b in zip(starts, ends, strict=True))
+    found = verify_setpoints(asked, blocks)
+    assert found.first_row is not None
+    assert found.first_row.tolist() == values[0].tolist()
+    assert found.n_rows == len(values)
