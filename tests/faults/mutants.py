@@ -3,8 +3,8 @@
 Run: python -m tests.faults.mutants [--mutants 150] [--seed 0] [--areas arcs,...] [--numbers 3,17] [--coverage FOLDER]
 Works on a copy of the checkout (pip install coverage). The tests of each area run once, and coverage keeps which of them run
 each line; with --coverage that is read from a folder that an earlier run on the same code has left. A change swaps an operator or
-a comparison, negates a condition, or moves a number by one. The tests that run the changed line are asked, the quickest first; where it
-runs when the module is loaded, those that run another line of the file. Each mutant is judged in a fork, which finds the
+a comparison, negates a condition, or moves a number by one. The tests that run the changed line are asked, the quickest of each file first; where
+it runs when the module is loaded, those that run another line of the file. Each mutant is judged in a fork, which finds the
 libraries loaded and all other files compiled. The tests that failed run again on the code as it is, where they must pass.
 Prints every verdict, and a table. A survivor is a missing test, or a change that means the same: somebody has to look.
 """
@@ -52,7 +52,7 @@ AREAS: Final = {
 }  # fmt: skip
 #: Tests of the whole pipeline, asked in every area.
 COMMON: Final = ("test_samples.py", "test_metamorphic.py", "golden")
-#: Of the tests that run the changed line those are asked, the quickest first, that take so long together, s; but at least so many.
+#: Of the tests that run the changed line those are asked, in that order, that take so long together, s; but at least so many.
 ASKED_S: Final = (6.0, 100.0)
 LEAST: Final = 5
 #: A change that makes tests run so many times longer than they are known to, and so long besides, s, is noticed.
@@ -176,7 +176,7 @@ class Sampler:
         contexts = contexts or {one for at in inside for one in lines.get(at, ()) if _is_test(one)}
         parts: list[list[str]] = [[], []]
         total, part = [0.0, 0.0], 0
-        for context in sorted(contexts, key=lambda context: (self._seconds[context], context)):
+        for context in self._order_of_tests(contexts):
             if total[part] + self._seconds[context] > ASKED_S[part] and len(parts[part]) >= LEAST:
                 part += 1
                 if part == len(parts):
@@ -186,6 +186,15 @@ class Sampler:
         return tuple(
             Asked(tuple(tests), LONGER * known + LONGEST) for tests, known in zip(parts, total, strict=True) if tests
         )
+
+    def _order_of_tests(self, contexts: set[str]) -> list[str]:
+        """The quickest test of each file, then the second ones: tests of one file often ask the same."""
+        place, taken = dict[str, int](), Counter[str]()
+        for context in sorted(contexts, key=lambda context: (self._seconds[context], context)):
+            file = context.rpartition(".")[0]
+            place[context] = taken[file]
+            taken[file] += 1
+        return sorted(place, key=lambda context: place[context])
 
 
 def _lines_in_functions(tree: ast.AST) -> set[int]:
