@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from verne_post.kinematics.modules.verne import working_modes
+from verne_post.kinematics.modules.verne.inverse import coupled_point
 from verne_post.kinematics.modules.verne.module import VerneModule
 
 from ..builders import LENGTHS, rods
@@ -113,6 +115,23 @@ def test_every_tilt_of_a_point_that_turns_with_the_platform_is_found():
         used = [(one.alpha, *one.rho) for one in found if one.refused is None]
         assert used == ([pytest.approx((tilt[0], *rho[0]), abs=1e-6)] if ok[0] else [])
     assert several > 10
+
+
+def test_newtons_method_finds_a_tilt_in_few_steps(monkeypatch):
+    """From a milliradian beside it four steps lead to the last digits: errors are squared by each."""
+    monkeypatch.setattr(working_modes, "POLISH_STEPS", 4)
+    rng = np.random.default_rng(12)
+    tried = 0
+    for _ in range(30):
+        pivot, gauge = rng.uniform(-150, 150, 3) + [0.0, 0.0, 900.0], rng.uniform(-300, 300, 3)
+        point = coupled_point(pivot, gauge[None]).rows(0)
+        for one in MODULE.inverse_coupled_all(pivot, gauge)[::4]:
+            for beside in (-1e-3, 1e-3):
+                found = working_modes._polish_tilt(MODULE, point, one.alpha + beside, one.signs[0])
+                if found is not None and abs(found - one.alpha) < 1e-2:
+                    tried += 1
+                    assert found == pytest.approx(one.alpha, abs=1e-13)
+    assert tried > 100
 
 
 @pytest.mark.parametrize("leg", [2, 3])
