@@ -45,6 +45,16 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     assert found(machine, program) == wanted
 
 
+@pytest.mark.parametrize(("program", "wanted"), [
+    ("G1 X0 Y0 Z0 F1000\nX=IC(10)\nG2 X5 CR=30", [("VP012", 1, 1)]),
+    ("G1 X0 Y0 Z0\nX=IC(10)\nG2 X5 CR=30", [("VP009", 1, 1), ("VP012", 2, 2)]),
+])  # fmt: skip
+def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program, wanted):
+    findings = check(f"{program}\nM30".encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)})).findings
+    assert [(item.code, item.line, item.last_line) for item in findings] == wanted
+    assert all("G43" not in item.message for item in findings)
+
+
 def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     table = read_tool_table("T1 P1 Z50 D6\n", "t.tbl")
     program = "T7 M6\nG43\nG41\nG40\nG43 H8\nG43 H8"

@@ -29,6 +29,8 @@ class MotionCodes(MachineCodes):
 
     #: The entry move of cutter compensation ends beside the start of the contour, not beside its own end.
     perpendicular_entry: ClassVar[bool] = False
+    #: What gives a tool length.
+    length_words: ClassVar[str] = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
 
     # --- home --------------------------------------------------------------------------------
 
@@ -182,9 +184,8 @@ class MotionCodes(MachineCodes):
             raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
         if self.setup.machine and not state.length_given:
             raise BlockError(
-                "VP012", "no tool length has been given before the first feed move; "
-                "use G43 H with --tool-table, --tool-length MM, or G49 for length 0",
-            )  # fmt: skip
+                "VP012", f"no tool length has been given before the first feed move; use {self.length_words}"
+            )
 
     def _motion_start(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
         """Where unnamed axes stay; applies the rule for a change of tool length under tilt."""

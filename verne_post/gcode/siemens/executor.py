@@ -1,5 +1,6 @@
 """One block with its variables, words, cycles and modal call: what the flow of a program executes."""
 
+from contextlib import suppress
 from typing import Final
 
 from verne_post.gcode.arcs import PLANES
@@ -21,6 +22,8 @@ from verne_post.gcode.siemens.words import Call, WordReader, Words
 from verne_post.gcode.state import State
 from verne_post.model.moves import MoveKind
 
+#: Errors of blocks that lack a tool or its length, or a feed rate.
+_LACKING: Final = ("VP009", "VP012")
 _OTHERS: Final = ("CYCLE800", "CYCLE832", "WORKPIECE")
 
 
@@ -71,15 +74,37 @@ class Executor:
         return self.words.read(cursor, line)
 
     def run(self, words: Words) -> bool:
-        """Execute a block without its calls, and the cycle of MCALL where it has moved; True where its subprogram is to be called."""
+        """Execute a block without its calls, and the cycle of MCALL where it has moved; True where its subprogram is to be called.
+
+        Raises
+        ------
+        BlockError
+            A block that lacks nothing but a tool or F has moved the axes all the same: nothing else is reported for it.
+        """
         if words.calls:
             words.used.add("P")
-        if not self.interpreter.run(words) or self.modal is None:
+        try:
+            moved = self.interpreter.run(words)
+        except BlockError as error:
+            if error.code in _LACKING:
+                self._go_on(words, error.code)
+            raise
+        if not moved or self.modal is None:
             return False
         if not self.is_drilling(self.modal.name):
             return True
         self.drilling.run(self.modal, words.line)
         return False
+
+    def _go_on(self, words: Words, code: str) -> None:
+        """Execute a block once more as if there were a length, a feed rate and a turning spindle: its end point counts."""
+        state = self.interpreter.state
+        given, state.length_given = state.length_given, True
+        state.feed = state.feed or 1.0
+        state.spindle_on, state.spindle_speed = True, state.spindle_speed or 1.0
+        with suppress(BlockError):
+            self.interpreter.run(words)
+        state.length_given = given or code == "VP012"
 
     def finish(self) -> None:
         """At the end of the program: what waits for its end."""

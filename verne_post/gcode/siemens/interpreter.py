@@ -29,6 +29,7 @@ class SiemensInterpreter(SiemensSplines):
     """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
 
     perpendicular_entry: ClassVar[bool] = True  # NORM
+    length_words: ClassVar[str] = "T and M6 with --tool-table, or --tool-length MM"
 
     def run(self, words: Words) -> bool:
         """Execute one block without its calls; True where axes were named, after which a modal call comes.
