@@ -115,6 +115,19 @@ def test_a_swing_in_place_is_in_degrees_per_minute(name):
     assert 6.0 < setpoints.t[-1] < 6.6
 
 
+@pytest.mark.parametrize("name", MACHINES)
+def test_swings_in_place_one_after_another_keep_the_feed_of_the_axis(name):
+    """Where motion goes on from swing to swing the turn of the axis counts: made for 600 deg/min they are too fast for 595."""
+    body = (
+        f"G64 P0.05\nG43.5 G0 X0 Y0 Z60 {axis_words(10, 90)}\nG1 {axis_words(30, 90)} F600\n"
+        f"{axis_words(40, 110)}\n{axis_words(30, 150)}"
+    )
+    setpoints = made(body, MACHINES[name])
+    assert not verify_rows(setpoints, body, MACHINES[name]).findings
+    slower = verify_rows(setpoints, body.replace("F600", "F595"), MACHINES[name])
+    assert {item.code for item in slower.findings} == {"VP404"}
+
+
 def test_words_along_the_great_circle_where_the_option_says_so():
     """--orientation vector for A and C words is the vector program; auto is linear in A and C."""
     machine = MACHINES["serial"]
