@@ -43,7 +43,7 @@ from tests.faults.trials import ROOT
 #: Area -> files of the package, and tests that are asked.
 AREAS: Final = {
     "kinematics": (("kinematics/**/*.py",), ("kinematics", "calibration")),
-    "verification": (("verification/*.py",), ("verification", "cli/test_following.py")),
+    "verification": (("verification/*.py",), ("verification", "cli/test_following.py", "cli/test_restart.py")),
     "arcs": (
         ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/spatial_arc.py", "gcode/cycle_codes.py", "gcode/*/*cycle*.py"),
         ("gcode",),

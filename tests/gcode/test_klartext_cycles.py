@@ -175,6 +175,11 @@ def test_bore_milling(run):
     assert moves.end[-1, :3].tolist() == [4.0, 5.0, 2.0]
     other = run("CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20 Q351=-1", "CYCL CALL")
     assert other.arcs.sweep == pytest.approx(-moves.arcs.sweep)
+    mirrored = run(
+        "CYCL DEF 8.0 MIRROR IMAGE", "CYCL DEF 8.1 X",
+        "CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20", "CYCL CALL",
+    )  # fmt: skip
+    assert mirrored.arcs.sweep == pytest.approx(-moves.arcs.sweep)
 
 
 # --- where they run ---------------------------------------------------------------------------------------

@@ -217,8 +217,7 @@ class RowMatcher:
                     take = self._rows_of_item(q[row:end], now, u)
                 item[row : row + take] = now
                 row += take
-                if row < end:
-                    now, u, rows = now + 1, None, 0
+                now, u, rows = now + 1, None, 0
         return item
 
     def _rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
