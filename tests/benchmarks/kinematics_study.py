@@ -132,7 +132,7 @@ def as_machine(g: nr.Lengths, table: nr.Table) -> HybridMachine:
     """The product's machine of any lengths."""
     return HybridMachine(
         VerneModule(*astuple(g)),
-        TiltingTable(np.array(table.pivot), np.array(table.rotary_offset), np.zeros(3)),
+        TiltingTable(np.array(table.pivot), np.array(table.rotary_offset), np.zeros(3), 1.0, 1.0),
         table.nose,
     )
 

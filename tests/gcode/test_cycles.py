@@ -175,3 +175,12 @@ def test_a_row_of_polar_repeats_does_not_guess_its_way_through_zero(view):
     # 10 mm towards zero from 8.66, 5: what is left of the distance is rounding, and has no angle
     found = view("F9 G0 @10 ^30 Z5\nG91 G81 @-10 Z-3 R-2 L2\nM2", dialect="rs274")[1]
     assert [(item.code, item.line) for item in found] == [("VP017", 2)]
+
+
+@pytest.mark.parametrize(("code", "spindle", "words"), [
+    ("G74", "M3", "left-hand thread; it needs M4"), ("G84", "M4", "right-hand thread; it needs M3"),
+])  # fmt: skip
+def test_a_tap_that_turns_the_wrong_way_is_told_which_one_is_right(view, code, spindle, words):
+    _moves, findings = view(f"G0 X0 Y0 Z5\nS100 {spindle} F100\n{code} Z-5 R2\nM2", dialect="rs274")
+    assert [(one.code, one.line) for one in findings] == [("VP017", 3)]
+    assert words in findings[0].message

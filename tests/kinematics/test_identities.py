@@ -144,7 +144,7 @@ def test_a_batch_is_its_rows(module, seed, n):
     """
     rng = np.random.default_rng(seed)
     machine = HybridMachine(
-        module, TiltingTable(np.array([6.0, -9.0, 1580.0]), np.array([12.0, -8.0, 35.0]), np.zeros(3)), 42.0
+        module, TiltingTable(np.array([6.0, -9.0, 1580.0]), np.array([12.0, -8.0, 35.0]), np.zeros(3), 1.0, 1.0), 42.0
     )
     tip = rng.uniform([-400.0, -400.0, 0.0], [400.0, 400.0, 150.0], (n, 3))
     axis = axis_of_angles(rng.uniform(0, np.pi / 2, n), rng.uniform(-np.pi, np.pi, n))

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import assemble
+from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.line_measures import every_check, measure
-from verne_post.kinematics.checks.remedies import TURNS, legal_branches, of_line, worst_places
+from verne_post.kinematics.checks.remedies import TURNS, legal_branches, of_line, place_of, worst_places
 
 from ..builders import MACHINE, OPTIONS
 
@@ -51,3 +52,33 @@ def test_turns_of_c_within_its_travel_are_branches_the_nearest_first(most: float
     reached = [(flip, turn) for flip in (0, 1) for turn in range(-TURNS, TURNS + 1) if abs(turn + 0.5 * flip) < most]
     assert sorted(found) == sorted(set(reached) - {(0, 0)})
     assert [abs(turn) for _flip, turn in found] == sorted(abs(turn) for _flip, turn in found)
+
+
+def test_a_finding_without_a_value_is_where_the_line_gets_out_of_reach() -> None:
+    source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X2000 Z300 F2000\nM2\n"
+    motion = of_line(assemble(source, MACHINE, OPTIONS).joints(), 2)
+    (item,) = (one for one in check_constraints(motion)[1] if one.code == "VP110")
+    assert item.value is None
+    place = place_of(motion, item)
+    assert place is not None
+    w = np.linspace(0.0, 1.0, 100001)
+    solved = motion.solve(np.zeros(len(w), dtype=np.intp), w).ok
+    assert not solved.all()
+    assert place.w == pytest.approx(w[np.argmin(solved)], abs=1e-5)
+
+
+def test_a_finding_with_a_value_is_where_the_line_has_it() -> None:
+    source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X300 Y-300 Z600 F2000\nM2\n"
+    motion = of_line(assemble(source, MACHINE, OPTIONS).joints(), 2)
+    items = [one for one in check_constraints(motion)[1] if one.value is not None]
+    assert items
+    for item in items:
+        place = place_of(motion, item)
+        assert place is not None
+        values = measure(motion, np.array([place.element]), np.array([place.w]))[0][0]
+        found = [
+            values[check.quantity] * check.factor
+            for check in every_check(motion)
+            if (check.code, check.axis) == (item.code, item.axis)
+        ]
+        assert min(abs(value - item.value) for value in found) < 1e-3

@@ -36,8 +36,8 @@ class TiltingTable:
     pivot: Array
     rotary_offset: Array
     machine_zero: Array
-    a_sign: float = 1.0
-    c_sign: float = 1.0
+    a_sign: float
+    c_sign: float
 
     @property
     def axes(self) -> str:
