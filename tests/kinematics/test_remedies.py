@@ -37,7 +37,7 @@ def test_the_worst_place_is_found_between_samples(line: int) -> None:
     assert inside >= 3
 
 
-@pytest.mark.parametrize("most", [2.9, 3.4])
+@pytest.mark.parametrize("most", [2.9, 4.4])
 def test_turns_of_c_within_its_travel_are_branches_the_nearest_first(most: float) -> None:
     """Up to three turns either way where C has limits; an upright tool may stand on the other solution too."""
     travel = np.array([-most, most]) * 2 * np.pi
