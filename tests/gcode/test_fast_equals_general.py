@@ -228,3 +228,19 @@ def test_the_fast_path_is_really_taken(monkeypatch):
     assert findings == ()
     assert sum(taken) == 1 + 3 * PLAIN.count("\n")  # the first line says G1
     assert len(moves) == 1 + 3 * (PLAIN.count("\n") - 1)  # F50 alone is no move
+
+
+def test_lines_that_are_refused_one_after_the_other_are_not_all_looked_at_again_and_again(monkeypatch):
+    """Each attempt at a long stretch of errors looks at a few lines; it was all that were left, quadratic in their number."""
+    looked = []
+    execute = plain._execute
+
+    def watched(lines, first, last, *rest):
+        looked.append(last - first)
+        return execute(lines, first, last, *rest)
+
+    monkeypatch.setattr(plain, "_execute", watched)
+    arcs = "".join(f"G2 X{number % 50} Y{number % 7} I3\n" for number in range(4000))
+    _moves, findings = interpreter_view(f"G21 G90 F100\nG0 X0 Y0 Z0 A0 C0\n{arcs}M2".encode(), Options())
+    assert {finding.code for finding in findings} == {"VP008"}
+    assert sum(looked) < 4000 * plain._HEAD + plain._LONG_STRETCH**2

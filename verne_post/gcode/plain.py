@@ -29,6 +29,8 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 MIN_LINES: Final = 8
 #: Stretches of so many lines gain nothing from the short way of those that are alike.
 _LONG_STRETCH: Final = 1_000
+#: So many lines of a long stretch come first: where line after line is refused, each attempt costs no more than these.
+_HEAD: Final = 32
 _C, _F, _G, _N = 5, 9, 10, 11
 #: What a line names, in one number: a bit for each axis, F and G.
 _BITS: Final = 1 << np.arange(_G + 1)
@@ -201,6 +203,18 @@ def execute(
     ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file. ``point`` takes
     the tool axes of lines that all have one.
     """
+    head = first + _HEAD
+    if last - first > _LONG_STRETCH:
+        done = _execute(lines, first, head, codes, shown_line, point)
+        if done < head:
+            return done
+        first = head
+    return _execute(lines, first, last, codes, shown_line, point)
+
+
+def _execute(
+    lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None, point: Point | None
+) -> int:
     if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
         return last
     setup, state, recorder = codes.setup, codes.state, codes.recorder

@@ -39,8 +39,8 @@ def execute_points(points: Points, row: int, last: int, translator: Translator, 
     )  # fmt: skip
     lines = plain.PlainLines(words, interpreter.setup, bare_codes=False, others="IJK")
 
-    def point(_first: int, end: Array) -> Array:
-        units = vectors[: len(end)] / sizes[: len(end), None]
+    def point(first: int, end: Array) -> Array:
+        units = vectors[first : first + len(end)] / sizes[first : first + len(end), None]
         pairs = interpreter.setup.coordinates.point_axes((state.position[_A], state.position[_C]), units, state.frame)
         end[:, [_A, _C]] = pairs
         x, y, z = units[-1].tolist()
