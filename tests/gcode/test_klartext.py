@@ -470,3 +470,40 @@ def test_the_stock_is_kept(run):
 def test_a_stock_that_cannot_be(refusal, statements, code, line):
     found = refusal(*statements)
     assert (found.code, found.line) == (code, line)
+
+
+# --- tools by name ----------------------------------------------------------------------------------------
+
+NAMED = "BEGIN PGM T MM\n{}\nTOOL CALL {} Z S900\nL X+1 F100\nEND PGM T"
+
+
+@pytest.mark.parametrize(("before", "call"), [("", '"MILL 10"'), ("", "QS3"), ('TOOL DEF "MILL 10"', '"MILL 10"')])
+def test_a_name_is_the_number_that_the_settings_give_it(view, before, call):
+    before = 'QS3 = "MILL 10"' if call == "QS3" else before
+    text = NAMED.format(before, call)
+    moves, findings = view(
+        text,
+        dialect="heidenhain",
+        tools={7: make_tool(7, 33.0, 4.0)},
+        control={"heidenhain": {"tools": {"MILL 10": 7}}},
+    )
+    assert findings == ()
+    assert moves.frames[moves.frame[-1]].tool_length == 33.0
+    assert any(event.data.get("name") == "MILL 10" for event in moves.events)
+
+
+def test_a_name_without_a_number_is_refused_where_there_is_a_table(view):
+    _moves, findings = view(NAMED.format("", '"MILL 10"'), dialect="heidenhain", tools=TOOLS)
+    assert [(item.code, item.line, item.column) for item in findings] == [("VP012", 3, 11)]
+    assert "[heidenhain.tools]" in findings[0].message
+
+
+def test_names_without_a_table_are_tools_of_their_own(view):
+    text = NAMED.format('TOOL CALL "A" Z S900', '"A"')
+    moves, findings = view(text, dialect="heidenhain", tools=None, tool_length=50.0)
+    assert findings == ()
+    assert moves.frames[moves.frame[-1]].tool_length == 50.0
+    moves, findings = view(
+        text.replace('TOOL CALL "A" Z S900', 'TOOL CALL "B" Z S900'), dialect="heidenhain", tools=None, tool_length=50.0
+    )
+    assert len({event.data["number"] for event in moves.events if event.data.get("name") in ("A", "B")}) == 2

@@ -48,7 +48,7 @@ def outcome(machine):
     """Everything that a program does, as comparable values, and its findings."""
     options = Options(
         tools={1: make_tool(1, 80.0, 8.0), 2: make_tool(2, 60.0, 6.0)}, subroutines={"other": b"L X+44 FMAX\nEND PGM OTHER MM"},
-        dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
+        control={"heidenhain": {"tools": {"MILL": 2}}}, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
     )  # fmt: skip
 
     def run(statements):

@@ -121,7 +121,7 @@ def test_keys(view):
 ])  # fmt: skip
 def test_wrong_keys(given, part):
     with pytest.raises(ValueError, match=part):
-        read_keys(given)
+        read_keys(SiemensKeys, given)
 
 
 def test_names_of_tolerances(view):

@@ -223,7 +223,7 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
     settings = settings_of(files, given.get("settings"), tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
-        values = {**settings.options, "remap": dict(settings.remap), "control": {"siemens": settings.siemens}}
+        values = {**settings.options, "remap": dict(settings.remap), "control": settings.control}
     placed = place_options(files, given, program, settings)
     given = placed.given
     values |= {

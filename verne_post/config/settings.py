@@ -14,7 +14,7 @@ from verne_post.config.option_table import find_wrong_options
 from verne_post.config.program_setup import ProgramSetup, setup_of
 from verne_post.config.sentences import describe_mistakes
 from verne_post.gcode.codes import RS274
-from verne_post.model.control_keys import read_keys
+from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.findings import InputError, finding
 from verne_post.model.option_checks import CODE, Meaning
 from verne_post.model.options import Options, about
@@ -44,12 +44,18 @@ class SettingsFile(BaseModel):
     options: dict[str, Any] = Field(default_factory=dict)
     remap: dict[str, Meaning] = Field(default_factory=dict)
     siemens: dict[str, Any] = Field(default_factory=dict)
+    heidenhain: dict[str, Any] = Field(default_factory=dict)
     keep_out: dict[str, BoxFile] = Field(default_factory=dict)
     stock: BoxFile | None = None
     check: CheckFile = Field(default_factory=CheckFile)
     setup: dict[str, dict[str, Any]] = Field(default_factory=dict)
     _setups: dict[str, ProgramSetup] = PrivateAttr(default_factory=dict)
     _folder: Path = PrivateAttr(default_factory=Path)
+
+    @property
+    def control(self) -> dict[str, dict[str, Any]]:
+        """Keys by controller dialect, as the option ``control`` has them."""
+        return {dialect: getattr(self, dialect) for dialect in KEYS}
 
     @property
     def setups(self) -> dict[str, ProgramSetup]:
@@ -108,10 +114,11 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
             settings.setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}")
         except InputError as error:
             wrong += error.findings
-    try:
-        read_keys(settings.siemens)
-    except ValueError as error:
-        wrong.append(finding("VP503", f"{path.name}: siemens.{error}"))
+    for dialect, keys in settings.control.items():
+        try:
+            read_keys(KEYS[dialect], keys)
+        except ValueError as error:
+            wrong.append(finding("VP503", f"{path.name}: {dialect}.{error}"))
     if wrong:
         raise InputError(*wrong)
     return settings

@@ -1,4 +1,4 @@
-"""What the set-up of a program lacks: tools that no table has, and work offsets that nobody gave; the same words in every dialect."""
+"""What the set-up of a program lacks: tools that no table has, names of tools without a number, work offsets; the same words in every dialect."""
 
 from typing import Final
 
@@ -7,9 +7,10 @@ import numpy as np
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
+from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
-from verne_post.model.part_setup import SYSTEM_NAMES, Tool, tool_text
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, tool_text
 
 #: Stands for a tool that is in no table, once that has been reported: its width only has to be greater than 0.
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
@@ -23,6 +24,36 @@ def missing_tool(number: int, letter: str, block: Block, setup: Setup, state: St
     else:
         why = "the tool table has no such tool; add it, or give --tool-length MM where the program has one tool"
     return block.error("VP012", f"{name}: {why}", letter, name)
+
+
+def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:
+    """The number of a tool that a program calls by its name, which is kept for messages.
+
+    Parameters
+    ----------
+    name, call : str
+        The name, and how the program writes it.
+    dialect : str
+        In whose table of the settings file names have numbers.
+    setup : Setup
+    state : State
+    column : int or None
+
+    Raises
+    ------
+    BlockError
+        VP012: there is a tool table, and the name has no number.
+    """
+    names, keys = state.tool_names, read_keys(KEYS[dialect], setup.control.get(dialect, {}))
+    if name in keys.tools:
+        number = keys.tools[name]
+    elif setup.tools is not None:
+        where = f"under [{dialect}.tools] of the settings file"
+        raise BlockError("VP012", f"{call}: the tool table knows numbers; give this name one {where}", column)
+    else:
+        number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
+    names[number] = name
+    return number
 
 
 def missing_offset(system: int, line: int) -> Finding:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Final, Literal
+from typing import Final, Literal, TypeVar
 
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -43,15 +43,36 @@ class SiemensKeys:
     tools: Mapping[str, int] = field(default_factory=dict)
 
 
-def read_keys(given: Mapping[str, object]) -> SiemensKeys:
-    """Keys of [siemens] from the settings file.
+@dataclass(frozen=True)
+class HeidenhainKeys:
+    """Keys of [heidenhain], with their defaults.
+
+    Attributes
+    ----------
+    tools : mapping
+        TOOL CALL "name" -> number of the tool table.
+    """
+
+    tools: Mapping[str, int] = field(default_factory=dict)
+
+
+#: By the dialect that has them.
+KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys]]] = {
+    "siemens": SiemensKeys,
+    "heidenhain": HeidenhainKeys,
+}
+_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys)
+
+
+def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
+    """Keys of a dialect from the settings file.
 
     Raises
     ------
     ValueError
         With the key, what is wrong, and what would be right.
     """
-    known = {item.name: item for item in fields(SiemensKeys)}
+    known = [item.name for item in fields(kind)]
     for name, value in given.items():
         if not isinstance(name, str) or name not in known:
             raise ValueError(f"{name}: no such key; expected {', '.join(known)}")
@@ -69,7 +90,7 @@ def read_keys(given: Mapping[str, object]) -> SiemensKeys:
             raise ValueError(f"{name}: expected names with numbers of tools")
         if name == "modulo_axes" and not set(str(value)) <= set("AC"):
             raise ValueError(f"{name}: expected letters of rotary axes, A and C")
-    return SiemensKeys(**given)  # type: ignore[arg-type]
+    return kind(**given)  # type: ignore[arg-type]
 
 
 def check_control(value: object) -> dict[str, dict[str, object]]:
@@ -83,9 +104,9 @@ def check_control(value: object) -> dict[str, dict[str, object]]:
     if not isinstance(value, Mapping):
         raise ValueError(f"{value!r}: expected a mapping from dialect to keys")
     for dialect, keys in value.items():
-        if dialect != "siemens":
-            raise ValueError(f"{dialect!r}: expected siemens, the dialect that has keys")
+        if dialect not in KEYS:
+            raise ValueError(f"{dialect!r}: expected {' or '.join(KEYS)}, the dialects that have keys")
         if not isinstance(keys, Mapping):
             raise ValueError(f"{dialect}: expected keys with values")
-        read_keys(keys)
+        read_keys(KEYS[dialect], keys)
     return {dialect: dict(keys) for dialect, keys in value.items()}

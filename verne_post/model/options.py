@@ -156,7 +156,7 @@ class Options(BaseModel):
         "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = Field(
         default_factory=dict)
     control: Annotated[dict[str, dict[str, Any]], BeforeValidator(check_control), About(
-        "What builders of machines choose, by controller dialect: [siemens] of the settings file.", Group.PROGRAM, flag="",
+        "What builders of machines choose, by controller dialect: [siemens] and [heidenhain] of the settings file.", Group.PROGRAM, flag="",
         in_settings=False)] = Field(default_factory=dict)
     max_repeats: Annotated[int, Field(ge=0), About(
         "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000

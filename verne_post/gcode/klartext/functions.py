@@ -12,11 +12,12 @@ from verne_post.gcode.klartext.approach import KlartextApproach
 from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
+from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import vector9
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind
 from verne_post.model.part_setup import Tool
 
-_NAMED_TOOL: Final = re.compile(r"[ \t]*(?:\"[^\"]*\"|QS\d+)")
+_TOOL_NAME: Final = re.compile(r"[ \t]*(?:\"([^\"]+)\"|(QS\d+))(?=[ \t]|$)")
 _TOOL_NUMBER: Final = re.compile(r"[ \t]*(\d+(?:[.,]\d+)?|Q[LR]?\d+)(?=[ \t]|$)")
 _TOOL_AXIS: Final = re.compile(r"[ \t]+([XYZUVW])(?=[ \t]|$)")
 _FULL_TURN: Final = 360.0
@@ -47,16 +48,7 @@ class KlartextFunctions(KlartextApproach):
         """TOOL CALL 5 Z S2500 F500 DL+0.1 DR+0.05; without a number only S and F."""
         self.check_nothing_waits("TOOL CALL")
         text = statement.rest
-        if _NAMED_TOOL.match(text):
-            raise statement.error("VP012", "TOOL CALL by name: tool tables here have numbers only; write the number")
-        number, at = None, 0
-        found = _TOOL_NUMBER.match(text)
-        if found is not None:
-            at = found.end()
-            name = found.group(1)
-            number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
-            if number != int(number) or number < 0:
-                raise statement.error("VP002", f"tool {name}: stepped tools are not known here; a tool number is whole")
+        number, at = self._read_tool(statement)
         axis = _TOOL_AXIS.match(text if at else " " + text, at)
         if axis is not None:
             at = axis.end() - (0 if at else 1)
@@ -76,13 +68,31 @@ class KlartextFunctions(KlartextApproach):
         if feed is not None:
             self.call_feed = self.state.feed = self.feed_of_word(feed)
             self._change_feed_mode(FeedMode.PER_MINUTE)
-        if number is not None and found is not None:
+        if number is not None:
             self._refuse_compensation("TOOL CALL")
-            self._change(int(number), *delta, column=statement.begin + found.start(1) + 1)
+            self._change(number, *delta, column=statement.begin + at - len(text[:at].lstrip()) + 1)
         elif any(delta):
             raise statement.error("VP006", "DL and DR belong to a tool number")
         if speed is not None:
             self._run(Block(statement.line, words={"S": speed}, columns={"S": 1}))
+
+    def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
+        """The number of the tool that is called or defined, by number or name, and where it ends; None where there is none."""
+        text = statement.rest
+        if (named := _TOOL_NAME.match(text)) is not None:
+            quoted, parameter = named.groups()
+            name = quoted if quoted is not None else self.q.text(parameter)
+            column = statement.begin + named.end() - len(named.group().lstrip()) + 1
+            call = f'{statement.keyword} "{name}"'
+            return number_of_tool(name, call, "heidenhain", self.setup, self.state, column), named.end()
+        found = _TOOL_NUMBER.match(text)
+        if found is None:
+            return None, 0
+        name = found.group(1)
+        number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
+        if number != int(number) or number < 0:
+            raise statement.error("VP002", f"tool {name}: stepped tools are not known here; a tool number is whole")
+        return int(number), found.end()
 
     def _change(self, number: int, delta_length: float, delta_radius: float, *, column: int) -> None:
         """The tool comes into the spindle, and its length counts at once."""
@@ -112,28 +122,17 @@ class KlartextFunctions(KlartextApproach):
 
     def define_tool(self, statement: Statement) -> None:
         """TOOL DEF 5 L+80 R+5; with the number alone the tool that comes next."""
-        found = _TOOL_NUMBER.match(statement.rest)
-        if found is None:
-            raise statement.error("VP005", "TOOL DEF needs the number of the tool")
-        name = found.group(1)
-        number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
-        if number != int(number) or number < 0:
-            raise statement.error("VP002", f"tool {name}: a tool number is whole")
-        rest = statement.rest[found.end() :]
-        sizes = {
-            letter: self._length(value)
-            for letter, value in _sizes(
-                replace(statement, rest=rest, begin=statement.begin + found.end()), self.q
-            ).items()
-        }
+        number, at = self._read_tool(statement)
+        if number is None:
+            raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
+        rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
+        sizes = {letter: self._length(value) for letter, value in _sizes(rest, self.q).items()}
         if not sizes:
             return
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
             raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
         tools = dict(self.state.tools or {})
-        tools[int(number)] = Tool(
-            int(number), int(number), vector9((0.0, 0.0, sizes["L"], *ZERO9[3:])), 2 * sizes.get("R", 0.0)
-        )
+        tools[number] = Tool(number, number, vector9((0.0, 0.0, sizes["L"], *ZERO9[3:])), 2 * sizes.get("R", 0.0))
         self.state.tools = tools
 
     # --- M functions ----------------------------------------------------------------------------------------

@@ -8,10 +8,10 @@ import numpy as np
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
+from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
-from verne_post.model.part_setup import FIRST_NAMED_TOOL
 
 #: A quarter of the distance from the corner at which blending may begin (ADIS): about how far a right-angled blend of that
 #: length leaves the corner.
@@ -181,18 +181,7 @@ class SiemensInterpreter(SiemensSplines):
             if abs(number - round(number)) > WHOLE_NUMBER or number < 0:
                 raise word.error("VP007", f"T{number:g}: a tool number is whole and not negative")
             return round(number)
-        names = self.state.tool_names
-        if name in self.keys.tools:
-            names[self.keys.tools[name]] = name
-            return self.keys.tools[name]
-        if self.state.tools is not None:
-            raise word.error(
-                "VP012",
-                f'T="{name}": the tool table knows numbers; give this name one in the settings file, under [siemens.tools]',
-            )
-        given = next((number for number, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
-        names[given] = name
-        return given
+        return number_of_tool(name, f'T="{name}"', "siemens", self.setup, self.state, word.column)
 
     def _select_edge(self, words: Words, *, loaded: bool) -> None:
         """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away."""

@@ -54,7 +54,7 @@ class SiemensMotion(Interpreter):
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
-        self.keys: SiemensKeys = read_keys(setup.control.get("siemens", {}))
+        self.keys: SiemensKeys = read_keys(SiemensKeys, setup.control.get("siemens", {}))
         self.modes = Modes()
         self._split = Split(None)
         #: Direction (3,) in which the last motion ended, for CT.
