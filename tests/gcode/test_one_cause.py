@@ -48,6 +48,9 @@ def test_one_cause_is_one_finding(machine, program, wanted):
 @pytest.mark.parametrize(("program", "wanted"), [
     ("G1 X0 Y0 Z0 F1000\nX=IC(10)\nG2 X5 CR=30", [("VP012", 1, 1)]),
     ("G1 X0 Y0 Z0\nX=IC(10)\nG2 X5 CR=30", [("VP009", 1, 1), ("VP012", 2, 2)]),
+    ("G0 X0 Y0 Z=FOO(1) A0 C0 D1\nG1 X5 F100\nX=IC(3)\nG2 X5 Y3 CR=30", [("VP002", 1, 1), ("VP012", 2, 2)]),
+    ("G1 F=QUX X0 Y0 Z0 A0 C0\nX5\nX=IC(3)", [("VP025", 1, 1), ("VP012", 2, 2)]),
+    ("G0 X0 Y0 Z0 A0 C0 WAITM\nG1 X=IC(4) F100\nCIP X1 I1=4", [("VP002", 1, 1), ("VP012", 2, 2)]),
 ])  # fmt: skip
 def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program, wanted):
     findings = check(f"{program}\nM30".encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)})).findings

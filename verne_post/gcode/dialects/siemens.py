@@ -78,6 +78,8 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last or line + 1, may_restart=restart)
         except BlockError as error:
+            if chunk is not None and executor.pass_failed(chunk.raw(line - chunk.first_line), error):
+                continue
             if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:
                 break
         if stop.is_met(state, setup, line, flow.line, in_main=text is main):

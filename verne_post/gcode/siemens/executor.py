@@ -1,5 +1,6 @@
 """One block with its variables, words, cycles and modal call: what the flow of a program executes."""
 
+import re
 from contextlib import suppress
 from typing import Final
 
@@ -8,7 +9,7 @@ from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.blank import set_blank
-from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.cursor import Cursor, code_part
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.drilling import Drilling
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -20,10 +21,14 @@ from verne_post.gcode.siemens.system_variables import SystemVariables
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, WordReader, Words
 from verne_post.gcode.state import State
-from verne_post.model.moves import MoveKind
+from verne_post.gcode.text import decode_line
+from verne_post.model.moves import AXES, MoveKind
 
 #: Errors of blocks that lack a tool or its length, or a feed rate.
 _LACKING: Final = ("VP009", "VP012")
+#: Errors that positions lead to, and what may be given by a block that was not executed.
+_OF_POSITIONS: Final = ("VP008", "VP013")
+_NAMED: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 _OTHERS: Final = ("CYCLE800", "CYCLE832", "WORKPIECE")
 
 
@@ -47,6 +52,8 @@ class Executor:
         self.drilling = Drilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None
+        #: A line that was not executed has named axes.
+        self.uncertain = False
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
@@ -105,6 +112,19 @@ class Executor:
         with suppress(BlockError):
             self.interpreter.run(words)
         state.length_given = given or code == "VP012"
+
+    def pass_failed(self, raw: bytes, error: BlockError) -> bool:
+        """After an error in a line: its axes and F count as given; True where the error only follows from such a line before.
+
+        Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
+        """
+        follows = self.uncertain and error.code in _OF_POSITIONS
+        state, named = self.interpreter.state, set(_NAMED.findall(code_part(decode_line(raw)).upper()))
+        for letter in named - {"F"}:
+            state.known[AXES.index(letter)] = self.uncertain = True
+        if "F" in named:
+            state.feed = state.feed or 1.0
+        return follows
 
     def finish(self) -> None:
         """At the end of the program: what waits for its end."""
