@@ -148,9 +148,10 @@ def choose_poses(
 
 def _best(design: Array, covariance: Array, weight: Array, chosen: list[int]) -> int:
     """The candidate whose reading takes most away from the mean square error."""
-    moved = design @ covariance  # (n, 3, p)
-    spread = moved @ design.transpose(0, 2, 1) + np.eye(design.shape[1])
-    gained = moved @ weight @ moved.transpose(0, 2, 1)
+    flat = design.reshape(-1, len(covariance)) @ covariance  # (3n, p): one product in place of n small ones
+    moved, weighed = flat.reshape(design.shape), (flat @ weight).reshape(design.shape)
+    spread = np.einsum("nip,njp->nij", moved, design) + np.eye(design.shape[1])
+    gained = np.einsum("nip,njp->nij", weighed, moved)
     gain = np.trace(np.linalg.solve(spread, gained), axis1=1, axis2=2)
     gain[chosen] = -np.inf
     return int(np.argmax(gain))
