@@ -462,7 +462,7 @@ def test_the_stock_is_kept(run):
 
 
 @pytest.mark.parametrize(("statements", "code", "line"), [
-    (["BLK FORM 0.1 Z X+0 Y+0"], "VP005", 4), (["BLK FORM 0.2 X+1 Y+1 Z+1"], "VP017", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0 W+1"], "VP001", 4),
+    (["BLK FORM 0.1 Z X+0 Y+0"], "VP005", 4), (["BLK FORM 0.1 Z X+0 Y+0", "BLK FORM 0.2 X+1 Y+1 Z+1"], "VP005", 4), (["BLK FORM 0.2 X+1 Y+1 Z+1"], "VP017", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0 W+1"], "VP001", 4),
     (["BLK FORM 0.1 Z X+0 X+0 Y+0 Z+0"], "VP004", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0", "BLK FORM 0.2 X+1 Y+0 Z+1"], "VP007", 5),
     (["BLK FORM CYLINDER Z R5"], "VP005", 4), (["BLK FORM CYLINDER Z R5 D10 L9"], "VP005", 4), (["BLK FORM CYLINDER X R5 L9"], "VP002", 4),
     (["BLK FORM CYLINDER Z R5 L9 RI5"], "VP007", 4), (["BLK FORM CYLINDER Z R5 L-9"], "VP007", 4),

@@ -1,11 +1,13 @@
 """Frames, swivelled planes and places without TRAORI of Siemens programs, against rotations worked out point by point here."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.gcode.test_on_machine import machine_coordinates
 from verne_post import convert, gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.gcode.read import state_after
@@ -227,6 +229,47 @@ def test_swivelled_planes_on_the_machine(machine, call, steps, direction, traori
     stays = np.array(ORIGIN) + (10, 20, 60) if traori else without_traori(machine, (10, 20, 60), *found[1][1])
     assert found[1][0] == pytest.approx(stays, abs=1e-9)
     assert found[-1][0] == pytest.approx(np.array(ORIGIN) + (7, 8, 90), abs=1e-9)
+
+
+PLANE = 'G0 X10 Y20 Z60 A0 C0\nCYCLE800(0,"",0,57,3,-4,5,20,0,30,0,0,0,1)\nX1 Y2 Z30\nCYCLE800({},"",0,57,0,0,0,10,0,0,0,0,0,1{})'
+
+
+def test_retraction_of_cycle800_along_the_tool(machine):
+    """_FR 5: the tip goes back along the tool axis of the plane before, by _FR_I, while the table stands."""
+    found = poses(machine, PLANE.format(5, ",12.5"))
+    (before, angles), (back, then) = found[2:4]
+    axis = np.array(about("Z", -angles[1], about("X", -angles[0], (0, 0, 1))))
+    assert back - before == pytest.approx(12.5 * axis, abs=1e-9)
+    assert then == pytest.approx(angles, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", [1, 2])
+def test_retraction_of_cycle800_to_the_home_position(machine, kind):
+    """_FR 1: Z of the machine alone, _FR 2: then X and Y; the table turns only after that."""
+    found = poses(machine, PLANE.format(kind, ""))
+
+    def place(row):
+        (tip, (a, c)) = found[row]
+        return machine_coordinates(tip, a, c, LENGTH)
+
+    x, y, _z = place(2)
+    assert place(3) == pytest.approx((x, y, 0.0), abs=1e-9)
+    assert found[3][1] == pytest.approx(found[2][1], abs=1e-9)
+    if kind == 2:
+        assert place(4) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+        assert found[4][1] == pytest.approx(found[2][1], abs=1e-9)
+    assert len(found) == 4 + kind
+    assert found[-1][1][0] != pytest.approx(found[2][1][0])
+
+
+@pytest.mark.parametrize(("kind", "way", "code", "part"), [
+    (5, ",-1", "VP007", "not negative"), (4, "", "VP002", "_FR 4 is not executed"), (1, "", "VP015", "[home] g28"),
+])  # fmt: skip
+def test_retractions_that_are_refused(machine, kind, way, code, part):
+    without = replace(machine, home=None) if code == "VP015" else machine
+    with pytest.raises(InputError) as raised:
+        poses(without, PLANE.format(kind, way))
+    assert [(item.code, part in item.message) for item in raised.value.findings] == [(code, True)]
 
 
 def test_rotary_axes_direct(machine):

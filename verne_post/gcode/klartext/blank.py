@@ -18,7 +18,8 @@ class Blank:
     """What BLK FORM statements have defined so far."""
 
     def __init__(self) -> None:
-        self._low: dict[str, float] = {}
+        #: X, Y and Z of the first corner; empty after one that was refused, None before any.
+        self._low: dict[str, float] | None = None
 
     def read(self, statement: Statement, numbers: Numbers, unit: float, frame: Frame) -> Stock | None:
         """The stock that a statement completes; None for the first corner, and for forms that are a text only.
@@ -43,15 +44,17 @@ class Blank:
         outside = replace(frame, tool=ZERO9, feature=None)
         if form[4]:
             return _make_cylinder(statement, words, form[5], outside)
-        if form[1]:
-            self._low = words
         missing = [letter for letter in "XYZ" if letter not in words and (form[1] or "I" + letter not in words)]
+        if form[1]:
+            self._low = {} if missing else words
         if missing:
             raise statement.error("VP005", f"BLK FORM needs X, Y and Z; {missing[0]} is missing")
         if form[1]:
             return None
-        if not self._low:
+        if self._low is None:
             raise statement.error("VP017", "BLK FORM 0.2, and no BLK FORM 0.1 before it")
+        if not self._low:
+            return None
         low = [self._low[letter] for letter in "XYZ"]
         high = [
             words.get(letter, start + words.get("I" + letter, 0.0)) for letter, start in zip("XYZ", low, strict=True)
