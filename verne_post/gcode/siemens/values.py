@@ -21,8 +21,10 @@ _RANKS: Final = {
     )) for symbol in symbols
 }  # fmt: skip
 _OPERATOR: Final = re.compile(
-    r"[ \t]*(==|<>|>=|<=|<<|[<>+*/-]|(?:DIV|MOD|AND|OR|XOR|B_AND|B_OR|B_XOR)(?![A-Z0-9_]))", re.IGNORECASE
+    r"(==|<>|>=|<=|<<|[<>]|(?:DIV|MOD|AND|OR|XOR|B_AND|B_OR|B_XOR)(?![A-Z0-9_]))", re.IGNORECASE
 )
+#: Operators of one character, and the end of the line.
+_ARITHMETIC: Final = frozenset(("+", "-", "*", "/", ""))
 
 
 class Names(Protocol):
@@ -99,15 +101,17 @@ class _Reader:
         left = self.signed()
         cursor = self.cursor
         while True:
-            match = _OPERATOR.match(cursor.text, cursor.at)
-            if match is None:
+            operator = cursor.skip()
+            at = cursor.at
+            if operator not in _ARITHMETIC:  # most values end here, or go on with one of these
+                match = _OPERATOR.match(cursor.text, at)
+                if match is None:
+                    return left
+                operator = match[1].upper()
+            if not operator or _RANKS[operator] < rank:
                 return left
-            operator = match[1].upper()
-            if _RANKS[operator] < rank:
-                return left
-            cursor.at = match.end()
-            right = self.level(_RANKS[operator] + 1)
-            left = self._apply(operator, left, right, match.start(1))
+            cursor.at = at + len(operator)
+            left = self._apply(operator, left, self.level(_RANKS[operator] + 1), at)
 
     def signed(self) -> Value:
         """A value with signs or NOT before it."""
