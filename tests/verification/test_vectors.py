@@ -5,6 +5,7 @@ The judge of the serial machine's rows has its own forward kinematics: three sig
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -311,3 +312,59 @@ def test_any_vector_program_is_written_and_verified_or_refused(body, name, c_ran
         assert all(item.severity != "error" for item in result.findings)
         assert result.setpoints.values[:, 3].max() <= a_high + 1e-6
         assert c_range is None or np.abs(result.setpoints.values[:, 4]).max() <= c_range + 1e-6
+
+
+# --- steps so short that a great circle is linear in A and C -------------------------------------------
+
+
+def swept(step, points):
+    """Tool axes along a spiral, and the same poses as A and C words; ``step`` is the way between two points, mm."""
+    s = step * np.arange(points)
+    a, c = 0.2 + 0.1 * np.sin(s / 30), s / 200
+    tip = np.column_stack([30 * np.cos(s / 30), 30 * np.sin(s / 30), 60 + 1e-3 * s])
+    axis = np.column_stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)])
+    vectors = ["X%.5f Y%.5f Z%.5f I%.8f J%.8f K%.8f" % (*p, *k) for p, k in zip(tip, axis, strict=True)]
+    words = ["X%.5f Y%.5f Z%.5f A%.6f C%.6f" % (*p, *w) for p, w in zip(tip, np.degrees([a, c]).T, strict=True)]
+    return (
+        source("\n".join(["G43.5", f"G1 {vectors[0]}", *vectors[1:]])),
+        source("\n".join([f"G1 {words[0]}", *words[1:]])),
+        axis,
+    )
+
+
+def circles_of(text):
+    return assemble(text, MACHINES["verne"], options()).contour.path.circle
+
+
+def test_short_vector_steps_take_no_longer_than_their_words():
+    """They are blended as straight segments; between great circles the same path took more than twice the time."""
+    vectors, words = swept(0.2, 400)[:2]
+    assert (circles_of(vectors) < 0).all()
+    rows = [len(convert(text, MACHINES["verne"], options()).setpoints.values) for text in (vectors, words)]
+    assert rows[0] == pytest.approx(rows[1], rel=2e-3)
+
+
+def test_long_vector_steps_are_great_circles():
+    assert (circles_of(swept(20.0, 20)[0])[1:] >= 0).all()
+
+
+def test_a_step_is_linear_only_where_no_point_is_farther_from_the_great_circle_than_said():
+    """Against the great circle by its own formula, many points of each step, steps around the bound."""
+    for step in (1.0, 2.0, 4.0, 8.0):
+        text, _words, axis = swept(step, 40)
+        circle = circles_of(text)[-39:]
+        for (k0, k1), number in zip(pairwise(axis), circle, strict=True):
+            angle = math.acos(float(k0 @ k1))
+            u = np.linspace(0.0, 1.0, 101)[:, None]
+            along = (np.sin((1 - u) * angle) * k0 + np.sin(u * angle) * k1) / math.sin(angle)
+            ends = np.array([[math.acos(k[2]), math.atan2(k[0], k[1])] for k in (k0, k1)])
+            a, c = (ends[0] + u * (ends[1] - ends[0])).T
+            linear = np.column_stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)])
+            off = np.degrees(np.linalg.norm(along - linear, axis=1).max())
+            assert (number < 0) == (off < 1e-4) or abs(off - 1e-4) < 5e-6, (step, off)
+
+
+def test_a_turn_in_place_keeps_its_great_circle():
+    """Its feed rate is that of the tool axis."""
+    body = "G43.5\nG1 X0 Y0 Z50 I0.1 J0 K0.99498744\nI0.1 J0.0001 K0.99498743"
+    assert circles_of(source(body))[-1] >= 0
