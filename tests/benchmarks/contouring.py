@@ -80,8 +80,11 @@ def program(lines: list[str]) -> bytes:
     return ("\n".join([*lines, "M2"]) + "\n").encode()
 
 
-def blade(moves: int) -> bytes:
-    """Finishing passes of 0.2 mm moves over a bulging surface, the tool led by 25 degrees and turning with the surface."""
+def blade(moves: int, *, vectors: bool = False) -> bytes:
+    """Finishing passes of 0.2 mm moves over a bulging surface, the tool led by 25 degrees and turning with the surface.
+
+    With A and C words, or the same tool axes as I J K.
+    """
     per_pass = 200
     x = np.linspace(-20, 20, per_pass + 1)
     lines = ["G21 G90 G94 G64 P0.01 F3000", "G0 X-20 Y-15 Z70 A10 C0"]
@@ -92,8 +95,15 @@ def blade(moves: int) -> bytes:
         across = 6 / 25 * np.cos(along / 18) * np.sin(y / 25)
         a = 25 + 0.8 * np.degrees(np.arctan(across)) + 3 * np.sin(along / 15)
         c = 0.9 * np.degrees(np.arctan(6 / 18 * np.sin(along / 18) * np.cos(y / 25))) + 8 * np.sin(along / 20)
-        lines += [f"G1 X{p:.4f} Y{y:.4f} Z{q:.4f} A{r:.4f} C{t:.4f}" for p, q, r, t in zip(along, z, a, c, strict=True)]
-    return program([*lines[: moves + 2], "G0 Z80"])
+        words = [f"A{r:.4f} C{t:.4f}" for r, t in zip(a, c, strict=True)]
+        if vectors:
+            tilt, turn = np.radians(a), np.radians(c)
+            axis = np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)
+            words = [f"I{i:.7f} J{j:.7f} K{k:.7f}" for i, j, k in zip(*axis, strict=True)]
+        lines += [f"G1 X{p:.4f} Y{y:.4f} Z{q:.4f} {axis}" for p, q, axis in zip(along, z, words, strict=True)]
+    if vectors:
+        lines.insert(2, "G43.5")
+    return program([*lines[: moves + 2 + vectors], "G0 Z80"])
 
 
 def zigzag(corner_deg: float, moves: int = 60, feed: int = 3000) -> bytes:
@@ -123,6 +133,7 @@ def parts() -> Iterator[Part]:
     """What is measured."""
     base = Options(tool_length=80.0)
     yield Part("blade, 10^4 moves of 0.2 mm", blade(10_000), base, cut=blade(1000))
+    yield Part("the same, tool vectors", blade(10_000, vectors=True), base, cut=blade(1000, vectors=True))
     yield Part("cone (NAS 979), 0.3 mm", cone(), base)
     yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"), base.changed(wcs={"G54": (-10.0, 15.0, 60.0)}))
     yield Part("blade_5axis.nc", sample("blade_5axis.nc"),
