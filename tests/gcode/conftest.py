@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import interpreter_view
+from verne_post.gcode import plain
 from verne_post.model.moves import AXES, ZERO9, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -26,6 +27,26 @@ def moves_as_text(moves):
             words.append(f"{'P' if kind == MoveKind.DWELL else 'F'}{round(float(moves.feed[i]), 4):g}")
         shown.append(" ".join([str(int(moves.line[i])), kind.name.lower(), *words]))
     return shown
+
+
+def assert_same_moves(one, other):
+    """Every column of two tables of moves is the same to the last bit, and so are their frames."""
+    for name in ("line", "kind", "end", "feed", "frame", "control", "spindle", "tool_axis"):
+        assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
+    assert one.frames == other.frames
+
+
+@pytest.fixture
+def stretches(monkeypatch):
+    """The numbers of lines that are executed as arrays, in order."""
+    done = []
+    execute = plain.execute
+    monkeypatch.setattr(
+        plain,
+        "execute",
+        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
+    )
+    return done
 
 
 @pytest.fixture(scope="session")

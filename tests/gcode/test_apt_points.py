@@ -8,8 +8,8 @@ import random
 import numpy as np
 import pytest
 
+from tests.gcode.conftest import assert_same_moves
 from verne_post.app.assemble import interpreter_view
-from verne_post.gcode import plain
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
@@ -58,20 +58,11 @@ def test_stretches_are_their_lines(seed):
     single = [line if not line.strip().startswith("GOTO") or "$" in line else line + " $$ alone" for line in text]
     slow, slow_errors = view(end.join(single))
     assert fast_errors == slow_errors
-    for name in ("line", "kind", "end", "feed", "frame", "control", "spindle", "tool_axis"):
-        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=True), name
-    assert fast.frames == slow.frames
+    assert_same_moves(fast, slow)
     assert [(event.line, event.kind) for event in fast.events] == [(event.line, event.kind) for event in slow.events]
 
 
-def test_stretches_are_executed_as_arrays(monkeypatch):
-    done = []
-    execute = plain.execute
-    monkeypatch.setattr(
-        plain,
-        "execute",
-        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
-    )
+def test_stretches_are_executed_as_arrays(stretches):
     points = [f"GOTO/{number},0,5,0,0.6,0.8" for number in range(40)]
     view("\n".join(["FEDRAT/9", "MULTAX/ON", *points, "RAPID", *points, "FINI"]))
-    assert done == [39, 38]  # the first, and after RAPID the second, set the modes
+    assert stretches == [39, 38]  # the first, and after RAPID the second, set the modes

@@ -5,6 +5,7 @@ import random
 import numpy as np
 import pytest
 
+from tests.gcode.conftest import assert_same_moves
 from verne_post import gcode
 from verne_post.app.assemble import interpreter_view, machine_setup
 from verne_post.gcode import plain
@@ -84,28 +85,18 @@ def test_stretches_are_their_lines(monkeypatch, seed):
     monkeypatch.setattr(plain, "MIN_LINES", 10**9)
     slow, slow_errors = view(text)
     assert fast_errors == slow_errors
-    for name in ("line", "kind", "end", "feed", "frame", "control", "spindle"):
-        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=True), name
-    assert np.array_equal(fast.tool_axis, slow.tool_axis, equal_nan=True)
-    assert fast.frames == slow.frames
+    assert_same_moves(fast, slow)
     assert np.array_equal(fast.arcs.center, slow.arcs.center)
 
 
-def test_stretches_are_executed_as_arrays(monkeypatch):
-    done = []
-    execute = plain.execute
-    monkeypatch.setattr(
-        plain,
-        "execute",
-        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
-    )
+def test_stretches_are_executed_as_arrays(stretches):
     for head, count in (("TRAORI", [40]), ("", [])):
-        done.clear()
+        stretches.clear()
         view("\n".join(["G1 X0 Y0 Z0 A0 C0 F100", head, *(f"X{number} A{number}" for number in range(40))]))
-        assert done == count, head
-    done.clear()
+        assert stretches == count, head
+    stretches.clear()
     view("\n".join(["G1 X0 Y0 Z0 F100", *(f"N{number} X{number} Y5.5 ; note" for number in range(40))]))
-    assert done == [41]
+    assert stretches == [41]
 
 
 # --- tool axes -------------------------------------------------------------------------------------------
@@ -169,23 +160,15 @@ def test_stretches_with_tool_axes_are_their_lines(monkeypatch, machine, seed):
         assert fast_machine == slow_machine
     tables = [(fast, slow)] + ([] if isinstance(slow_machine, tuple) else [(fast_machine, slow_machine)])
     for one, other in tables:
-        for name in ("line", "kind", "end", "feed", "frame", "control", "spindle", "tool_axis"):
-            assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
+        assert_same_moves(one, other)
         assert (one.frames, one.fixes_c) == (other.frames, other.fixes_c)
 
 
-def test_lines_with_tool_axes_are_executed_as_arrays(monkeypatch):
-    done = []
-    execute = plain.execute
-    monkeypatch.setattr(
-        plain,
-        "execute",
-        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
-    )
+def test_lines_with_tool_axes_are_executed_as_arrays(stretches):
     rows = [f"X{number} A3=0.{number:02d} B3=-.1 C3=0.9" for number in range(40)]
     moves, errors = view("\n".join(["G1 X0 Y0 Z0 A0 C0 F100", "TRAORI", *rows, *(f"X{k} A1 C1" for k in range(9))]))
     assert errors == ()
-    assert done == [40, 8]  # the first line with A and C words ends the tool axis, by itself
+    assert stretches == [40, 8]  # the first line with A and C words ends the tool axis, by itself
     assert moves.tool_axis[5] == pytest.approx(np.array([0.04, -0.1, 0.9]) / np.sqrt(0.04**2 + 0.01 + 0.81))
 
 
@@ -266,19 +249,11 @@ def test_stretches_with_arcs_are_their_lines(monkeypatch, seed):
     monkeypatch.setattr(plain, "MIN_LINES", 10**9)
     slow, slow_errors = view(text)
     assert fast_errors == slow_errors
-    for name in ("line", "kind", "end", "feed", "frame", "control", "spindle", "tool_axis"):
-        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=True), name
+    assert_same_moves(fast, slow)
     for name in ("center", "sweep", "turns", "plane"):
         assert np.array_equal(getattr(fast.arcs, name), getattr(slow.arcs, name)), name
 
 
-def test_arcs_are_executed_as_arrays(monkeypatch):
-    done = []
-    execute = plain.execute
-    monkeypatch.setattr(
-        plain,
-        "execute",
-        lambda lines, first, last, *rest: done.append(last - first) or execute(lines, first, last, *rest),
-    )
+def test_arcs_are_executed_as_arrays(stretches):
     view("\n".join(["G0 X0 Y0 Z0 A0 C0 F100", "G64", *(["G2 X10 CR=8", "G3 X0 I-5 J0"] * 20), "CT X5 Y9", "M30"]))
-    assert 40 in done
+    assert 40 in stretches

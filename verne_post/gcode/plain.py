@@ -31,7 +31,7 @@ MIN_LINES: Final = 8
 _LONG_STRETCH: Final = 1_000
 #: So many lines of a long stretch come first: where line after line is refused, each attempt costs no more than these.
 _HEAD: Final = 32
-_C, _F, _G, _N = 5, 9, 10, 11
+_A, _C, _F, _G, _N = 3, 5, 9, 10, 11
 #: What a line names, in one number: a bit for each axis, F and G.
 _BITS: Final = 1 << np.arange(_G + 1)
 _NOT_ALIKE: Final = (0, 0)
@@ -180,14 +180,21 @@ def is_ready(state: State, lines: PlainLines, row: int, *, pointed: bool = False
         state.absolute
         and (state.motion in (0, 10) or (arcs and state.motion in (20, 30)) or bool(lines.row[row, _G] == row))
         and state.held is None
-        and not state.vectors
-        and (pointed or state.tool_axis is None)
+        and (pointed or (not state.vectors and state.tool_axis is None))
         and state.compensation is None
         and state.centre is None
         and not state.diameter_mode
         and not state.tcp_off
         and state.spline is None
     )
+
+
+def turn_to_axes(codes: MotionCodes, end: Array, axes: Array) -> None:
+    """Turn A and C of the ends (n, 9) of lines, in place, to their tool axes (n, 3), which are unit vectors."""
+    state = codes.state
+    end[:, [_A, _C]] = codes.setup.coordinates.point_axes((state.position[_A], state.position[_C]), axes, state.frame)
+    if codes.setup.machine:
+        state.placed = state.named[_A] = state.named[_C] = True
 
 
 def execute(

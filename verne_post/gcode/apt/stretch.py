@@ -16,7 +16,6 @@ from verne_post.gcode.motion_codes import length_of
 from verne_post.gcode.words import WordTable
 
 _LETTERS: Final = np.frombuffer(b"XYZIJK", dtype=np.uint8)
-_A, _C = 3, 5
 
 
 def execute_points(points: Points, row: int, last: int, translator: Translator, interpreter: Interpreter) -> int:
@@ -38,15 +37,14 @@ def execute_points(points: Points, row: int, last: int, translator: Translator, 
         np.repeat(np.arange(n), len(_LETTERS)), np.ones(n, dtype=bool),
     )  # fmt: skip
     lines = plain.PlainLines(words, interpreter.setup, bare_codes=False, others="IJK")
+    if not plain.is_ready(state, lines, 0, pointed=True):
+        return row
 
     def point(first: int, end: Array) -> Array:
         units = vectors[first : first + len(end)] / sizes[first : first + len(end), None]
-        pairs = interpreter.setup.coordinates.point_axes((state.position[_A], state.position[_C]), units, state.frame)
-        end[:, [_A, _C]] = pairs
+        plain.turn_to_axes(interpreter, end, units)
         x, y, z = units[-1].tolist()
         state.tool_axis = (x, y, z)
-        if interpreter.setup.machine:
-            state.named[_A] = state.named[_C] = True
         return units
 
     done = plain.execute(lines, 0, n, interpreter, None, point)
@@ -60,6 +58,5 @@ def _is_plain(translator: Translator, interpreter: Interpreter) -> bool:
     state = interpreter.state
     return (
         not translator.rapid and translator.circle is None and translator.cycle is None and translator.matrix is IDENTITY
-        and state.vectors and state.motion == 10 and False not in state.known and state.absolute and state.held is None
-        and state.compensation is None and state.centre is None and state.spline is None and not state.tcp_off
+        and state.vectors and state.motion == 10 and False not in state.known
     )  # fmt: skip

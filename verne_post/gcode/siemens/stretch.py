@@ -18,7 +18,7 @@ from verne_post.gcode.text import Chunk
 
 _CODES: Final = {motion: code for code, motion in MOTIONS.items()}
 _ROTARY: Final = [3, 4, 5]
-_A, _C, _G = 3, 5, 10
+_G: Final = 10
 
 
 def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: bool) -> int | None:
@@ -98,14 +98,9 @@ def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Arr
     assert lines.offsets is not None
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
     axes = to.turn_vectors(vectors / length_of(vectors)[:, None])
-    pairs = to.setup.coordinates.point_axes((state.position[_A], state.position[_C]), axes, state.frame)
-    end[:, [_A, _C]] = pairs
+    plain.turn_to_axes(to, end, axes)
     linear = to.leads_axes("vector") and to.setup.machine
     state.tool_axis = None if linear else (float(axes[-1, 0]), float(axes[-1, 1]), float(axes[-1, 2]))
-    if to.setup.machine:
-        state.placed = True
-        for axis in (_A, _C):
-            state.named[axis] = True
     return None if linear else axes
 
 
