@@ -80,14 +80,14 @@ def program(lines: list[str]) -> bytes:
     return ("\n".join([*lines, "M2"]) + "\n").encode()
 
 
-def blade(moves: int, *, vectors: bool = False) -> bytes:
-    """Finishing passes of 0.2 mm moves over a bulging surface, the tool led by 25 degrees and turning with the surface.
+def blade(moves: int, *, vectors: bool = False, step: float = 0.2, feed: int = 3000) -> bytes:
+    """Finishing passes of short moves over a bulging surface, the tool led by 25 degrees and turning with the surface.
 
     With A and C words, or the same tool axes as I J K.
     """
-    per_pass = 200
+    per_pass = round(40 / step)
     x = np.linspace(-20, 20, per_pass + 1)
-    lines = ["G21 G90 G94 G64 P0.01 F3000", "G0 X-20 Y-15 Z70 A10 C0"]
+    lines = [f"G21 G90 G94 G64 P0.01 F{feed}", "G0 X-20 Y-15 Z70 A10 C0"]
     for number in range(-(-moves // (per_pass + 1))):
         y = -15 + 30 * ((0.01 * number) % 1.0)
         along = x[:: 1 if number % 2 == 0 else -1]
@@ -134,6 +134,8 @@ def parts() -> Iterator[Part]:
     base = Options(tool_length=80.0)
     yield Part("blade, 10^4 moves of 0.2 mm", blade(10_000), base, cut=blade(1000))
     yield Part("the same, tool vectors", blade(10_000, vectors=True), base, cut=blade(1000, vectors=True))
+    for name, vectors in (("blade, 1 mm, F9000", False), ("the same, F9000, tool vectors", True)):
+        yield Part(name, blade(1000, vectors=vectors, step=1.0, feed=9000), base)
     yield Part("cone (NAS 979), 0.3 mm", cone(), base)
     yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"), base.changed(wcs={"G54": (-10.0, 15.0, 60.0)}))
     yield Part("blade_5axis.nc", sample("blade_5axis.nc"),

@@ -153,9 +153,6 @@ FEED_RATIO: Final = 1.001
 #: Tip and axis against the programmed segment, where no blend is allowed.
 PATH_TIP_MM: Final = 1e-3
 PATH_AXIS_DEG: Final = 1e-3
-#: A great circle from tool axis to tool axis that is nowhere farther than this from linear A and C counts as linear: a tenth of
-#: PATH_AXIS_DEG. Tool axes of six decimals are rounded by half as much.
-LINEAR_CIRCLE_DEG: Final = 1e-4
 #: Share of a column's limits that rounding to its decimals may cost: half of what is accepted beyond the limit, or less
 #: where repairs of the profile have used some of it (velocity, acceleration, jerk).
 ROUNDING_SHARES: Final = (2e-4, 1e-3, 0.01)

@@ -14,6 +14,7 @@ from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules
 from verne_post.toolpath.corners import NEIGHBOURS
 from verne_post.toolpath.elements import find_feeds, measure_rotation
 from verne_post.toolpath.fairing import fair_path
+from verne_post.toolpath.linear_circles import straighten_circles
 from verne_post.toolpath.rounding import RoundedSegments, round_corners
 
 __all__ = ["Smoothing", "make_exact_contour", "smooth_contour"]
@@ -99,13 +100,16 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing) -> Contou
     if n < 2:
         return make_exact_contour(path)
     s = running_sums(path.length)
-    shape, chain = fair_path(path, s, moves, smoothing) if smoothing.overlap else (path, np.zeros(n + 1, dtype=bool))
+    straight, off = straighten_circles(path, moves, smoothing)
+    shape, chain = straight, np.zeros(n + 1, dtype=bool)
+    if smoothing.overlap:
+        shape, chain = fair_path(straight, off, s, moves, smoothing)
     table = _ContourTable()
     for begin, end in blocks(n):
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
-        rules = find_corner_rules(path, first, last, moves, smoothing)
+        rules = find_corner_rules(straight, off, first, last, moves, smoothing)
         corners = slice(first, last + 1)
-        seen = path.part(first, last), shape.part(first, last), s[corners], chain[corners]
+        seen = straight.part(first, last), off[first:last], shape.part(first, last), s[corners], chain[corners]
         block = round_corners(*seen, rules, smoothing)
         block = block.part(begin - first, end - first)
         table.extend_rounded(block, find_feeds(path.part(begin, end)), begin, last=end == n)

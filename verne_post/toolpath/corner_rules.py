@@ -69,11 +69,14 @@ class CornerRules:
     axis_tolerance: Array
 
 
-def find_corner_rules(path: ToolPath, first: int, last: int, moves: Moves, smoothing: Smoothing) -> CornerRules:
-    """Find the rules of segments ``first`` to ``last`` (excluded) of a path."""
+def find_corner_rules(
+    path: ToolPath, off: Array, first: int, last: int, moves: Moves, smoothing: Smoothing
+) -> CornerRules:
+    """Find the rules of segments ``first`` to ``last`` (excluded) of a path whose segments (n,) use ``off`` of the axis tolerance."""
     part, dwells = path.part(first, last), path.dwell_segment - first
     n = last - first
     tip_tolerance, axis_tolerance = _find_tolerances(part, moves, smoothing)
+    axis_tolerance[1:-1] -= np.maximum(off[first + 1 : last], off[first : last - 1])
     allowed = np.zeros(n + 1, dtype=bool)
     allowed[1:-1] = _may_blend(part) & (tip_tolerance[1:-1] > 0)
     allowed[dwells[(dwells >= 0) & (dwells <= n)]] = False

@@ -40,11 +40,13 @@ ROUNDS: Final = 8
 MOSTLY_HELD: Final = 0.5
 
 
-def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> tuple[ToolPath, Mask]:
+def fair_path(path: ToolPath, off: Array, s: Array, moves: Moves, smoothing: Smoothing) -> tuple[ToolPath, Mask]:
     """Move the vertices of finely divided feed moves; returns also which are compensated (n + 1,).
 
     Parameters
     ----------
+    off : ndarray, shape (n,)
+        What segments use of the axis tolerance, rad.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
     moves : Moves
@@ -56,7 +58,7 @@ def fair_path(path: ToolPath, s: Array, moves: Moves, smoothing: Smoothing) -> t
     for begin, end in blocks(n):
         vertex.extend(path.end[begin:end])
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
-        part, rules = path.part(first, last), find_corner_rules(path, first, last, moves, smoothing)
+        part, rules = path.part(first, last), find_corner_rules(path, off, first, last, moves, smoothing)
         reversal = find_reversals(find_slopes(part.start, part.end, part.length))
         soft = rules.allowed & rules.straight & ~rules.smooth & ~reversal
         # a segment that continues in another, or ends at a curve, keeps its direction, which was matched as programmed

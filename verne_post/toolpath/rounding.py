@@ -62,14 +62,16 @@ class RoundedSegments:
 
 
 def round_corners(
-    path: ToolPath, shape: ToolPath, s: Array, chain: Mask, rules: CornerRules, smoothing: Smoothing
+    path: ToolPath, off: Array, shape: ToolPath, s: Array, chain: Mask, rules: CornerRules, smoothing: Smoothing
 ) -> RoundedSegments:
     """Blend the corners of some segments, whose vertices have been moved to those of ``shape``.
 
     Parameters
     ----------
     path, shape : ToolPath
-        n segments as programmed, and as they are followed.
+        n segments as programmed, but for great circles that are followed linearly, and as they are followed.
+    off : ndarray, shape (n,)
+        How far the former are from the programmed great circle, rad.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
     chain : ndarray of bool, shape (n + 1,)
@@ -119,17 +121,16 @@ def round_corners(
     stops[corner + 1] = False
     used = ~stops & ~rules.smooth
     used |= shift.any(axis=1)  # also where a corner has become a stop
-    tolerances = (
-        _spread_to_segments(np.where(used, bound, 0.0), reach, s)
-        for bound in (rules.tip_tolerance, rules.axis_tolerance)
-    )
+    whole = rules.axis_tolerance.copy()
+    whole[1:-1] += np.maximum(off[1:], off[:-1])
+    tip, axis = (_spread_to_segments(np.where(used, bound, 0.0), reach, s) for bound in (rules.tip_tolerance, whole))
     elements = split_into_elements(path, corners, corner, d)
     segment, on_segment = elements["segment"], elements["curve"] < 0
     share = np.where(on_segment, elements["high"] - elements["low"], 0.5)
     elements["rotation"] = measure_rotation(path)[segment] * share
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
     elements["blended"] = on_segment & blends.find_blended(corners, segment, begin, end)
-    return RoundedSegments(elements, reach, bend, kind, stops, corner + 1, controls, *tolerances)
+    return RoundedSegments(elements, reach, bend, kind, stops, corner + 1, controls, tip, np.maximum(axis, off))
 
 
 def _spread_to_segments(bound: Array, reach: Array, s: Array) -> Array:

@@ -8,16 +8,8 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import axis_of_angles
-from verne_post.base.tolerances import (
-    CONTINUATION,
-    LINEAR_CIRCLE_DEG,
-    OPPOSITE,
-    POLE_SINE,
-    POSE_DECIMALS_MM,
-    ZERO_ANGLE,
-    ZERO_LENGTH_MM,
-)
-from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
+from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
@@ -172,25 +164,8 @@ def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tu
         why = "does not lead to the programmed C, which turns by half a turn or more"
         raise _refuse_circle(moves, row[which[bad[0]]], why)
     which, k0, across, sine, cosine = (a[sine > ZERO_ANGLE] for a in (which, k0, across, sine, cosine))
-    circles = GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine))
-    kept = np.flatnonzero(~_are_linear(circles, start[which], end[which]))
-    circle[which[kept]] = np.arange(len(kept))
-    return circle, GreatCircles(circles.first[kept], circles.side[kept], circles.angle[kept])
-
-
-def _are_linear(circles: GreatCircles, start: Array, end: Array) -> Mask:
-    """Great circles (n,) beside which linear A and C from ``start`` to ``end`` (n, 5) mean the same; not where the tip stands.
-
-    Most short steps of CAM programs are: their corners can be blended as those of any straight segments.
-    """
-    off = np.zeros(len(start))
-    for share in (0.25, 0.5, 0.75):
-        angles = start[:, 3:] + share * (end[:, 3:] - start[:, 3:])
-        turn = (share * circles.angle)[:, None]
-        axis = np.cos(turn) * circles.first + np.sin(turn) * circles.side
-        off = np.maximum(off, np.linalg.norm(axis - axis_of_angles(angles[:, 0], angles[:, 1]), axis=1))
-    moves = (start[:, :3] != end[:, :3]).any(axis=1)
-    return np.asarray(moves & (off < RAD_PER_DEG * LINEAR_CIRCLE_DEG))
+    circle[which] = np.arange(len(which))
+    return circle, GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine))
 
 
 def _are_opposite(start: Array, end: Array) -> Mask:
