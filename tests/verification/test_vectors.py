@@ -409,3 +409,18 @@ def test_a_turn_in_place_keeps_its_great_circle():
     """Its feed rate is that of the tool axis."""
     body = "G43.5\nG1 X0 Y0 Z50 I0.1 J0 K0.99498744\nI0.1 J0.0001 K0.99498743"
     assert contour_of(source(body)).shape.circle[-1] >= 0
+
+
+def test_a_swing_that_turns_back_uses_the_axis_tolerance():
+    """0.05 degrees are more, in mm of metric length, than 0.01 mm: rows are then not where the nearest pose by length is."""
+    points = [
+        "X0.0380 Y-0.1117 Z49.9943 I-0.000005 J0.017909 K0.999840",
+        "X0.0760 Y-0.2233 Z50.0234 I-0.000009 J0.017431 K0.999848",
+        "X0.1327 Y-0.3268 Z50.0111 I0.000010 J0.016340 K0.999866",
+        "X0.1787 Y-0.4353 Z49.9995 I-0.000025 J0.014786 K0.999891",
+        "X0.2482 Y-0.5306 Z50.0144 I-0.000070 J0.016638 K0.999862",
+        "X0.3134 Y-0.6290 Z50.0121 I-0.000116 J0.018752 K0.999824",
+    ]
+    assert made(
+        "\n".join(["G0 Z80 A1.086 C0", "G43.5 F12000", f"G1 {points[0]}", *points[1:]]), MACHINES["verne"], cycle=0.001
+    ).values.size

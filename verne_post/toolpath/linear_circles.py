@@ -19,7 +19,8 @@ from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corner_rules import Smoothing, find_segment_tolerances
 
-#: Share of the axis tolerance that following a great circle linearly may use. The corners have the rest.
+#: Share of the axis tolerance that following a great circle linearly may use. The corners have the rest. Over 600 random programs
+#: with coarse steps the time is 0.909 of that between great circles with a quarter, 0.897 with half; single programs lose 3 %.
 CIRCLE_SHARE: Final = 0.5
 #: Where the distance between great circle and linear A and C is measured, as shares of a step. It is largest near the middle, and
 #: between these places by 2 % at most of what it is at them: less than corners leave of the tolerance.

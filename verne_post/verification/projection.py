@@ -53,21 +53,13 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, 
     u_before : float
         u of the row before the first, where that row is on the same segment (arcs of several turns).
     """
-    delta = path.end[segment] - path.start[segment]
-    now = np.concatenate([measured.tip, measured.angles], axis=1) - path.start[segment]
-    weight = np.array([1.0, 1.0, 1.0, RADIAN_MM, RADIAN_MM])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        u = np.sum(now * delta * weight**2, axis=1) / np.sum((delta * weight) ** 2, axis=1)
+    u = straight_u(path, segment, measured.tip, measured.angles, RADIAN_MM)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         u[arc] = _arc_u(path, segment[arc], measured.select(arc), _first_rows(arc, fresh), u_before)
     spline = np.flatnonzero(path.spline[segment] >= 0)
     if len(spline):
         u[spline] = _spline_u(path, segment[spline], measured.select(spline), _first_rows(spline, fresh), u_before)
-    on_circle = np.flatnonzero((path.circle[segment] >= 0) & (path.spline[segment] < 0))
-    if len(on_circle):
-        axis = tool_axis(measured.angles[on_circle])
-        u[on_circle] = _great_circle_u(path, segment[on_circle], measured.tip[on_circle], axis)
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
@@ -76,6 +68,23 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, 
         away = (measured.q[joint] - ends[:, 0]) * scale
         u[joint] = np.sum(away * span * scale, axis=1) / np.sum((span * scale) ** 2, axis=1)
     return u
+
+
+def straight_u(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_mm: Array | float) -> Array:
+    """Parameter u (n,) of the nearest point of straight segments, whose tool axis may follow a great circle.
+
+    ``radian_mm`` is the weight of a radian against a millimetre, one or (n,). What it says of other segments means nothing.
+    """
+    delta, now = path.end[segment] - path.start[segment], np.concatenate([tip, angles], axis=1) - path.start[segment]
+    weight = np.ones_like(delta)
+    weight[:, 3:] = np.reshape(radian_mm, (-1, 1)) ** 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        u = np.sum(now * delta * weight, axis=1) / np.sum(delta**2 * weight, axis=1)
+    on_circle = np.flatnonzero((path.circle[segment] >= 0) & (path.spline[segment] < 0))
+    if len(on_circle):
+        each = np.broadcast_to(radian_mm, len(segment))[on_circle]
+        u[on_circle] = _great_circle_u(path, segment[on_circle], tip[on_circle], tool_axis(angles[on_circle]), each)
+    return np.asarray(u)
 
 
 def _first_rows(rows: Ints, fresh: Mask) -> Mask:
@@ -131,7 +140,7 @@ def _spline_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_
     return project(splines, piece, pose, fresh, u_before, RADIAN_MM)
 
 
-def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array) -> Array:
+def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array, radian_mm: Array) -> Array:
     """Nearest u on straight segments whose tool axis follows a great circle."""
     start, delta = path.start[segment, :3], path.end[segment, :3] - path.start[segment, :3]
     k0, k1, angle = _great_circle(path, segment)
@@ -139,7 +148,7 @@ def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array) -> A
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     turned = np.arctan2(np.sum(axis * across, axis=1), np.sum(axis * k0, axis=1)) / angle
     # both estimates are exact on the segment; each counts by the length that it stands for
-    weight_tip, weight_axis = np.sum(delta**2, axis=1), (RADIAN_MM * angle) ** 2
+    weight_tip, weight_axis = np.sum(delta**2, axis=1), (radian_mm * angle) ** 2
     moved = np.sum((tip - start) * delta, axis=1)
     return np.asarray((moved + weight_axis * turned) / (weight_tip + weight_axis))
 

@@ -13,8 +13,11 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.verification.projection import RADIAN_MM, Measured, tool_axis, unwrapped_u
+from verne_post.model.toolpath import SegmentKind
+from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, tool_axis, unwrapped_u
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -261,13 +264,31 @@ class RowMatcher:
         rows = MeasuredRows(
             block.first, block.line[:n], item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
             pose, origin, now - origin, row_norm(axis - axis_before), entered, np.diff(entered, prepend=-last.rows),
-            self._touched(entered, item_before[entered], item[entered], u_before[entered], u[entered]),
+            self._touched(
+                entered, item_before[entered], item[entered],
+                self._place(item_before[entered], u_before[entered], origin[entered]),
+                self._place(item[entered], u[entered], now[entered]),
+            ),
         )  # fmt: skip
         count = n - int(entered[-1]) if len(entered) else n + last.rows
         self.last = LastRow(
             int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[n - 1]), count, now[-1], axis[-1]
         )
         return rows
+
+    def _place(self, item: Ints, u: Array, pose: Array) -> Array:
+        """Where on its segment (n,) each of some poses (n, 5) is by the shares of the tolerances: ``u`` but for straight segments.
+
+        A corner of short moves may use all of an axis tolerance that is many times as long, in mm, as that of the tip. Then
+        another place is the nearest one by shares than by length.
+        """
+        reference, segment, place = self.reference, self.reference.items.segment[item], u.copy()
+        straight = np.flatnonzero((item >= 0) & (segment >= 0) & (reference.path.kind[segment] == SegmentKind.LINE))
+        on, tip, angles = segment[straight], pose[straight, :3], pose[straight, 3:] / RADIAN_MM
+        tip_bound = PATH_TIP_MM + reference.tip_tolerance[on]
+        axis_bound = PATH_AXIS_DEG * RAD_PER_DEG + reference.axis_tolerance[on]
+        place[straight] = straight_u(reference.path, on, tip, angles, tip_bound / axis_bound)
+        return place
 
     def _touched(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> Touched:
         """Segments that steps to rows (c,) touch, from one item to a later one."""
