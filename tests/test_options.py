@@ -425,8 +425,10 @@ def contains(value: Any, kinds: tuple[type, ...]) -> bool:
         return any(contains(one, kinds) for pair in value.items() for one in pair)
     if isinstance(value, tuple | list):
         return any(contains(one, kinds) for one in value)
-    if hasattr(value, "__dataclass_fields__") and not isinstance(value, type):
-        return any(contains(getattr(value, name), kinds) for name in value.__dataclass_fields__)
+    if not isinstance(value, type):
+        names = getattr(value, "__struct_fields__", None) or getattr(value, "__dataclass_fields__", ())
+        if names:
+            return any(contains(getattr(value, name), kinds) for name in names)
     return isinstance(value, kinds)
 
 

@@ -5,9 +5,9 @@ tip errors at 1000 other poses. The tables stand in docs/as-built.md.
 """
 
 import sys
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 import verne_post
 from verne_post.calibration.as_built.calibrate import DETERMINED

@@ -1,9 +1,8 @@
 """Calibration of simulated machines, whose readings come from six rods closed by scipy."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
 from verne_post.calibration.as_built.data import (

@@ -1,9 +1,8 @@
 """Tool errors over the workspace: what the ideal model leaves, what a calibration leaves, and what it says of that."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
 from verne_post.calibration.as_built.calibrate import calibrate

@@ -13,13 +13,13 @@ import threading
 import tomllib
 import tracemalloc
 from collections.abc import Callable
-from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post
 from verne_post.cli.main import COMMANDS

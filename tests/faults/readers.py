@@ -7,10 +7,11 @@ import io
 import json
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
+
+from msgspec import to_builtins
 
 import verne_post
 from verne_post.app.assemble import interpreter_view
@@ -127,7 +128,7 @@ def corpus() -> dict[str, list[bytes]]:
     programs = _programs()
     header = csv_header(machine().columns, ())
     row = ",".join(["654.1", "600.7", "600.7", "0.1", "0.2"])
-    record = json.dumps(asdict(Record(2, sha256(b""), {"a.csv": "0" * 64}, Outcome("a.nc", 0, (), 1.5, 20))))
+    record = json.dumps(to_builtins(Record(2, sha256(b""), {"a.csv": "0" * 64}, Outcome("a.nc", 0, (), 1.5, 20))))
     tables = {path.stem: path.read_bytes() for path in machine_files().values()}
     names = ",".join(_names())
     return {

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import asdict
 
 from verne_post.gcode import recorder as gcode_recorder
 from verne_post.gcode.arcs import Arc
@@ -47,5 +48,5 @@ def test_what_is_settled_early_is_the_same(kept: int, seed: int, monkeypatch: py
     early = recorded(seed)
     for name in MOVE_COLUMNS:
         assert np.array_equal(getattr(early, name), getattr(whole, name), equal_nan=name == "tool_axis"), name
-    for name, column in vars(whole.arcs).items():
+    for name, column in asdict(whole.arcs).items():
         assert np.array_equal(getattr(early.arcs, name), column), name

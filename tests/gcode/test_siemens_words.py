@@ -102,7 +102,7 @@ def test_keys(view):
     named = re.findall(r"^\| `(\w+)` \| `(.+?)` \|", text, re.MULTILINE)
     keys = SiemensKeys()
     shown = {name: {"false": False, "{}": {}}.get(value, value.strip('"')) for name, value in named}
-    assert shown == {name: getattr(keys, name) for name in keys.__dataclass_fields__}
+    assert shown == {name: getattr(keys, name) for name in keys.__struct_fields__}
     moves, errors = view("X5", dialect="siemens", control={"siemens": {"start": "G0 G54 G90"}})
     assert errors == ()
     assert len(moves) == 1

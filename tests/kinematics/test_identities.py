@@ -1,11 +1,10 @@
 """What must hold for any lengths: symmetries, units, batches, and one solution found again among all of the other direction."""
 
-from dataclasses import asdict, replace
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from msgspec.structs import asdict, replace
 
 from verne_post.base.rotations import axis_of_angles
 from verne_post.kinematics.five_axis import HybridMachine

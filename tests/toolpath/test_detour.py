@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from verne_post import convert
 from verne_post.app.assemble import assemble
@@ -149,7 +150,7 @@ def test_the_options_of_a_rewind_are_those_of_verification():
 def test_a_retract_beyond_the_travel_is_a_finding():
     """The detour is checked like every other motion: machine Z 0 may lie above the sliders' travel."""
     machine = limited("verne")
-    far = replace(machine, coordinates=replace(machine.coordinates, machine_zero=np.array([0.0, 0.0, 1500.0])))
+    far = replace(machine, coordinates=structs.replace(machine.coordinates, machine_zero=np.array([0.0, 0.0, 1500.0])))
     result = convert(
         f"{HEAD}{PLAIN}\nM2\n".encode(), far, Options(tool_length=60.0, wcs=AT_THE_CENTRE, allow_rewind=True)
     )

@@ -1,10 +1,10 @@
 """Where nothing is solved: ranges at the feed rate. The rows there are checked like all others, and cost no time."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post
 from verne_post.base.arrays import Array

@@ -1,9 +1,8 @@
 """The banded interior point method on problems whose answer is known, and when it is cut short."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from verne_post.trajectory.interior_point import Problem, basis, solve
 

@@ -1,6 +1,6 @@
 """What the interior point method sees of windows: how they are laid end to end, differences at points, the tightest rows."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,8 +74,7 @@ SETTINGS = PassSettings(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Even(Profile):
+class Even(Profile, frozen=True, eq=False):
     """s grows evenly."""
 
     def s(self, sigma: np.ndarray) -> np.ndarray:

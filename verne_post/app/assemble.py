@@ -4,11 +4,13 @@ Each stage takes a :class:`Draft` and returns the next one; a draft without the 
 that of :data:`STAGES`.
 """
 
+import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post import gcode
 from verne_post.app.setup_check import check_setup
@@ -55,8 +57,7 @@ _WAITS: Final = {"tool": "M6", "input": "M66"}
 _STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
 
 
-@dataclass(frozen=True, eq=False)
-class Program:
+class Program(Struct, frozen=True, eq=False):
     """A program read and laid out on a machine.
 
     Attributes
@@ -101,8 +102,7 @@ class Program:
         return JointPath(self.contour, self.machine, contour_pose, speed_cap, self.options.lift)
 
 
-@dataclass(frozen=True, eq=False)
-class Draft:
+class Draft(Struct, frozen=True, eq=False):
     """A program on its way through the stages: what :class:`Program` has, and what only the stages need."""
 
     machine: Machine
@@ -187,7 +187,7 @@ def _text_options(options: Options) -> dict[str, Any]:
     for code in options.remap:
         if RS274.executes(code):
             raise UsageError("remap", f"{code}: this code has a meaning of its own")
-    return {name: getattr(options, name) for name in TextOptions.__dataclass_fields__}
+    return {name: getattr(options, name) for name in TextOptions.__struct_fields__}
 
 
 def chosen_shaper(machine: Machine, options: Options) -> Shaper | None:
@@ -245,7 +245,9 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
                                      "tool axis is exact"))  # fmt: skip
         return machine
     on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())
-    return machine if on == five_axis.corrects_axis else replace(machine, five_axis=five_axis.with_correction(on=on))
+    if on == five_axis.corrects_axis:
+        return machine
+    return dataclasses.replace(machine, five_axis=five_axis.with_correction(on=on))
 
 
 def cut_at_stops(draft: Draft) -> Draft:

@@ -1,8 +1,10 @@
 """The check of a program: one function, which every command and the Python API share."""
 
+import dataclasses
 import re
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, machine_setup
 from verne_post.app.result import Progress
@@ -54,7 +56,7 @@ def sort_findings(findings: list[Finding]) -> list[Finding]:
         known = merged.setdefault(key, item)
         if known is not item:
             gravest = max(known, item, key=lambda one: excess_of(one))
-            merged[key] = replace(gravest, count=known.count + item.count)
+            merged[key] = dataclasses.replace(gravest, count=known.count + item.count)
     return sorted(merged.values(), key=lambda item: (item.code not in SET_UP, item.line or 0, item.code))
 
 

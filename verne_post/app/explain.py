@@ -1,6 +1,8 @@
 """One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+
+from msgspec.structs import replace
 
 from verne_post.app.assemble import assemble, modal_state
 from verne_post.app.constraints import check_line, guarded_joints

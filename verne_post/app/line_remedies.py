@@ -4,9 +4,9 @@ Every proposal has been checked along the whole line before it is reported.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.app.explain_numbers import clean, mm_text, short_text
 from verne_post.base.arrays import Array
@@ -21,8 +21,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import worst
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
+class Line(Struct, frozen=True, eq=False):
     """One source line that has motion, and what is needed to speak about it.
 
     Attributes

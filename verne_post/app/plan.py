@@ -1,9 +1,10 @@
 """A program is checked and, when nothing is wrong, given its motion profiles."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.app.constraints import check_program
@@ -21,8 +22,7 @@ from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_con
 from verne_post.trajectory.sample import Timeline, timeline
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Struct, frozen=True, eq=False):
     """A checked program with its time profiles."""
 
     program: Program

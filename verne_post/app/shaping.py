@@ -5,10 +5,10 @@ tolerance to it. Where that does not do, on tight arcs and fast corners, and whe
 path are lowered until the shaped rows themselves keep tolerance and feed rate.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints
@@ -29,8 +29,7 @@ from verne_post.trajectory.shaper import shape_rows
 EXACT_SHARE: Final = 0.9
 
 
-@dataclass(frozen=True, eq=False)
-class SpeedLimits:
+class SpeedLimits(Struct, frozen=True, eq=False):
     """Largest speed ds/dt along a path, a step function: ``speed`` (m,), mm/s, from ``begin`` (m,) on, mm; infinite before."""
 
     begin: Array

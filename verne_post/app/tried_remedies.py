@@ -3,11 +3,12 @@
 A work offset and an option are tried on the whole program; a tilt, another table solution and another end on their line.
 """
 
+import dataclasses
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program, excess_of, guarded_joints
@@ -58,7 +59,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in findings:
         if item in remedied:
             texts = tuple(_remedies(source, program, joints, item, offset))
-            item = replace(item, remedies=texts)
+            item = dataclasses.replace(item, remedies=texts)
         made.append(item)
     return made
 

@@ -1,7 +1,8 @@
 """Setpoints as written are verified against a program."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.base.tolerances import OVERRIDE_FEED

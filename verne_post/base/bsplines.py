@@ -5,11 +5,11 @@ turned into a Bezier curve in homogeneous coordinates, which is evaluated with a
 nowhere singular, the curve's own parameter is found from the share of the arc length by polynomials.
 """
 
-from dataclasses import dataclass
 from math import comb
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
@@ -121,8 +121,7 @@ _MOST_OPEN: Final = 256
 _ROUNDINGS: Final = 8.0
 
 
-@dataclass(frozen=True, eq=False)
-class EvenParts:
+class EvenParts(Struct, frozen=True, eq=False):
     """Parts of n curves, in order, on which the curve's parameter is a polynomial in the share of the arc length.
 
     Attributes

@@ -7,10 +7,11 @@ one contains it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import ADJUST_STEP
@@ -25,8 +26,7 @@ TILT_STEP: Final = 0.3
 TILT_GRID: Final = 72
 
 
-@dataclass(frozen=True, eq=False)
-class Adjustment:
+class Adjustment(Struct, frozen=True, eq=False):
     """Settings with equally many rows: m settings, k rows each, e equations a row, p lengths."""
 
     whitened: Array  # (m, k e)

@@ -5,10 +5,10 @@ read from the drives to a small distance on either side and back; all other actu
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import rotate_x, rotate_z
@@ -37,8 +37,7 @@ SEEN_DEG: Final = 5e-5
 MARK_MM: Final = 100.0
 
 
-@dataclass(frozen=True, eq=False)
-class AxisMove:
+class AxisMove(Struct, frozen=True, eq=False):
     """One file: its name, its rows, and what must be seen."""
 
     name: str

@@ -1,13 +1,13 @@
 """What goes into an identification, readings with their uncertainties, and what comes out."""
 
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 
 
-@dataclass(frozen=True, eq=False)
-class Readings:
+class Readings(Struct, frozen=True, eq=False):
     """Readings pairs.
 
     Attributes
@@ -28,8 +28,7 @@ class Readings:
     line: Ints
 
 
-@dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Struct, frozen=True):
     """Standard uncertainties of the readings: sliders and positions in mm, tilt in rad; 0 is exact.
 
     An infinite ``tilt`` uses measured tilts only to know which solution a row is. ``rod`` is how far each rod may miss
@@ -46,8 +45,7 @@ class Uncertainty:
 EXACT: Final = Uncertainty(0.0, 0.0, 0.0, 1.0)
 
 
-@dataclass(frozen=True)
-class Direction:
+class Direction(Struct, frozen=True):
     """A combination of lengths that the data do not determine: coefficients, the largest +-1."""
 
     coefficients: dict[str, float]
@@ -58,8 +56,7 @@ class Direction:
         return " with ".join(parts) if len(parts) > 1 else f"{next(iter(self.coefficients))} alone"
 
 
-@dataclass(frozen=True)
-class Landing:
+class Landing(Struct, frozen=True):
     """Where random starts ended: all lengths (mm), the chi-square there, and how many came."""
 
     lengths: dict[str, float]
@@ -67,8 +64,7 @@ class Landing:
     count: int
 
 
-@dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(Struct, frozen=True, eq=False):
     """What the data say about the lengths.
 
     Attributes

@@ -3,10 +3,10 @@
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.calibration.data import Identification, Readings, Uncertainty
@@ -24,8 +24,7 @@ OTHER_ENDS: Final = 4
 CORRELATED: Final = 0.95
 
 
-@dataclass(frozen=True)
-class IdentificationReport:
+class IdentificationReport(Struct, frozen=True):
     """A result with what it was made from."""
 
     source: str

@@ -7,10 +7,10 @@ and the number of unknowns does not grow with the data. Works on any module with
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 from scipy.special import chdtrc
 
 from verne_post.calibration.adjustment import adjust_readings, group_settings

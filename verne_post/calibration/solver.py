@@ -1,9 +1,10 @@
 """The fit of the lengths: least squares on the whitened corrections, what the readings determine, random starts."""
 
-from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.optimize import least_squares
 
 from verne_post.base.arrays import Array, Ints
@@ -31,8 +32,7 @@ class End(NamedTuple):
     converged: bool
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Struct, frozen=True, eq=False):
     """Lengths are ``origin + basis @ t``; t is estimated."""
 
     module: Identifiable

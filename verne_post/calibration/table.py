@@ -5,14 +5,14 @@ import difflib
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from verne_post.base.tolerances import LARGEST_READING_MM
 from verne_post.model.findings import Finding, InputError, finding
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(Struct, frozen=True):
     """A CSV file: names of the columns, and each row's line and cells by name."""
 
     header: tuple[str, ...]

@@ -1,10 +1,10 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec.structs import replace
 
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, expect_machine, load, program_text, quiet_option, refuse

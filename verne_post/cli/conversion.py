@@ -2,11 +2,12 @@
 
 import importlib
 import sys
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.cli.files import RunFiles
 from verne_post.cli.temporary import temporary_folder
@@ -54,8 +55,7 @@ format_option = click.option(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Outputs:
+class Outputs(Struct, frozen=True):
     """Where the results go; ``rows`` None: standard output, the others None: not written."""
 
     rows: Path | None

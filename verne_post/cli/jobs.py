@@ -7,10 +7,13 @@ import threading
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict, dataclass, replace
 from multiprocessing import get_context, parent_process
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import msgspec
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
@@ -21,6 +24,8 @@ from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.verdict import ExitStatus, status_of
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from verne_post.base.long_text import Text
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
@@ -31,8 +36,7 @@ RECORDS = ".verne-post"
 _LAYOUT: Final = 2
 
 
-@dataclass(frozen=True)
-class Job:
+class Job(Struct, frozen=True):
     """One program: its file, and where its rows go: to the file ``place`` of the output folder ``root``.
 
     ``wrong`` is what is wrong with its set-up.
@@ -94,8 +98,7 @@ class Job:
         return f"the {kind} of {self.program}"
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(Struct, frozen=True):
     """What became of a program; ``again`` where nothing had to be done.
 
     ``left`` are files that bear the names of its rows, and that are not known to be made by batch.
@@ -110,8 +113,7 @@ class Outcome:
     left: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Record:
+class Record(Struct, frozen=True):
     """What was made of a program: SHA-256 of each file by its name in the output folder.
 
     It is written before the files are put in place, and counts only while all of them are there as it says. So whenever batch is killed,
@@ -193,12 +195,18 @@ def _outcome(job: Job) -> Outcome:
             job.claim_one(files, job.root / name)
         if done.status != ExitStatus.INTERNAL_ERROR:
             digests = {name: _digest(path) for name, path in made.items()}
-            text = json.dumps(asdict(Record(_LAYOUT, key, digests, done)), allow_nan=False)
+            made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_plain_number)
+            text = json.dumps(made_now, allow_nan=False)
             job.record.parent.mkdir(parents=True, exist_ok=True)
             files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():
                 files.place(path, job.root / name, job.what(job.root / name))
     return replace(done, left=_unknown_files(job, record, made))
+
+
+def _plain_number(number: "np.floating[Any]") -> float:
+    """A number of numpy, as findings have them, as one of Python."""
+    return float(number)
 
 
 def _key(job: Job, source: "Text", options: "Options") -> str:
@@ -215,14 +223,11 @@ def _key(job: Job, source: "Text", options: "Options") -> str:
 
 def _record(job: Job) -> Record | None:
     """What was made last time; None where nothing is known, or the record is none that batch can have written."""
-    from pydantic import TypeAdapter
-
     from verne_post.output.parts import index_path, is_derived
 
     try:
         raw = read_file(job.record)
-        json.dumps(json.loads(raw), allow_nan=False)  # pydantic lets endless numbers pass
-        record = TypeAdapter(Record).validate_json(raw, strict=True)
+        record = msgspec.json.decode(raw, type=Record)
         paths = [job.root / name for name in record.files]
         names_are_own = all(path in (job.output, job.side_car) or is_derived(path, job.output) for path in paths)
     except (OSError, ValueError, RecursionError):

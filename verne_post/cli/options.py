@@ -7,12 +7,12 @@ that become values (``--wcs G54=X,Y,Z``), and files that are read into options (
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Final, Literal, Union, get_args, get_origin
 
 import click
+from msgspec import Struct
 
 from verne_post.base.printable import printable
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
@@ -46,8 +46,7 @@ FILE: Final = _FileName(dir_okay=False, path_type=Path)
 WRITING: Final = ("decimals", "accept_rounding")
 
 
-@dataclass(frozen=True)
-class FileOption:
+class FileOption(Struct, frozen=True):
     """An option that names a file or folder from which options of the model are read."""
 
     flag: str

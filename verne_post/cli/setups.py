@@ -1,11 +1,11 @@
 """The set-ups of a program under the options of the command line: what stands in files holds where the command line is silent."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
+from msgspec import Struct, field
 
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 
@@ -23,8 +23,7 @@ _FILES: Final = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Placed:
+class Placed(Struct, frozen=True):
     """Values of the command line with those of the set-ups below them.
 
     Attributes

@@ -2,10 +2,10 @@
 
 import tomllib
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Annotated, Any, Final
 
 import numpy as np
+from msgspec.structs import replace
 from pydantic import Field, StringConstraints, ValidationError
 
 from verne_post.base.units import MILLI

@@ -1,8 +1,9 @@
 """The table of machine kinds: one line each. The kind picks a class once; no other code compares kinds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.config.schema import (
     Group,
@@ -19,8 +20,7 @@ from verne_post.model.deviations import RodPlaces
 from verne_post.model.protocols import ParallelModule
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(Struct, frozen=True):
     """What a kind needs.
 
     Attributes

@@ -1,14 +1,14 @@
 """Values of a machine file that no machine tool has: most often another unit. Warnings, VP505."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.model.findings import Finding, finding
 
 
-@dataclass(frozen=True)
-class Plausible:
+class Plausible(Struct, frozen=True):
     """What machine tools have, generously.
 
     Attributes

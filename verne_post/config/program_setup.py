@@ -2,10 +2,10 @@
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final
 
+from msgspec import Struct, field
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from verne_post.config.box_file import BoxFile
@@ -38,8 +38,7 @@ class SetupFile(BaseModel):
     parameters: str | None = None
 
 
-@dataclass(frozen=True)
-class ProgramSetup:
+class ProgramSetup(Struct, frozen=True):
     """What a set-up gives.
 
     Attributes

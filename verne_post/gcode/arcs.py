@@ -4,8 +4,9 @@ Rules and tolerances are those measured on LinuxCNC's interpreter (docs/gcode.md
 """
 
 import math
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.base.tolerances import (
     ARC_CHORD_MM,
@@ -21,8 +22,7 @@ PLANES: Final = {0: (0, 1, 2, "I", "J"), 1: (2, 0, 1, "K", "I"), 2: (1, 2, 0, "J
 PLANE_NAMES: Final = ("XY", "ZX", "YZ")
 
 
-@dataclass(frozen=True)
-class Arc:
+class Arc(Struct, frozen=True):
     """One arc: plane number, centre (3), signed turns and sweep in degrees (counter-clockwise positive)."""
 
     plane: int

@@ -5,9 +5,10 @@ digits and at most one point; there is no exponent.
 """
 
 import re
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError, Key, ValueReader, Values, shown_key
 from verne_post.gcode.templates import read_by_template
@@ -32,8 +33,7 @@ KEYWORDS: Final = (
 _KEYWORD: Final = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
 
 
-@dataclass(frozen=True)
-class OWord:
+class OWord(Struct, frozen=True):
     """An O word: its label, its keyword (None: a bare number), and its values, read when they are asked for."""
 
     label: str | None
@@ -96,8 +96,7 @@ class OWord:
             raise reader.error("VP001", f"only comments may follow {shown}{value}", reader.at)
 
 
-@dataclass
-class Block:
+class Block(Struct):
     """The words of one block.
 
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the

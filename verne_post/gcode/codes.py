@@ -4,9 +4,10 @@ Another dialect has another table, derived from this one (:mod:`verne_post.gcode
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
+
+from msgspec import Struct
 
 #: Canned cycles.
 CYCLES: Final = (730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890)
@@ -14,8 +15,7 @@ CYCLES: Final = (730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890)
 TAKES_AXES: Final = (100, 280, 300, 520, 920)
 
 
-@dataclass(frozen=True)
-class CodeTable:
+class CodeTable(Struct, frozen=True, dict=True):
     """The codes of a dialect.
 
     Attributes

@@ -6,8 +6,9 @@ the next one is known: it is recorded at once and its end amended, so that every
 """
 
 import math
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
@@ -18,8 +19,7 @@ Point = tuple[float, float]
 _FULL: Final = 2 * math.pi
 
 
-@dataclass(frozen=True)
-class Offset:
+class Offset(Struct, frozen=True):
     """One offset path segment: ``start`` and ``end`` of the centre's path, and the direction in which it ends.
 
     ``center`` is None for a straight one; an arc turns by ``sweep`` (rad) about it, counter-clockwise for ``sense`` +1.
@@ -34,8 +34,7 @@ class Offset:
     sweep: float = 0.0
 
 
-@dataclass
-class Compensation:
+class Compensation(Struct):
     """Compensation in force.
 
     Attributes

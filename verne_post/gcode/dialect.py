@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
+
+from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
@@ -14,8 +15,7 @@ from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
 
-@dataclass(frozen=True)
-class Dialect:
+class Dialect(Struct, frozen=True):
     """One controller dialect.
 
     Attributes

@@ -1,8 +1,10 @@
 """Execution of a program of blocks: chunks, stretches of plain lines, single blocks; errors are collected."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Final
+
+from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
@@ -25,8 +27,7 @@ _NAMED: Final = 8
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
 
-@dataclass
-class Execution:
+class Execution(Struct):
     """One execution of a program, or of its beginning: the state at its end, what was recorded, and the errors."""
 
     state: State
@@ -81,8 +82,7 @@ def _names(things: list[str]) -> str:
     return " and ".join((*([", ".join(shown[:-1])] if shown[:-1] else []), *shown[-1:]))
 
 
-@dataclass
-class LineTrace:
+class LineTrace(Struct):
     """Lines that the program itself executes, in order, without those of calls.
 
     A span is (first line, line after the last, whether a restart may begin there). It may not while cutter compensation
@@ -98,8 +98,7 @@ class LineTrace:
         self.spans.append((first, last, may_restart))
 
 
-@dataclass(frozen=True)
-class StopConditions:
+class StopConditions(Struct, frozen=True):
     """Where an execution ends before the program does, and whether it traces its lines.
 
     Attributes

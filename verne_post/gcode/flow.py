@@ -4,8 +4,9 @@ Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); th
 conditions, counters, calls with their arguments and names.
 """
 
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.block import Block, BlockError, OWord
 from verne_post.gcode.interpret import Call, Interpreter
@@ -18,8 +19,7 @@ MAX_DEPTH: Final = 50
 MAX_ARGUMENTS: Final = 30
 
 
-@dataclass
-class _Frame:
+class _Frame(Struct):
     """One call: where it came from, and what it brings back.
 
     ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.

@@ -3,11 +3,12 @@
 The base of the interpreter: it holds the state, and what words mean as lengths and angles.
 """
 
+import dataclasses
 import math
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
@@ -281,7 +282,7 @@ class FrameCodes:
         for letter in "IJQ":
             if letter in block.words:
                 raise block.error("VP006", f"G10 L1 uses {letter} only on a lathe", letter)
-        tools[number] = replace(old, offset=vector9(offset), diameter=diameter)
+        tools[number] = dataclasses.replace(old, offset=vector9(offset), diameter=diameter)
         state.tools = tools
 
     def _execute_g92(self, block: Block, code: int) -> None:

@@ -1,6 +1,6 @@
 """The modal state at the start of a program."""
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.parameters import Parameters

@@ -5,8 +5,9 @@ It is exact and complete for the language; long stretches of plain moves are don
 subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode.flow`.
 """
 
-from dataclasses import dataclass
 from typing import ClassVar, Final
+
+from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import WHOLE_NUMBER
@@ -30,8 +31,7 @@ _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
 _REMAPPED_WORDS: Final = "PQRLEDHK"
 
 
-@dataclass(frozen=True)
-class Call:
+class Call(Struct, frozen=True):
     """M98: which subprogram, how often; None: M99."""
 
     label: str | None

@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.model.findings import Finding, finding
@@ -12,8 +13,7 @@ from verne_post.model.findings import Finding, finding
 _SEARCHED: Final = 1 << 16
 
 
-@dataclass(frozen=True)
-class _Language:
+class _Language(Struct, frozen=True):
     """One language: its name, what only its texts have (case ignored), and the dialect that reads it, if any.
 
     A sign is a line with an error, or the beginning of the text.

@@ -1,7 +1,8 @@
 """Auxiliary functions, F, S and T: spindle, tool, coolant, signals, override switches; saved modal state."""
 
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import FrameCodes, whole

@@ -1,9 +1,9 @@
 """Codes that set modes: plane, units, work offset, path control, distance modes; and the non-modal codes that do not move."""
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, g_name

@@ -1,9 +1,9 @@
 """Work offsets, G92 and tool offsets as frames, and what they mean to a plain Cartesian interpreter."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
@@ -16,8 +16,7 @@ def vector9(values: object) -> Vector9:
     return tuple(float(value) for value in values)  # type: ignore[return-value, attr-defined]
 
 
-@dataclass(frozen=True)
-class CartesianCoordinates:
+class CartesianCoordinates(Struct, frozen=True):
     """LinuxCNC's view: ``machine = R (program + G92) + G5x + tool offset``, axis by axis."""
 
     def displacement(self, vector: Array, frame: Frame) -> Array:

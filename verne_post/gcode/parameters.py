@@ -5,10 +5,10 @@ parameter file, those of 5420 to 5428 and of the named positions in the unit of 
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import BlockError, Key, shown_key

@@ -6,9 +6,9 @@ operations that every processor rounds alike.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import (
@@ -30,8 +30,7 @@ WORDS = "IJKR"
 _R = 3
 
 
-@dataclass(frozen=True, eq=False)
-class PlainArcs:
+class PlainArcs(Struct, frozen=True, eq=False):
     """Arcs of some lines of a stretch, in order.
 
     Attributes

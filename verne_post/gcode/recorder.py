@@ -1,12 +1,14 @@
 """The recorder: turns executed motion, dwells and events into a Moves table."""
 
+import dataclasses
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
@@ -101,8 +103,7 @@ def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> N
             np.copyto(end, words, where=named)
 
 
-@dataclass
-class Recorder:
+class Recorder(Struct):
     """Collects motion row by row or block by block, and freezes it into a Moves table."""
 
     blocks: list[_Block] = field(default_factory=list)
@@ -252,7 +253,7 @@ class Recorder:
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
             finding(code, message, line=line, last_line=line, worst_line=line, column=column)
-            if before is None else replace(before, count=before.count + 1)
+            if before is None else dataclasses.replace(before, count=before.count + 1)
         )  # fmt: skip
 
     def _flush(self, count: int) -> None:

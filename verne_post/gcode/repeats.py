@@ -1,8 +1,9 @@
 """How often loops and calls have repeated blocks, in any language: programs without an end are refused."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 
@@ -10,8 +11,7 @@ from verne_post.gcode.expressions import BlockError
 MOVES_OF_BLOCK: Final = 1_000
 
 
-@dataclass
-class Repeats:
+class Repeats(Struct):
     """Counts blocks that are executed again.
 
     Attributes

@@ -1,8 +1,8 @@
 """Block search, ``--from-line``: where a program can be restarted, and what must be switched on before."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import LineTrace, StopConditions
@@ -13,8 +13,7 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Event, Moves
 
 
-@dataclass(frozen=True)
-class Restart:
+class Restart(Struct, frozen=True):
     """Where the remaining program begins: its first move and its first event; and what the skipped blocks have switched on."""
 
     move: int

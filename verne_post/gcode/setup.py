@@ -1,15 +1,15 @@
 """What an interpretation is given beside the text: options of the text, and what the machine means by coordinates."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from verne_post.model.moves import Frame
 from verne_post.model.part_setup import Tool
 from verne_post.model.protocols import Coordinates
 
 
-@dataclass(frozen=True, kw_only=True)
-class TextOptions:
+class TextOptions(Struct, frozen=True, kw_only=True):
     """What concerns the text of a program alone.
 
     Attributes
@@ -42,8 +42,7 @@ class TextOptions:
     control: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Setup(TextOptions):
+class Setup(TextOptions, frozen=True, kw_only=True):
     """What an interpretation is given beside the text.
 
     Attributes

@@ -1,9 +1,9 @@
 """Arcs in any plane of space, recorded as arcs of a tilted plane that holds them."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_CHORD_MM
@@ -11,8 +11,7 @@ from verne_post.gcode.block import BlockError
 from verne_post.model.moves import Feature
 
 
-@dataclass(frozen=True)
-class SpatialArc:
+class SpatialArc(Struct, frozen=True):
     """A circle in space: its centre, unit normal, and the counter-clockwise angle from start to end about it, degrees."""
 
     center: Array

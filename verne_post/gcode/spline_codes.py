@@ -1,10 +1,10 @@
 """Splines as LinuxCNC has them: G5, G5.1, and G5.2 with G5.3; and what the splines of every dialect have in common."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import ClassVar, Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.tolerances import ARC_CHORD_MM
 from verne_post.gcode.block import Block, BlockError

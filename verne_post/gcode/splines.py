@@ -5,11 +5,11 @@ completed what the piece needs. What cannot be followed along exactly is refused
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends
@@ -24,8 +24,7 @@ MAX_DEGREE: Final = 15
 _ROTARY: Final = [3, 4, 5]
 
 
-@dataclass(frozen=True)
-class BSpline:
+class BSpline(Struct, frozen=True):
     """A rational B-spline in program coordinates, n control points.
 
     Attributes
@@ -51,8 +50,7 @@ class BSpline:
     axes: Array | None = None
 
 
-@dataclass
-class SplineDraft:
+class SplineDraft(Struct):
     """A spline whose control points are being read, block by block.
 
     Attributes
@@ -82,8 +80,7 @@ class SplineDraft:
         self.lines.append(line)
 
 
-@dataclass(frozen=True, eq=False)
-class CutSpline:
+class CutSpline(Struct, frozen=True, eq=False):
     """The motions (m,) that follow a B-spline.
 
     Attributes

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.splines import SplineDraft
@@ -14,8 +15,7 @@ from verne_post.model.part_setup import Tool, Vector9
 _OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": True}
 
 
-@dataclass
-class ParameterStore:
+class ParameterStore(Struct):
     """Parameters that programs have set: numbered ones, global names, and the names of each call (the last is in force)."""
 
     numbered: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
@@ -23,8 +23,7 @@ class ParameterStore:
     local: list[dict[str, float]] = field(default_factory=lambda: [{}])
 
 
-@dataclass(frozen=True)
-class Saved:
+class Saved(Struct, frozen=True):
     """Modal state that M72, or the return from a call after M73 (``automatic``), brings back."""
 
     values: dict[str, object]
@@ -35,8 +34,7 @@ class Saved:
     automatic: bool
 
 
-@dataclass(frozen=True)
-class Cycle:
+class Cycle(Struct, frozen=True):
     """What is kept while canned cycles follow each other. mm, s.
 
     Attributes
@@ -75,8 +73,7 @@ class Cycle:
     shift: tuple[float, ...] | None = None
 
 
-@dataclass
-class State:
+class State(Struct):
     """Everything modal. Positions in program coordinates, mm and degrees."""
 
     position: list[float]

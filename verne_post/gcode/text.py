@@ -3,12 +3,12 @@
 import re
 from abc import ABC, abstractmethod
 from collections import OrderedDict
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar, Final, Protocol
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from verne_post.base.long_text import Text
@@ -45,8 +45,7 @@ class Language(Protocol):
         """Where the program begins in its text: after what a control does not read."""
 
 
-@dataclass(frozen=True)
-class Chunk:
+class Chunk(Struct, frozen=True, dict=True):
     """Scanned lines and their tables."""
 
     first_line: int
@@ -85,8 +84,7 @@ class Chunk:
         )
 
 
-@dataclass
-class Structure:
+class Structure(Struct):
     """Where O words lead, by line: everything that is known without executing.
 
     Attributes
@@ -256,8 +254,7 @@ _LOOPS: Final = ("while", "do", "repeat")
 _BARE: Final = ("sub", "else", "endif", "do", "endwhile", "endrepeat", "break", "continue")
 
 
-@dataclass
-class _Construct:
+class _Construct(Struct):
     kind: str
     label: str
     line: int

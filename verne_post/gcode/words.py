@@ -8,10 +8,10 @@ block exactly; both obey one contract, and numbers are bit-identical to ``float(
 import re
 import string
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
@@ -56,8 +56,7 @@ _ODD_PAIRS: Final = np.uint64((10**6 << 32) + 10**2)
 _EVEN_PAIRS: Final = np.uint64((10**4 << 32) + 1)
 
 
-@dataclass(frozen=True)
-class WordTable:
+class WordTable(Struct, frozen=True):
     """Words of consecutive source lines.
 
     Attributes

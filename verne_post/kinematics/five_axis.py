@@ -6,10 +6,10 @@ the nominal trunnion machine (:meth:`TiltingTable.gauge_point`) the platform poi
 owns the solution for alpha (:meth:`ParallelModule.inverse_coupled`). C does not depend on alpha.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import (
@@ -31,8 +31,7 @@ _MIRROR: Final = np.array([1.0, -1.0, -1.0])
 _DOWN: Final = np.array([0.0, 0.0, 1.0])
 
 
-@dataclass(frozen=True, eq=False)
-class HybridMachine:
+class HybridMachine(Struct, frozen=True, eq=False):
     """Implements the ``FiveAxis`` protocol. Table frame, mm, rad, workpiece sense.
 
     ``nose_offset`` is the distance from P to the gauge line along the tool axis, mm.

@@ -1,10 +1,10 @@
 """JointPath: the actuated joints along a contour, exactly: q(element, w)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
@@ -24,16 +24,14 @@ class KeepOutModel(ClearanceModel, Protocol):
         """The same where the part stands elsewhere on the table by ``shift`` (3,), mm."""
 
 
-@dataclass(frozen=True, eq=False)
-class Solved(JointPoses):
+class Solved(JointPoses, frozen=True, eq=False):
     """Solved poses, and where the platform is; NaN where not ok (n,)."""
 
     platform: Platform
     ok: Mask
 
 
-@dataclass(frozen=True, eq=False)
-class JointPath:
+class JointPath(Struct, frozen=True, eq=False):
     """The joints of a machine that follows a contour.
 
     ``pose`` evaluates the geometry and ``speed`` the feed; they are handed in, because kinematics knows no tool path.

@@ -1,9 +1,9 @@
 """Which tips the whole machine reaches with a given tool axis, and which limit ends the reach."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles
@@ -20,8 +20,7 @@ OUT_OF_REACH: Final = "out of reach of the rods"
 BELOW_TABLE: Final = "tip or nose below the table face"
 
 
-@dataclass(frozen=True, eq=False)
-class Reach:
+class Reach(Struct, frozen=True, eq=False):
     """What limits n tips.
 
     Attributes

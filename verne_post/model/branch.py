@@ -1,16 +1,15 @@
 """Branches of the table: the angles that hold the same tool axis."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POSE_DECIMALS_RAD
 
 
-@dataclass(frozen=True)
-class Branch:
+class Branch(Struct, frozen=True):
     """A solution for a tool axis: ``flip`` is 1 for (-A, C + pi); ``turns`` whole turns of C are added."""
 
     flip: int

@@ -1,13 +1,13 @@
 """The registry of finding codes: one row a code, with what `verne-post explain CODE` prints."""
 
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.model.verdict import Severity
 
 
-@dataclass(frozen=True)
-class Code:
+class Code(Struct, frozen=True):
     """What a finding code means, and what a person can do about it."""
 
     code: str

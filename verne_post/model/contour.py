@@ -6,10 +6,11 @@ parameter w goes from 0 to 1. A *section* is a sequence of elements between two 
 times continuously differentiable by the path parameter s.
 """
 
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
@@ -21,8 +22,7 @@ Rows = Ints | slice
 EVERY: Final = slice(None)
 
 
-@dataclass(frozen=True)
-class Corners:
+class Corners(Struct, frozen=True):
     """Corner blends between straight segments: see :mod:`verne_post.toolpath.corners`.
 
     Attributes
@@ -47,8 +47,7 @@ class Corners:
     shift: int = 0
 
 
-@dataclass(frozen=True)
-class Feeds:
+class Feeds(Struct, frozen=True):
     """The programmed feed rate of each segment, each shape (n,).
 
     Attributes
@@ -66,8 +65,7 @@ class Feeds:
     cap: Array
 
 
-@dataclass(frozen=True)
-class Contour:
+class Contour(Struct, frozen=True):
     """All motion of a program as it will be made: n elements on n_segments segments.
 
     Attributes

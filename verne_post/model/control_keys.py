@@ -1,8 +1,9 @@
 """Keys of the settings file by controller dialect: what builders of machines choose by machine data."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
 from typing import Final, Literal, TypeVar
+
+from msgspec import Struct, field
 
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -10,8 +11,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class SiemensKeys:
+class SiemensKeys(Struct, frozen=True):
     """Keys of [siemens], with their defaults.
 
     Attributes
@@ -43,8 +43,7 @@ class SiemensKeys:
     tools: Mapping[str, int] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class HeidenhainKeys:
+class HeidenhainKeys(Struct, frozen=True):
     """Keys of [heidenhain], with their defaults.
 
     Attributes
@@ -72,7 +71,7 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
     ValueError
         With the key, what is wrong, and what would be right.
     """
-    known = [item.name for item in fields(kind)]
+    known = kind.__struct_fields__
     for name, value in given.items():
         if not isinstance(name, str) or name not in known:
             raise ValueError(f"{name}: no such key; expected {', '.join(known)}")

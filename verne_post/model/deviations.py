@@ -1,9 +1,9 @@
 """How far the parts of a machine are from their nominal places: 58 numbers, as [as_built] of a machine file has them."""
 
-from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 
@@ -26,8 +26,7 @@ _COMPONENTS: Final = {"guides": "xy", "tilt_place": "yz", "tilt_direction": "yz"
                       "rotary_direction": "xy", "spindle": "xy"}  # fmt: skip
 
 
-@dataclass(frozen=True)
-class RodPlaces:
+class RodPlaces(Struct, frozen=True):
     """Places along x that the nominal equations cannot see, mm, base frame: [rods] of the machine file.
 
     ``leg1_slider_x`` and ``leg23_slider_x`` are d1 and d2 of the paper, ``leg23_spacing`` is the distance of the two
@@ -39,8 +38,7 @@ class RodPlaces:
     leg23_spacing: float
 
 
-@dataclass(frozen=True, eq=False)
-class Deviations:
+class Deviations(Struct, frozen=True, eq=False):
     """Deviations from the nominal machine, mm and rad.
 
     Rods are ordered as in :data:`RODS`, guides by leg. Directions are small: (x, y) stands for the unit vector along
@@ -80,7 +78,7 @@ class Deviations:
 
     def to_vector(self) -> Array:
         """All 58 numbers in the order of :data:`PARAMETERS`, mm and rad."""
-        return np.concatenate([np.ravel(getattr(self, item.name)) for item in fields(self)])
+        return np.concatenate([np.ravel(getattr(self, name)) for name in self.__struct_fields__])
 
     @classmethod
     def from_vector(cls, vector: Array) -> "Deviations":

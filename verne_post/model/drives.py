@@ -1,10 +1,10 @@
 """Drives: what number stands for which place of an actuator, and back."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import DRIVE_STEP
@@ -15,8 +15,7 @@ STEEPEST_ERROR: Final = 0.1
 _STEPS: Final = 40
 
 
-@dataclass(frozen=True, eq=False)
-class Drive:
+class Drive(Struct, frozen=True, eq=False):
     """How a drive counts.
 
     ``place = x + error(x)`` with ``x = zero + sign * number / scale``: commanded to x, the actuator truly stands at

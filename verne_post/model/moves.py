@@ -6,11 +6,12 @@ X Y Z A B C U V W. Every row knows its source line.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
@@ -48,8 +49,7 @@ class PathMode(IntEnum):
     BLEND = 2
 
 
-@dataclass(frozen=True)
-class PathControl:
+class PathControl(Struct, frozen=True):
     """How exactly corners are taken.
 
     ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm, ``axis_deg`` is the tolerance of the tool axis; None means not given.
@@ -61,8 +61,7 @@ class PathControl:
     axis_deg: float | None = None
 
 
-@dataclass(frozen=True)
-class Feature:
+class Feature(Struct, frozen=True):
     """A tilted work plane (G68.2): where its origin is, and how its X, Y, Z point, both in program coordinates without it.
 
     ``rotation`` has nine numbers, row by row; its columns are the plane's axes.
@@ -92,8 +91,7 @@ class Feature:
         return np.array(self.rotation).reshape(3, 3)
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """Everything that lies between program coordinates and machine coordinates.
 
     Lengths in mm, angles in degrees in the sense of the machine file (``part_turn``: workpiece sense).
@@ -130,8 +128,7 @@ class Frame:
         return self.tool[2]
 
 
-@dataclass(frozen=True)
-class Stock:
+class Stock(Struct, frozen=True):
     """A box or a cylinder along Z, as controls draw it: it is shown, and nothing keeps out of it (``--stock`` does).
 
     Attributes
@@ -169,8 +166,7 @@ class Stock:
         }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(Struct, frozen=True):
     """An auxiliary function: spindle, coolant, tool, stop, message.
 
     ``before`` is the index of the move that follows it (the number of moves so far).
@@ -198,8 +194,7 @@ def tool_of_event(event: Event) -> str:
     return tool_text(int(str(event.data["number"])), tool_names([event]))
 
 
-@dataclass(frozen=True)
-class Arcs:
+class Arcs(Struct, frozen=True):
     """The arcs among the moves, in order; row ``Moves.arc[i]`` belongs to move i.
 
     Attributes
@@ -220,8 +215,7 @@ class Arcs:
     sweep: Array
 
 
-@dataclass(frozen=True)
-class Moves:
+class Moves(Struct, frozen=True):
     """The program as a table, one row a move (a motion or a dwell), in order of execution.
 
     Attributes

@@ -9,12 +9,12 @@ import difflib
 import hashlib
 import importlib.util
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 from annotated_types import Ge, Le
+from msgspec import Struct
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -68,8 +68,7 @@ class Changes(StrEnum):
     CHECKS = "checks"
 
 
-@dataclass(frozen=True)
-class About:
+class About(Struct, frozen=True):
     """How an option is shown.
 
     Attributes

@@ -1,15 +1,13 @@
 """Joint values together with the poses that they stand for, and where the platform is."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_x, rotate_y, rotate_z
 
 
-@dataclass(frozen=True, eq=False)
-class JointPoses:
+class JointPoses(Struct, frozen=True, eq=False):
     """Joints and poses of n rows.
 
     Attributes
@@ -27,8 +25,7 @@ class JointPoses:
     angles: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Platform:
+class Platform(Struct, frozen=True, eq=False):
     """Where the platform of solved poses is, in the base frame.
 
     Attributes
@@ -69,8 +66,7 @@ class Platform:
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-@dataclass(frozen=True, eq=False)
-class Pose:
+class Pose(Struct, frozen=True, eq=False):
     """Solved poses, n rows: what a clearance is computed from.
 
     ``q`` are joints (n, n_joints), ``tip`` and ``axis`` (n, 3) the tool on the table, ``segment`` the programmed segment

@@ -5,8 +5,9 @@ kinematics of a machine.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
+
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
@@ -14,8 +15,7 @@ from verne_post.model.moves import Frame
 from verne_post.model.poses import Platform, Pose
 
 
-@dataclass(frozen=True)
-class Margin:
+class Margin(Struct, frozen=True):
     """A geometric margin of a module: positive is good.
 
     Attributes
@@ -70,8 +70,7 @@ class SpeedFunction(Protocol):
         """Largest ds/dt (n,) at parameter w (n,) of elements (n,)."""
 
 
-@dataclass(frozen=True)
-class InverseSolution:
+class InverseSolution(Struct, frozen=True):
     """One inverse solution of a module: tilt (rad), configuration indices s1, s2, ..., actuators (mm).
 
     ``refused`` is None for the one that the machine uses, else the reason by geometry.
@@ -83,8 +82,7 @@ class InverseSolution:
     refused: str | None
 
 
-@dataclass(frozen=True)
-class ForwardSolution:
+class ForwardSolution(Struct, frozen=True):
     """One assembly mode: position of P (mm), tilt (rad), and why it is refused (None for the one in use)."""
 
     position: tuple[float, float, float]
@@ -195,8 +193,7 @@ class ClearanceModel(Protocol):
         """Margins (n, m), and by group the points (n, p, 3) whose motion bounds their change."""
 
 
-@dataclass(frozen=True)
-class WholeSolution:
+class WholeSolution(Struct, frozen=True):
     """One of several solutions of the whole machine.
 
     Attributes

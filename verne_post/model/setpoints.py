@@ -1,16 +1,14 @@
 """Setpoints as they will be written: blocks of rows in file units, rounded to their decimals."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.drives import Drive
 
 
-@dataclass(frozen=True)
-class SetpointFormat:
+class SetpointFormat(Struct, frozen=True):
     """Format of a setpoint file: the cycle, and how every column is rounded.
 
     Attributes
@@ -35,8 +33,7 @@ class SetpointFormat:
         return np.array([10.0**-d / scale for d, scale in zip(self.decimals, scales, strict=True)])
 
 
-@dataclass(frozen=True)
-class SetpointBlock:
+class SetpointBlock(Struct, frozen=True):
     """Consecutive rows of a setpoint file.
 
     Attributes

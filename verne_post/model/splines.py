@@ -6,18 +6,18 @@ a piece with only two different knots. Coordinates all share one basis: places a
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import GrowingTable
 
 
-@dataclass(frozen=True, eq=False)
-class Splines:
+class Splines(Struct, frozen=True, eq=False):
     """Pieces of rational B-splines, m of them, in order.
 
     Attributes

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from msgspec import Struct
+
 from verne_post.base.long_text import Text
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Frame, Stock
@@ -12,8 +14,7 @@ from verne_post.model.verification import Verification
 from verne_post.model.vibration import Shaped
 
 
-@dataclass(frozen=True)
-class FreeTurn:
+class FreeTurn(Struct, frozen=True):
     """Result of `--free-c`: C in rad (nominal, workpiece sense), and the smallest margin at the old and the new C.
 
     A margin is 0 at its limit and 1 in the middle of a travel, or where a warning begins (toolpath.free_turn); minus
@@ -27,8 +28,7 @@ class FreeTurn:
     nearest: str
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Struct, frozen=True):
     """Rows between two stops for a person, both ends at rest, and the events after them."""
 
     first_row: int
@@ -36,8 +36,7 @@ class Part:
     then: tuple[Event, ...]
 
 
-@dataclass(frozen=True)
-class TimedEvent:
+class TimedEvent(Struct, frozen=True):
     """An event with the row at which it happens, and the joints' numbers as written there."""
 
     row: int

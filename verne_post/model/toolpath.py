@@ -5,11 +5,12 @@ between two standstills; its path parameter s adds up the lengths of its segment
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
@@ -26,8 +27,7 @@ class SegmentKind(IntEnum):
     SPLINE = 3
 
 
-@dataclass(frozen=True)
-class ArcSegments:
+class ArcSegments(Struct, frozen=True):
     """Geometry of arc segments in the table frame.
 
     ``tip(u) = center + r(u) (cos(u sweep) e1 + sin(u sweep) e2) + u rise``,
@@ -52,8 +52,7 @@ class ArcSegments:
     sweep: Array
 
 
-@dataclass(frozen=True)
-class GreatCircles:
+class GreatCircles(Struct, frozen=True):
     """Tool axes that turn evenly along a great circle: ``axis(u) = cos(u angle) first + sin(u angle) side``.
 
     The nominal angles follow from the axis: the tilt on the side of the segment's own angles, C continuous from its start.
@@ -71,8 +70,7 @@ class GreatCircles:
     angle: Array
 
 
-@dataclass(frozen=True)
-class SplineSegments:
+class SplineSegments(Struct, frozen=True):
     """Geometry of spline segments in the table frame: m pieces of rational B-splines of tip and nominal angles.
 
     The curve is what ``pieces`` say; the rest is derived from them. Along a segment u is the share of the tip's arc length.
@@ -111,8 +109,7 @@ class SplineSegments:
         return len(self.length)
 
 
-@dataclass(frozen=True)
-class ToolPath:
+class ToolPath(Struct, frozen=True):
     """All motion of a program.
 
     Attributes

@@ -1,23 +1,22 @@
 """Vibration modes of a machine, and the input shapers that leave them at rest: plain data."""
 
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 #: Input shapers by their robustness against a wrong frequency, which costs time: zero vibration, zero vibration and derivative,
 #: extra insensitive.
 Shaper = Literal["zv", "zvd", "ei"]
 
 
-@dataclass(frozen=True)
-class Mode:
+class Mode(Struct, frozen=True):
     """A vibration mode: natural frequency of the undamped mode, Hz, and damping ratio, 0 to below 1."""
 
     frequency: float
     damping: float
 
 
-@dataclass(frozen=True)
-class Shaped:
+class Shaped(Struct, frozen=True):
     """What an input shaper does to a program.
 
     Attributes
@@ -34,8 +33,7 @@ class Shaped:
     left: tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True)
-class Vibration:
+class Vibration(Struct, frozen=True):
     """[vibration] of a machine file: modes, and the shaper that is used where nobody asks for another; None: none."""
 
     modes: tuple[Mode, ...]

@@ -1,10 +1,10 @@
 """The picture of a calibration: tip errors over the table before and after. Needs matplotlib (extra ``plot``)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Machine
@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 _UM: Final = 1e3
 
 
-@dataclass(frozen=True, eq=False)
-class ErrorField:
+class ErrorField(Struct, frozen=True, eq=False):
     """Tip errors, mm, on a plane of the table frame at one tilt.
 
     ``side`` (n,) are x and y of the points, ``before`` and ``after`` (n, n) by y and x, NaN where nothing is reached.

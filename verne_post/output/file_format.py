@@ -1,8 +1,9 @@
 """What a format of setpoint files is."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 if TYPE_CHECKING:
     from verne_post.output.spool import WrittenRows
@@ -10,8 +11,7 @@ if TYPE_CHECKING:
 Writer = Callable[["WrittenRows"], Iterator[bytes]]
 
 
-@dataclass(frozen=True)
-class FileFormat:
+class FileFormat(Struct, frozen=True):
     """One format of setpoint files.
 
     Attributes

@@ -1,7 +1,8 @@
 """What all formats of findings share: the report of a program, the line of text, the JSON record."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
+
+from msgspec import Struct
 
 from verne_post.base.printable import printable
 from verne_post.model.codes import CODES
@@ -12,8 +13,7 @@ if TYPE_CHECKING:
     from verne_post.base.long_text import Text
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(Struct, frozen=True):
     """Findings and facts of one program.
 
     Attributes

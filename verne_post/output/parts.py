@@ -4,10 +4,10 @@ import json
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.bounded import read_bounded
 from verne_post.model.drives import Drive

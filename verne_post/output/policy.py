@@ -1,13 +1,16 @@
 """Which findings count: codes that are selected, ignored or given another severity, and findings that are known already."""
 
+import dataclasses
 import hashlib
 import json
 import os
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from urllib.parse import quote
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, finding
@@ -15,8 +18,7 @@ from verne_post.model.verdict import Severity, is_deniable
 from verne_post.output.findings import Report
 
 
-@dataclass(frozen=True)
-class Policy:
+class Policy(Struct, frozen=True):
     """What `check` reports and fails on; codes or their beginnings, as "VP2".
 
     Attributes
@@ -62,7 +64,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             known += 1
         else:
             severity = _severity(item, policy)
-            kept.append(replace(item, severity=severity))
+            kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
     not_counted = [
         f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count

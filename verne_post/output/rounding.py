@@ -1,10 +1,10 @@
 """Decimals of a setpoint file: how many each column needs, and what fewer would cost."""
 
-from dataclasses import replace
 from decimal import Decimal
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROUNDING_MM, ROUNDING_RAD, ROUNDING_SHARES

@@ -1,9 +1,10 @@
 """The rows of a conversion until it has passed: on disk, read as often as a format needs, never all in memory."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
@@ -15,8 +16,7 @@ from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 CHUNK_ROWS = 8192
 
 
-@dataclass(frozen=True, eq=False)
-class WrittenRows:
+class WrittenRows(Struct, frozen=True, eq=False):
     """All rows of one file: numbers as they are to be written (n, n_joints) and source lines (n,).
 
     Row k stands at k cycles. ``about`` says what they were made of, for formats that have a place for it.

@@ -2,10 +2,10 @@
 
 import base64
 import zlib
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from verne_post.report.table import Curve
@@ -17,8 +17,7 @@ _TYPES = {"<f8": "Float64Array", "<f4": "Float32Array", "<i4": "Int32Array", "<u
 _ALIGN = 8
 
 
-@dataclass
-class Pack:
+class Pack(Struct):
     """Collects arrays by name.
 
     Attributes

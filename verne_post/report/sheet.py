@@ -2,10 +2,10 @@
 
 import html
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.printable import printable
@@ -25,8 +25,7 @@ _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"
 Row = tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(Struct, frozen=True):
     """A place worth a look: what, how much, and the frame that shows it."""
 
     what: str

@@ -5,10 +5,10 @@ What happens between two frames is kept as the lowest and highest values of ever
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
@@ -129,8 +129,7 @@ def _study_path(program: Program, result: Result) -> Study:
     return collector.finish(result, None, None)
 
 
-@dataclass(frozen=True, eq=False)
-class _Samples:
+class _Samples(Struct, frozen=True, eq=False):
     """Points of a program in order (n,), joints in mm and rad; each lies in a stretch, which begins with a frame."""
 
     x: Array

@@ -1,8 +1,7 @@
 """What a report draws: the frames of a program, its curves, the path of its tip, and the places of its findings."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program
@@ -11,8 +10,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.summary import Summary
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(Struct, frozen=True, eq=False):
     """One quantity over the program: between two frames the first, the lowest and the highest value, each where it occurs.
 
     Attributes
@@ -27,8 +25,7 @@ class Curve:
     values: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Trail:
+class Trail(Struct, frozen=True, eq=False):
     """The path of the tip: between two frames the points where x, y, z and the margin are first, lowest and highest.
 
     Attributes
@@ -51,8 +48,7 @@ class Trail:
     bad: Mask
 
 
-@dataclass(frozen=True, eq=False)
-class Governing:
+class Governing(Struct, frozen=True, eq=False):
     """Which limit is nearest at each moment, and what it costs against the programmed feed rate.
 
     Attributes
@@ -75,8 +71,7 @@ class Governing:
     lost: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Spectrum:
+class Spectrum(Struct, frozen=True, eq=False):
     """Accelerations of the joints by frequency: m bands of equal width on a logarithmic scale.
 
     Attributes
@@ -91,8 +86,7 @@ class Spectrum:
     rms: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Study:
+class Study(Struct, frozen=True, eq=False):
     """Frames of one program, n of them: evenly spaced along ``x`` up to the last, which is the end of the program, and the
     first row of every block while these are not more.
 

@@ -5,10 +5,10 @@ spindle over the goal at machine Z 0, plunge along the goal's tool axis. Never l
 already stands above Z 0 stays at its height for the turn.
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles

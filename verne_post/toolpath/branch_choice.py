@@ -1,8 +1,7 @@
 """On which branch of the table a program is executed: chosen over the whole path; what differs from the program is reported."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM

@@ -11,11 +11,12 @@ other rewinds, segments off the programmed branch, turns in place under a vertic
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import blocks
@@ -39,8 +40,7 @@ MAX_SPANS: Final = 20_000
 Legal = Callable[[Ints, Array, Array], Mask]
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(Struct, frozen=True):
     """A junction at which the table must go to another branch: before ``segment``, from one pair of angles to another."""
 
     segment: int
@@ -54,8 +54,7 @@ class Change:
         return _are_upright(self.before, self.after)
 
 
-@dataclass(frozen=True, eq=False)
-class BranchPlan:
+class BranchPlan(Struct, frozen=True, eq=False):
     """What was chosen.
 
     Attributes
@@ -109,8 +108,7 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
     return plan
 
 
-@dataclass(frozen=True, eq=False)
-class _Choice:
+class _Choice(Struct, frozen=True, eq=False):
     """What branches are chosen from.
 
     Attributes

@@ -1,10 +1,11 @@
 """Moves -> ToolPath: every motion becomes a segment, and segments that continue each other become a section."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
@@ -34,8 +35,7 @@ _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
 BranchPlanner = Callable[[ToolPath], "tuple[Array, Array] | None"]
 
 
-@dataclass(frozen=True, eq=False)
-class _ToolPose:
+class _ToolPose(Struct, frozen=True, eq=False):
     """Where a tool is: pose (1, 5) of its tip, and its length (1,), mm."""
 
     pose: Array
@@ -163,9 +163,9 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         before = {"arc": n_arcs, "spline": splines.count, "circle": n_circles}
         numbers = {name: np.where((row := block.columns[name]) < 0, -1, row + n) for name, n in before.items()}
         segments.extend(**block.columns | numbers, section=sections - 1)
-        arcs.extend(**vars(block.arcs))
+        arcs.extend(**asdict(block.arcs))
         splines.extend(block.splines)
-        circles.extend(**vars(block.circles))
+        circles.extend(**asdict(block.circles))
         section = int(sections[-1])
         n_arcs, n_circles = n_arcs + len(block.arcs.sweep), n_circles + len(block.circles.angle)
     columns = segments.columns()

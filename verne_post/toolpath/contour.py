@@ -1,9 +1,9 @@
 """ToolPath -> Contour: which corners are blended, where the motion stops, and the elements in between."""
 
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
+from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
@@ -45,7 +45,7 @@ class _ContourTable:
     def extend(self, elements: dict[str, Any], feeds: Feeds, tip_tolerance: Array, axis_tolerance: Array) -> None:
         """Add segments, and elements with all columns of a contour."""
         self._elements.extend(**elements)
-        self._segments.extend(tip_tolerance=tip_tolerance, axis_tolerance=axis_tolerance, **vars(feeds))
+        self._segments.extend(tip_tolerance=tip_tolerance, axis_tolerance=axis_tolerance, **asdict(feeds))
 
     def extend_rounded(self, block: RoundedSegments, feeds: Feeds, first: int, *, last: bool) -> None:
         """Add segments from number ``first`` on, as they have been rounded; the ``last`` ones with the corner at their end."""

@@ -1,9 +1,9 @@
 """What may happen at each corner of a tool path: whether it may be blended, how, and within which tolerance."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
@@ -17,8 +17,7 @@ from verne_post.toolpath.corners import REVERSAL
 JerkLimit = Callable[[Array, Array, Array], Array]
 
 
-@dataclass(frozen=True)
-class Smoothing:
+class Smoothing(Struct, frozen=True):
     """What may be done to corners.
 
     Attributes
@@ -43,8 +42,7 @@ class Smoothing:
     share: float = 1.0
 
 
-@dataclass(frozen=True)
-class CornerRules:
+class CornerRules(Struct, frozen=True):
     """What may happen at the corners (n + 1,) of n segments; never anything at both ends.
 
     Attributes

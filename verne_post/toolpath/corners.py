@@ -16,10 +16,10 @@ a segment only says that the nearest pose of the segment is another one (:func:`
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm, row_sum

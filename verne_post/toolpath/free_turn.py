@@ -5,10 +5,11 @@ as the height of a retract on a serial machine, do not enter: they would hide th
 clearance check looks at.
 """
 
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
@@ -36,8 +37,7 @@ CUBE_MM: Final = 2.0
 BATCH: Final = 200_000
 
 
-@dataclass(frozen=True, eq=False)
-class _Points:
+class _Points(Struct, frozen=True, eq=False):
     tip: Array
     tool: Array
 

@@ -1,8 +1,7 @@
 """The whole program in the air: every pose lifted by the same distance, for a dry run."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.splines import lift_splines

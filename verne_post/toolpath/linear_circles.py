@@ -6,10 +6,10 @@ around, as if it had been programmed with A and C words. What the contour is off
 it do not use. The programmed path keeps its great circles, and verification measures from them.
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks

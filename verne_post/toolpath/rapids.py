@@ -1,8 +1,7 @@
 """Rapids that are linear in the joints instead of straight for the tip: faster, and another path of the tool."""
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.model.machine import Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath

@@ -1,9 +1,10 @@
 """Corner blends of some neighbouring segments, and the elements that follow."""
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm
@@ -16,8 +17,7 @@ from verne_post.toolpath.corner_rules import CornerRules, Smoothing
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 
 
-@dataclass(frozen=True)
-class RoundedSegments:
+class RoundedSegments(Struct, frozen=True):
     """Neighbouring segments (n,) with their corners (n + 1,) blended.
 
     Attributes

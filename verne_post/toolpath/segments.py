@@ -1,9 +1,10 @@
 """Geometry of segments: lines, arcs and great circles, the time that each takes at its feed, and which continue each other."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
@@ -23,8 +24,7 @@ Rows = NDArray[np.intp]
 _NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedMoves:
+class PlacedMoves(Struct, frozen=True, eq=False):
     """Moves that have a length, in the table frame.
 
     Attributes
@@ -55,8 +55,7 @@ class PlacedMoves:
         return np.array([frame.tool_length for frame in self.moves.frames])[self.moves.frame[self.row]]
 
 
-@dataclass(frozen=True)
-class Segments:
+class Segments(Struct, frozen=True):
     """Neighbouring segments.
 
     Attributes
@@ -82,9 +81,9 @@ class Segments:
         rest = {name: column[1:] for name, column in self.columns.items()}
         return Segments(
             rest | {"arc": arc[1:] - arcs, "circle": circle[1:] - circles},
-            ArcSegments(**{name: column[arcs:] for name, column in vars(self.arcs).items()}),
+            ArcSegments(**{name: column[arcs:] for name, column in asdict(self.arcs).items()}),
             self.splines,
-            GreatCircles(**{name: column[circles:] for name, column in vars(self.circles).items()}),
+            GreatCircles(**{name: column[circles:] for name, column in asdict(self.circles).items()}),
             self.continues[1:],
         )
 

@@ -1,10 +1,11 @@
 """Paths cut and put together again: segments that no line of the program contains are put before, between and after others."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
@@ -21,8 +22,7 @@ _COLUMNS: Final = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Step:
+class Step(Struct, frozen=True, eq=False):
     """One added segment: poses at both ends (5,), and joint values (2, n_joints) where it is linear in the joints."""
 
     start: Array

@@ -5,10 +5,10 @@ piece is evaluated as a Bezier curve (:mod:`verne_post.base.bsplines`); verifica
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
@@ -52,7 +52,7 @@ class GrowingSplineSegments:
     def extend(self, segments: SplineSegments) -> None:
         """Add segments."""
         self._splines.extend(segments.pieces)
-        columns = vars(segments) | {"first_part": segments.first_part + self._parts}
+        columns = asdict(segments) | {"first_part": segments.first_part + self._parts}
         for table in self._tables:
             table.extend(**columns)
         self.count += len(segments)

@@ -1,10 +1,10 @@
 """Stops for a person as standstills among the moves: the file is cut there (``--split-at-stops``)."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.model.moves import MOVE_COLUMNS, MoveKind, Moves

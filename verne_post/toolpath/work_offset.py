@@ -6,10 +6,11 @@ Distances to limits are those of ``margins``; what no place changes does not cou
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
@@ -50,8 +51,7 @@ ENOUGH: Final = 0.02
 BATCH: Final = 200_000
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(Struct, frozen=True):
     """Where the part's zero stands on the table, mm, and how far the part is turned, rad."""
 
     x: float
@@ -64,8 +64,7 @@ class Place:
         return np.array([self.x, self.y, self.z, self.c])
 
 
-@dataclass(frozen=True, eq=False)
-class PartPoints:
+class PartPoints(Struct, frozen=True, eq=False):
     """Points of a program on the part, in order.
 
     Attributes
@@ -91,7 +90,7 @@ class PartPoints:
 
     def select(self, rows: NDArray[np.intp]) -> "PartPoints":
         """Some of them."""
-        return PartPoints(*(column[rows] for column in vars(self).values()))
+        return PartPoints(*(column[rows] for column in asdict(self).values()))
 
 
 def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
@@ -132,8 +131,7 @@ def _move_to_part(poses: Array, place: Place) -> Array:
     return moved
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Struct, frozen=True, eq=False):
     """A place, and the smallest margins (k,) there with their lines; ``counts`` marks those that depend on the place."""
 
     place: Place
@@ -153,8 +151,7 @@ class Fit:
         return int(np.argmin(np.where(self.counts, self.margins, np.inf)))
 
 
-@dataclass(frozen=True, eq=False)
-class Proposal:
+class Proposal(Struct, frozen=True, eq=False):
     """Where the part stands now, a place for it, and the findings of the whole program at both.
 
     ``system`` is the work system that moves; seconds are None where the program cannot run.

@@ -5,9 +5,9 @@ them and solve what lies between.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Limits
@@ -19,8 +19,7 @@ from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
 
 
-@dataclass(frozen=True, eq=False)
-class Piece:
+class Piece(Struct, frozen=True, eq=False):
     """Knots ``begin`` to ``end`` that a pass solves after a cruise.
 
     ``cruise`` are the coefficients of X from the end of the piece before on, the first three of this one included; none where

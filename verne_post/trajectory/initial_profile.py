@@ -4,9 +4,9 @@ A section of any length is taken part by part.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
@@ -30,8 +30,7 @@ def second_order_bound(section: Section, limits: Limits, solver: Solver) -> floa
     return bound
 
 
-@dataclass(frozen=True, eq=False)
-class InitialProfile:
+class InitialProfile(Struct, frozen=True, eq=False):
     """A profile, its time scale (s), the time of the second-order optimum (s), and its ranges of :mod:`cruise` (k, 2)."""
 
     profile: Profile

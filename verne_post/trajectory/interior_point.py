@@ -10,9 +10,8 @@ points of a grid. Every constraint depends on (X, X', X'') at one point only, so
 half-bandwidth 3 whatever the number of joints. Primal-dual steps with Mehrotra's predictor and corrector.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
@@ -27,8 +26,7 @@ Rows = NDArray[np.float32]
 _PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Struct, frozen=True, eq=False):
     """Windows of pseudo-time laid end to end: n knot intervals with k points each.
 
     Point arrays are ordered by phase, then by interval: point p of interval i stands at
@@ -67,8 +65,7 @@ def basis(knot: float, fraction: Array) -> Array:
     return np.stack([value, slope, bend])
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Struct, frozen=True, eq=False):
     """Coefficients of X (n + 3,), the iterations made, and whether all limits hold at the points."""
 
     coefficients: Array

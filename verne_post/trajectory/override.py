@@ -7,10 +7,10 @@ from ``START_RATE`` to 1. Its change adds acceleration, qd r', and jerk, 3 qdd r
 T >= 2 max(V/A, A/J, (V/J)^(1/2)). So the limits hold by construction, and verification sees it on the rows.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
@@ -25,8 +25,7 @@ _CONSTANTS: Final = 12.0
 _OVER: Final = 37.0
 
 
-@dataclass(frozen=True)
-class FeedOverride:
+class FeedOverride(Struct, frozen=True):
     """The rate at which planned time passes.
 
     Attributes

@@ -1,10 +1,10 @@
 """The motion profiles of a whole contour: a scalar profile from stop to stop, a continuous profile where corners are rounded."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
@@ -24,8 +24,7 @@ from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
 REST_ROWS: Final = 2
 
 
-@dataclass(frozen=True, eq=False)
-class MotionProfiles:
+class MotionProfiles(Struct, frozen=True, eq=False):
     """The profile of every section.
 
     Attributes
@@ -55,8 +54,7 @@ class MotionProfiles:
     toppra_bound_s: float | None
 
 
-@dataclass(frozen=True)
-class PlanningOptions:
+class PlanningOptions(Struct, frozen=True):
     """How to plan.
 
     Attributes

@@ -1,9 +1,9 @@
 """Differences of rows over their limits: the velocity, acceleration, jerk and feed that will be verified."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks
@@ -15,8 +15,7 @@ from verne_post.trajectory.section_path import SectionTask, joints_at
 REST_ROWS: Final = 3
 
 
-@dataclass(frozen=True, eq=False)
-class JointRows:
+class JointRows(Struct, frozen=True, eq=False):
     """Rows s (n,), their joints q (n, n_joints), and the largest speed by the feed ``cap`` (n - 1,) over each step."""
 
     s: Array

@@ -1,10 +1,10 @@
 """Profiles -> rows: the timeline of sections and dwells in whole control cycles, and which pose each row has."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import release_memory, running_sums
@@ -17,8 +17,7 @@ from verne_post.trajectory.shaper import shape_rows
 BLOCK_ROWS: Final = 8192
 
 
-@dataclass(frozen=True, eq=False)
-class Timeline:
+class Timeline(Struct, frozen=True, eq=False):
     """Sections and dwells in order, each a whole number of cycles.
 
     Attributes
@@ -68,8 +67,7 @@ def timeline(contour: Contour, profiles: MotionProfiles, planning: PlanningOptio
     return Timeline(section, line, np.append(0, np.cumsum(cycles)), planning.cycle, planning.playback, planning.weights)
 
 
-@dataclass(frozen=True, eq=False)
-class Rows:
+class Rows(Struct, frozen=True, eq=False):
     """Consecutive rows (n,): what the joints are solved at, and what each row shows.
 
     Attributes

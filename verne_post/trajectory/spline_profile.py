@@ -1,10 +1,10 @@
 """Profiles s(sigma) from rest to rest as uniform quintic B-splines, and the change from one pseudo-time to the next."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.arrays import Array
@@ -41,8 +41,7 @@ def _quintic_segments() -> Array:
 _SEGMENTS: Final = _quintic_segments()
 
 
-@dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(Struct, frozen=True, eq=False):
     """s(sigma) over [0, duration], at rest outside.
 
     ``coefficients`` are those of a uniform quintic B-spline with knots ``step`` apart.
@@ -115,8 +114,7 @@ def _interpolating(values: Array) -> Array:
     return np.asarray(coefficients.reshape(-1))
 
 
-@dataclass(frozen=True, eq=False)
-class Times:
+class Times(Struct, frozen=True, eq=False):
     """The map between pseudo-time and time that a pass found: at every knot time, dsigma/dt and d2sigma/dt2."""
 
     knot: float

@@ -12,9 +12,9 @@ every joint inside its limits when for each joint
 How the limits are split between the terms is free; the split that takes the least time is chosen.
 """
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
@@ -27,8 +27,7 @@ from verne_post.trajectory.ruckig_backend import rest_to_rest
 from verne_post.trajectory.visible import visible_speed
 
 
-@dataclass(frozen=True, eq=False)
-class StopToStopProfiles:
+class StopToStopProfiles(Struct, frozen=True, eq=False):
     """Profile s(t) of each section: seven phases of constant jerk, from rest to rest.
 
     ``durations`` and ``jerks`` have shape (n_sections, 7); s in mm (metric length), t in s.

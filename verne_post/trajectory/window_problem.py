@@ -6,10 +6,10 @@ constraints, whose coefficients are held. So what an array operation costs besid
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
@@ -28,8 +28,7 @@ _HELD_EXCESS: Final = (tuning.ACCEPTED_RATIOS[0] / tuning.PLANNED_SHARES[0]) ** 
 TIED: Final = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Window:
+class Window(Struct, frozen=True, eq=False):
     """Part of a profile that one solution re-times.
 
     Attributes
@@ -49,8 +48,7 @@ class Window:
     end_tied: bool
 
 
-@dataclass(frozen=True, eq=False)
-class Layout:
+class Layout(Struct, frozen=True, eq=False):
     """Windows laid end to end.
 
     Attributes
@@ -113,8 +111,7 @@ class Layout:
         return [coefficients[first : first + len(window.start)] for first, window in parts]
 
 
-@dataclass(frozen=True, eq=False)
-class _Differences:
+class _Differences(Struct, frozen=True, eq=False):
     """Joints' first three derivatives by pseudo-time (n_joints, points), and the largest rate by the feed (points,)."""
 
     first: Array
@@ -160,8 +157,7 @@ def windows_problem(task: SectionTask, profile: Profile, settings: PassSettings,
     return Problem(settings.knot_units * unit, samples.phases, cap, acceleration_rows, jerk_rows, layout.held())
 
 
-@dataclass(frozen=True, eq=False)
-class _Samples:
+class _Samples(Struct, frozen=True, eq=False):
     """Where the profile is sampled to take differences at the points of n intervals.
 
     Attributes

@@ -1,10 +1,10 @@
 """Following errors: measured against commanded positions, in the joints and at the tool."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import axis_of_angles
@@ -22,8 +22,7 @@ ASIDE: Final = 200
 CHUNK: Final = 4096
 
 
-@dataclass(frozen=True, eq=False)
-class Following:
+class Following(Struct, frozen=True, eq=False):
     """Following errors of a measured motion.
 
     Attributes

@@ -3,9 +3,8 @@
 An *item* is a segment or a dwell; a *group* are neighbouring items of one source line, as rows name no more than that.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
@@ -14,8 +13,7 @@ from verne_post.model.contour import Contour
 from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces, progress_lengths
 
 
-@dataclass(frozen=True, eq=False)
-class SegmentMeasures:
+class SegmentMeasures(Struct, frozen=True, eq=False):
     """What each segment (n,) is measured by.
 
     Attributes
@@ -64,8 +62,7 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
     return SegmentMeasures(**table.columns())
 
 
-@dataclass(frozen=True, eq=False)
-class Items:
+class Items(Struct, frozen=True, eq=False):
     """Segments and dwells in order, m of them in g groups.
 
     Attributes

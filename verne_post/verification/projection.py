@@ -33,7 +33,7 @@ OTHER_BRANCH: Final = 1.0
 ARC_STEPS: Final = 2
 
 
-class Measured(JointPoses):
+class Measured(JointPoses, frozen=True, eq=False):
     """Poses that the joint values as written really have."""
 
     def select(self, rows: Ints) -> "Measured":

@@ -1,9 +1,9 @@
 """What rows are compared with: the program, the limits of the machine, and what rounding adds to the rows."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import PATH_TIP_MM, ROUNDING_SHARES, SHARE_ROUNDING
@@ -25,8 +25,7 @@ _FINE_SHARE: Final = 0.1
 DERIVATIVES: Final = ("velocity", "acceleration", "jerk")
 
 
-@dataclass(frozen=True, eq=False)
-class RoundingNoise:
+class RoundingNoise(Struct, frozen=True, eq=False):
     """What rounding to the decimals of the file may change.
 
     Attributes
@@ -50,8 +49,7 @@ class RoundingNoise:
     coarse: bool
 
 
-@dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(Struct, frozen=True, eq=False):
     """Everything that the checks of a file compare its rows with; none of it changes.
 
     Attributes

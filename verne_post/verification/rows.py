@@ -4,11 +4,11 @@ A row is matched by its source line. Where several items share a line, the progr
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
@@ -27,8 +27,7 @@ Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
 _LOOK_AHEAD: Final = 1024
 
 
-@dataclass(frozen=True, eq=False)
-class Touched:
+class Touched(Struct, frozen=True, eq=False):
     """Segments that steps between two items touch, where a corner of one of them may be rounded; m in order.
 
     Attributes
@@ -43,8 +42,7 @@ class Touched:
     part: Array
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredRows:
+class MeasuredRows(Struct, frozen=True, eq=False):
     """Consecutive rows (n,), and the steps that lead to them. The first row of a file has a step of length 0.
 
     Attributes
@@ -89,8 +87,7 @@ class MeasuredRows:
     touched: Touched
 
 
-@dataclass(frozen=True, eq=False)
-class LastRow:
+class LastRow(Struct, frozen=True, eq=False):
     """Where the last row was.
 
     ``rows`` counts the rows of its item so far; ``pose`` (5,) and ``axis`` (3,) are None before the first row of a file.
@@ -105,8 +102,7 @@ class LastRow:
     axis: Array | None = None
 
 
-@dataclass(frozen=True)
-class LostPath:
+class LostPath(Struct, frozen=True):
     """Why the rows of a block cannot be followed from ``row`` on."""
 
     row: int

@@ -3,10 +3,10 @@
 Nothing of what planning has derived from a spline is used, only its control points, weights and knots.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
@@ -33,8 +33,7 @@ _CLOSER: Final = 257
 _EQUALLY_FAR_MM: Final = 2e-3
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredSplines:
+class MeasuredSplines(Struct, frozen=True, eq=False):
     """Some pieces of B-splines (m,), measured along.
 
     Attributes

@@ -1,9 +1,9 @@
 """A calibration from readings to what it says: deviations, what they leave open, and the tool errors before and after."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.calibration.as_built.data import Prior
@@ -25,8 +25,7 @@ CONTRADICTED: Final = 1e-3
 NAMED: Final = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Struct, frozen=True, eq=False):
     """What the readings say.
 
     Attributes

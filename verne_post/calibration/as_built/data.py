@@ -1,9 +1,10 @@
 """What goes into a calibration of the machine as built: readings of the tool, of lengths, and what was known before."""
 
-from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.deviations import IS_ANGLE
@@ -13,8 +14,7 @@ TOLERANCE_MM: Final = 0.05
 TOLERANCE_RAD: Final = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class ToolReadings:
+class ToolReadings(Struct, frozen=True, eq=False):
     """Measured tools on the table, n rows.
 
     Attributes
@@ -52,15 +52,14 @@ class ToolReadings:
 
     def take(self, chosen: Ints | Mask) -> "ToolReadings":
         """Some of the rows."""
-        return ToolReadings(*(getattr(self, item.name)[chosen] for item in fields(self)))
+        return ToolReadings(*(getattr(self, name)[chosen] for name in self.__struct_fields__))
 
     def with_tips(self, tip: Array) -> "ToolReadings":
         """The same rows with other tips."""
         return replace(self, tip=tip)
 
 
-@dataclass(frozen=True)
-class LengthReading:
+class LengthReading(Struct, frozen=True):
     """A length that was measured on the machine: a rod, or the distance of the ends of two rods.
 
     ``part`` is "rod", "platform" or "slider", ``rods`` are one or two of 0 ... 5; mm.
@@ -73,8 +72,7 @@ class LengthReading:
     line: int
 
 
-@dataclass(frozen=True)
-class JointUncertainty:
+class JointUncertainty(Struct, frozen=True):
     """Standard uncertainty of where a commanded joint really stands: sliders in mm, A and C in rad."""
 
     slider: float = 0.0
@@ -84,8 +82,7 @@ class JointUncertainty:
 COMMANDED_EXACTLY: Final = JointUncertainty()
 
 
-@dataclass(frozen=True, eq=False)
-class Prior:
+class Prior(Struct, frozen=True, eq=False):
     """What is known of the deviations before the readings: a normal distribution.
 
     Attributes

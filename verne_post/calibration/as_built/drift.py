@@ -4,10 +4,10 @@ The table's height and the mean of the three zeros cannot be told apart: moving 
 drift has six unknowns, three growths and three zeros, and the common part of the zeros is called the table's height.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.data import Prior, prior_of_covariance
@@ -18,8 +18,7 @@ from verne_post.kinematics.as_built.parameter_rates import COUNT, PLACES
 DRIFT_MM: Final = 0.05
 
 
-@dataclass(frozen=True, eq=False)
-class Drift:
+class Drift(Struct, frozen=True, eq=False):
     """What a touch-up found, mm: growth of the rods and shift of the sliders' zeros by leg (3,), each with uncertainties.
 
     ``height`` is how far the table has come nearer to the platform, the mean shift of the zeros with its sign changed;

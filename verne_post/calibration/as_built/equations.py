@@ -4,10 +4,10 @@ Every reading is one block of up to five equations: the coordinates of its tip, 
 measured length is a block with one equation. The unknowns are the 58 deviations, then place and turn of each station.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty, LengthReading, ToolReadings
@@ -22,8 +22,7 @@ from verne_post.model.deviations import Deviations
 ROWS: Final = 5
 
 
-@dataclass(frozen=True, eq=False)
-class Blocks:
+class Blocks(Struct, frozen=True, eq=False):
     """Equations in standard uncertainties, one block a reading; zero where an equation is not used.
 
     Attributes
@@ -47,8 +46,7 @@ class Blocks:
         return Blocks(self.residual[chosen], self.design[chosen], self.used[chosen], self.off[chosen])
 
 
-@dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(Struct, frozen=True, eq=False):
     """All that was measured, with the model that must explain it; blocks are the tools, then the lengths."""
 
     model: AsBuiltModel

@@ -1,9 +1,9 @@
 """The most probable deviations for readings and a prior (Gauss-Newton), without readings that contradict the others."""
 
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from scipy.special import chdtrc
 
 from verne_post.base.arrays import Array, Ints, Mask
@@ -28,8 +28,7 @@ UNCHECKED: Final = 1e-9
 FOLDS: Final = 5
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Struct, frozen=True, eq=False):
     """Where a fit ends.
 
     Attributes
@@ -70,8 +69,7 @@ class Fit:
         return part @ part.T
 
 
-@dataclass(frozen=True)
-class BadReading:
+class BadReading(Struct, frozen=True):
     """A block that was left out, and how far it is from what the others predict (5,), mm and rad."""
 
     block: int
@@ -202,8 +200,7 @@ def _judge_from_others(found: Fit, kept: Mask) -> tuple[Array, Array]:
     return np.asarray(chdtrc(np.maximum(blocks.used.sum(axis=1), 1), distance)), distance
 
 
-@dataclass(frozen=True, eq=False)
-class HeldOut:
+class HeldOut(Struct, frozen=True, eq=False):
     """Readings predicted from the others, in :data:`FOLDS` parts.
 
     Attributes

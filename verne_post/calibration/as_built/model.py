@@ -1,8 +1,7 @@
 """What a machine with given deviations would measure, and how that changes with each of them."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.kinematics.as_built.forward import PlatformPose
@@ -11,8 +10,7 @@ from verne_post.kinematics.as_built.parameter_rates import ToolRates, tool_rates
 from verne_post.model.deviations import Deviations
 
 
-@dataclass(frozen=True, eq=False)
-class Prediction:
+class Prediction(Struct, frozen=True, eq=False):
     """Tip (n, 3) in mm and tool axis (n, 3), from tip to spindle, in the table frame; where the rods close (n,)."""
 
     tip: Array
@@ -20,8 +18,7 @@ class Prediction:
     ok: Mask
 
 
-@dataclass(frozen=True, eq=False)
-class AsBuiltModel:
+class AsBuiltModel(Struct, frozen=True, eq=False):
     """A machine whose parts deviate by a vector of 58 numbers (mm, rad), in place of its own deviations.
 
     Joints (n, 5) are rho1, rho2, rho3 in mm, A and C in rad; lengths (n,) are from the gauge line to the tip, mm.

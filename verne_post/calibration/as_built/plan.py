@@ -1,10 +1,10 @@
 """Which poses to measure next: those that leave the least tip error over the workspace (I-optimal, greedy, exchanged)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.data import Prior
@@ -27,8 +27,7 @@ GAIN: Final = 1e-3
 ROUNDS: Final = 8
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Struct, frozen=True, eq=False):
     """Poses in the order in which they are visited.
 
     Attributes

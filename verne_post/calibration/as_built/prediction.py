@@ -1,9 +1,9 @@
 """What the tool is off over the workspace before and after a calibration, as far as the readings tell."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles
@@ -18,8 +18,7 @@ from verne_post.model.protocols import FiveAxis
 DRAWS: Final = 64
 
 
-@dataclass(frozen=True, eq=False)
-class ToolErrors:
+class ToolErrors(Struct, frozen=True, eq=False):
     """Distances of tips in mm and angles of tool axes in rad from where they should be; NaN where nothing is reached."""
 
     tip: Array
@@ -43,8 +42,7 @@ def errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, poses: W
     return tool_errors(model, found, present.joints(poses.tip, poses.angles, poses.length), poses)
 
 
-@dataclass(frozen=True, eq=False)
-class ErrorsAfter:
+class ErrorsAfter(Struct, frozen=True, eq=False):
     """Errors that are left after a calibration, of :data:`DRAWS` machines that the readings allow, each (n, DRAWS).
 
     Attributes

@@ -1,10 +1,10 @@
 """What a calibration, a touch-up, a plan or a study of tolerances found, as text."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import DEG_PER_RAD, MILLI
@@ -25,8 +25,7 @@ SHOWN: Final = 0.1
 UM: Final = 1e3
 
 
-@dataclass(frozen=True)
-class CalibrationReport:
+class CalibrationReport(Struct, frozen=True):
     """A calibration with what it was made from; ``blank`` rows had no measured value yet."""
 
     source: str

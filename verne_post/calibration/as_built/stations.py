@@ -4,10 +4,11 @@ A tip at y on the table is read as ``R^T (y - c)`` by an instrument at c whose a
 are probed and nests of sensors have their axes along the table's (w = 0); a laser tracker may stand in any way.
 """
 
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.calibration.as_built.data import ToolReadings
@@ -28,8 +29,7 @@ TRIMS: Final = 5
 LEAST_EXTENT_MM: Final = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class Seen:
+class Seen(Struct, frozen=True, eq=False):
     """Tips and axes (n, 3) as their instruments read them, with the turns and places that this takes.
 
     ``turn`` (n, 3, 3) is R^T; ``tip_by_station`` and ``axis_by_station`` (n, 3, 6) are derivatives by c and w.

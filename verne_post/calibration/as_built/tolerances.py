@@ -1,8 +1,7 @@
 """What the tolerance of each part does to the tool over the workspace, on a machine that nobody calibrates."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.model import AsBuiltModel
@@ -10,8 +9,7 @@ from verne_post.calibration.as_built.workspace import WorkspacePoses
 from verne_post.model.deviations import PARAMETERS
 
 
-@dataclass(frozen=True)
-class Sensitivity:
+class Sensitivity(Struct, frozen=True):
     """What one parameter, off by its tolerance, does to the tool.
 
     ``tolerance`` in mm or rad; tip errors in mm (root mean square and largest over the workspace), axis errors in rad.
@@ -26,8 +24,7 @@ class Sensitivity:
     axis_max: float
 
 
-@dataclass(frozen=True, eq=False)
-class ToleranceStudy:
+class ToleranceStudy(Struct, frozen=True, eq=False):
     """All parameters, worst first, and all together: root mean squares at each pose (n,), mm and rad."""
 
     parameters: tuple[Sensitivity, ...]

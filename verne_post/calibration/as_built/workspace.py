@@ -1,10 +1,10 @@
 """Legal poses all over the workspace, drawn at random."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -22,8 +22,7 @@ EMPTY_BATCHES: Final = 3
 MOST_BATCHES: Final = 100
 
 
-@dataclass(frozen=True, eq=False)
-class WorkspacePoses:
+class WorkspacePoses(Struct, frozen=True, eq=False):
     """Legal poses: tip (n, 3) in mm and nominal angles (n, 2) in rad on the table, tool length (n,), joints (n, 5)."""
 
     tip: Array

@@ -1,7 +1,8 @@
 """CYCLE of cutter location text: the words of a hole."""
 
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
 from verne_post.gcode.cycle_codes import MAX_PECKS
@@ -14,8 +15,7 @@ FEED_UNITS: Final = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Cycle:
+class Cycle(Struct, frozen=True):
     """CYCLE: heights along the tool axis from the surface, in the unit of the statements."""
 
     kind: str

@@ -3,11 +3,11 @@
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
@@ -27,8 +27,7 @@ _MAJOR: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(?:/|$)")
 _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
 
 
-@dataclass(frozen=True)
-class Statement:
+class Statement(Struct, frozen=True):
     """One statement: its first line, major word, and the words after the slash."""
 
     line: int
@@ -37,8 +36,7 @@ class Statement:
     text: str
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
+class Points(Struct, frozen=True, eq=False, dict=True):
     """Consecutive lines from ``line`` on, each a GOTO with three or six numbers; ``text`` are whole lines."""
 
     line: int

@@ -1,10 +1,10 @@
 """Statements of cutter location text -> blocks of the interpreter, with the tool axis as I J K (G43.5)."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
@@ -29,8 +29,7 @@ _CIRCLE_AXIS: Final = 1e-6
 _CIRCLE_SHARE, _CIRCLE_MM = 0.01, 0.03
 
 
-@dataclass
-class Translator:
+class Translator(Struct):
     """Statements -> blocks. Keeps the modes of APT: RAPID, CIRCLE, CYCLE, TRACUT, the tool axis, MULTAX.
 
     The tool axis is kept as the statements give it; points, and what goes into blocks, are in the coordinates of the part.

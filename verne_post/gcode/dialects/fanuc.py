@@ -6,10 +6,10 @@ milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact st
 
 import math
 import re
-from dataclasses import replace
 from typing import ClassVar, Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG

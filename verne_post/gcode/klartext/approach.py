@@ -1,7 +1,8 @@
 """Approach and departure of a contour: APPR and DEP with LT, LN, CT, LCT."""
 
 import math
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.expressions import BlockError
@@ -12,8 +13,7 @@ from verne_post.gcode.klartext.words import Words
 from verne_post.model.moves import MoveKind
 
 
-@dataclass(frozen=True)
-class Approach:
+class Approach(Struct, frozen=True):
     """APPR, waiting for the contour: the first point of the contour, and what leads to it.
 
     ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to it is; ``feed`` is that of the block,

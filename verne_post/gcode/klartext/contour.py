@@ -1,7 +1,9 @@
 """The contour of Klartext: elements in order, corners (RND, CHF), radius compensation."""
 
-from dataclasses import dataclass, replace
 from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.compensation import Compensation
@@ -16,8 +18,7 @@ _ROTARY: Final = (3, 4, 5)
 _CODES: Final = {"RL": 410, "RR": 420}
 
 
-@dataclass(frozen=True)
-class Corner:
+class Corner(Struct, frozen=True):
     """RND or CHF, waiting for the element after it: its length (mm), its feed rate (0: as before), its line."""
 
     name: str

@@ -1,8 +1,9 @@
 """Definitions of cycles: CYCL DEF lines -> numbers, and which Q parameters each machining cycle needs."""
 
 import re
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
@@ -46,8 +47,7 @@ REFUSED_CYCLES: Final = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Head:
+class Head(Struct, frozen=True):
     """CYCL DEF 7.1: number of the cycle, of its line (None for cycles of Q parameters), and what follows."""
 
     number: int

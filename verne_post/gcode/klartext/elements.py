@@ -1,8 +1,10 @@
 """Contour elements of Klartext, lines and arcs, and the corners between two of them: RND and CHF."""
 
 import math
-from dataclasses import dataclass, field, replace
 from typing import Final
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc
@@ -14,8 +16,7 @@ Point = tuple[float, float]
 _FULL_TURN: Final = 360.0
 
 
-@dataclass(frozen=True)
-class Element:
+class Element(Struct, frozen=True):
     """One line or arc in coordinates of the frame, mm; nine axes.
 
     Attributes

@@ -1,7 +1,8 @@
 """The order in which the lines of a Klartext program are executed: labels, repeats, subprograms, and plain stretches."""
 
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
@@ -21,8 +22,7 @@ _A, _C = 3, 5
 _NO_LINE: Final = 0
 
 
-@dataclass
-class _Call:
+class _Call(Struct):
     """One call: where it came from; ``program`` for CALL PGM; ``repeats`` counts what is left of each REP by its line."""
 
     text: KlartextText

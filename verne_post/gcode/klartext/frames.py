@@ -6,10 +6,10 @@ a curve of the workpiece, which is recorded in short pieces.
 """
 
 import math
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_ANGLE, ZERO_LENGTH_MM

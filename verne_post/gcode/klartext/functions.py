@@ -1,10 +1,10 @@
 """Tools, feed rates and M functions of Klartext."""
 
 import re
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.expressions import BlockError

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
@@ -20,8 +21,7 @@ _FULL_TURN: Final = 360.0
 _Builder = Callable[["KlartextPaths", Statement, Words, "Target"], Arc | None]
 
 
-@dataclass
-class Target:
+class Target(Struct):
     """Where a path function leads.
 
     ``start`` and ``end`` are nine axes of the frame (mm, degrees); ``axes`` those that are named.

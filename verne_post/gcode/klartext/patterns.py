@@ -2,8 +2,9 @@
 
 import math
 import re
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.gcode.cycle_codes import MAX_HOLES
 from verne_post.gcode.expressions import BlockError
@@ -32,8 +33,7 @@ _FULL_TURN: Final = 360.0
 Place = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class DefinedCycle:
+class DefinedCycle(Struct, frozen=True):
     """A machining cycle with its parameters."""
 
     number: int

@@ -2,10 +2,11 @@
 
 import math
 import re
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
@@ -29,8 +30,7 @@ _WORD: Final = re.compile(
 _KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
 
 
-@dataclass
-class PlaneWords:
+class PlaneWords(Struct):
     """The words of a PLANE function."""
 
     kind: str

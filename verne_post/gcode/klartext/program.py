@@ -2,8 +2,10 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
@@ -26,8 +28,7 @@ _MAX_REPEATS: Final = 65_534
 _C = 5
 
 
-@dataclass(frozen=True)
-class Jump:
+class Jump(Struct, frozen=True):
     """Where the program goes on: a label, called or repeated so many times, or another program."""
 
     kind: str  # "goto", "call", "repeat", "return", "program"

@@ -1,8 +1,9 @@
 """Q, QL, QR and QS parameters: their values, what of the control they show, and the statements that set them."""
 
 import re
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
@@ -33,8 +34,7 @@ REFUSED_FUNCTIONS: Final = {
 }  # fmt: skip
 
 
-@dataclass
-class QParameters:
+class QParameters(Struct):
     """Values of the parameters; ``shown`` are those of the control itself, by number, set by what the program does.
 
     ``unknown`` are those that a read at the machine has set: their value is not known here.
@@ -149,8 +149,7 @@ def _to_number(text: str, parameters: QParameters) -> float:
         raise BlockError("VP007", f"TONUMB: {error}") from None
 
 
-@dataclass(frozen=True)
-class FnAnswer:
+class FnAnswer(Struct, frozen=True):
     """What a function of FN asks for: a jump to a label, or a message."""
 
     label: str | None = None

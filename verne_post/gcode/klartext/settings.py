@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.klartext.cycle_words import Head, read_parameters

@@ -1,11 +1,11 @@
 """Lines of a Klartext program -> statements: block number, keyword and the text after it, without comments."""
 
 import re
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
@@ -57,8 +57,7 @@ _GOES_ON: Final = re.compile(rb"(?:;[^\n]*)?~[ \t\r]*$", re.MULTILINE)
 _SPLIT_NUMBER: Final = re.compile(rb"[ \t](?=[\d.])")
 
 
-@dataclass(frozen=True)
-class Statement:
+class Statement(Struct, frozen=True):
     """One statement.
 
     Attributes

@@ -4,10 +4,10 @@ What is programmed before a plane is tilted acts outside it, what comes after it
 the order in which the program has set them; one that is set again keeps its place.
 """
 
-from dataclasses import dataclass, field
 from typing import Final, Literal
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ZERO_ANGLE
@@ -20,8 +20,7 @@ _IDENTITY: Final = np.eye(3)
 _NO_MAP: Final = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
-class Map:
+class Map(Struct, frozen=True, eq=False):
     """``p -> matrix p + origin``; the matrix may mirror and scale evenly."""
 
     matrix: Array = field(default_factory=lambda: np.eye(3))
@@ -57,8 +56,7 @@ def rotation(axis: int, angle: float) -> Array:
     return matrix
 
 
-@dataclass
-class Layer:
+class Layer(Struct):
     """Maps of one coordinate system by kind, in the order in which they act from outside."""
 
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -96,8 +94,7 @@ class Layer:
         return self.scale if "scale" in self.order else 1.0
 
 
-@dataclass
-class Transformations:
+class Transformations(Struct):
     """All maps in force: outside the tilted plane, the plane, inside it."""
 
     outer: Layer = field(default_factory=Layer)

@@ -1,8 +1,9 @@
 """Words of path functions: coordinates (absolute or I for incremental), feed, compensation, M functions."""
 
 import re
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
@@ -18,8 +19,7 @@ _WORD: Final = re.compile(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class MWord:
+class MWord(Struct, frozen=True):
     """An M function with the words that belong to it."""
 
     number: int
@@ -29,8 +29,7 @@ class MWord:
     to_limit: bool = False
 
 
-@dataclass
-class Words:
+class Words(Struct):
     """The words of one statement.
 
     Attributes

@@ -1,7 +1,8 @@
 """Arguments of cycles by name: numbers, texts, what was left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.values import Value
@@ -9,8 +10,7 @@ from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, read_argument_values
 
 
-@dataclass
-class Arguments:
+class Arguments(Struct):
     """The arguments of one call of a cycle; ``used`` are the names that were asked for."""
 
     call: Call

@@ -1,7 +1,8 @@
 """WORKPIECE: the stock of the simulation of a control, a box or a cylinder."""
 
-from dataclasses import replace
 from typing import Final
+
+from msgspec.structs import replace
 
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.values import Value

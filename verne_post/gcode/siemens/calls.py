@@ -1,8 +1,9 @@
 """Subprograms of Siemens programs: PROC lines, arguments, where a name is defined."""
 
 import re
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.setup import Setup
@@ -22,8 +23,7 @@ _ENDINGS: Final = ("", "_spf", "_mpf")
 _LINES_BEFORE: Final = 200
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(Struct, frozen=True):
     """One value of PROC: its name and type, what it is where a call leaves it out; ``by_name`` (VAR): the caller's variable is set.
 
     ``bounds`` are those of an array, 0 where the PROC line leaves one out; empty: no array.
@@ -36,8 +36,7 @@ class Parameter:
     bounds: tuple[int, ...] = ()
 
 
-@dataclass(frozen=True)
-class Procedure:
+class Procedure(Struct, frozen=True):
     """What the PROC line says: its line, its values, and whether modes are restored at the end (SAVE)."""
 
     line: int
@@ -45,8 +44,7 @@ class Procedure:
     save: bool = False
 
 
-@dataclass
-class Repeat:
+class Repeat(Struct):
     """A stretch of lines that REPEAT executes again, and where the program goes on after it."""
 
     first: int
@@ -55,8 +53,7 @@ class Repeat:
     back: int
 
 
-@dataclass
-class Frame:
+class Frame(Struct):
     """One call: its program, the line that comes next in the caller, how often it still runs, and what it brings back."""
 
     section: Section

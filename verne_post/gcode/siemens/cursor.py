@@ -1,8 +1,9 @@
 """A place in one line of a Siemens program: blanks, numbers, names and texts, each with its column."""
 
 import re
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 
@@ -15,8 +16,7 @@ _BLANKS: Final = " \t\r"
 _BASED: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
 
 
-@dataclass(slots=True)
-class Cursor:
+class Cursor(Struct):
     """A line without its comment, and the next character to read."""
 
     text: str

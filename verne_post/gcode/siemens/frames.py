@@ -1,10 +1,11 @@
 """Programmable frames: TRANS, ROT, SCALE, MIRROR and their additive forms, and the plane of CYCLE800, as one chain."""
 
 import math
-from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.gcode.expressions import BlockError
@@ -32,8 +33,7 @@ def _cosine(degrees: float) -> float:
     return math.cos(math.radians(degrees))
 
 
-@dataclass(frozen=True)
-class Affine:
+class Affine(Struct, frozen=True):
     """A map of points: ``matrix @ point + shift``; tuples, so that two can be compared."""
 
     shift: tuple[float, ...] = (0.0, 0.0, 0.0)
@@ -63,8 +63,7 @@ class Affine:
         return self == Affine()
 
 
-@dataclass(frozen=True)
-class Split:
+class Split(Struct, frozen=True):
     """A map as a plane (rotation and origin), and signed scales of X, Y, Z inside of it."""
 
     feature: Feature | None
@@ -105,8 +104,7 @@ def split(frame: Affine, mirrored: int) -> Split:
     return Split(feature, (float(scale[0]), float(scale[1]), float(scale[2])))
 
 
-@dataclass(frozen=True)
-class Frames:
+class Frames(Struct, frozen=True):
     """The chain: the plane of CYCLE800, then the programmable frame; offsets of rotary axes; the last axis that mirrors.
 
     ``rotary`` are degrees that TRANS adds to A and C.

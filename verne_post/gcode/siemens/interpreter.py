@@ -1,9 +1,9 @@
 """One block of a Siemens program: its functions in order, then its motion. Cycles and the frame words are in their own files."""
 
-from dataclasses import replace
 from typing import ClassVar, Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.block import Block, BlockError

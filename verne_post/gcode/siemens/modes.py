@@ -1,14 +1,14 @@
 """What holds from block to block in a Siemens program, beside what the interpreter of all dialects keeps."""
 
-from dataclasses import dataclass, field, replace
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.siemens.frames import Frames
 from verne_post.model.moves import FeedMode
 
 
-@dataclass
-class Modes:
+class Modes(Struct):
     """Modal G functions and values. mm and degrees.
 
     Attributes

@@ -1,11 +1,11 @@
 """Texts of Siemens programs: lines, programs in one file (%_N_NAME_MPF), labels, and which lines belong together."""
 
 import re
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Mask
 from verne_post.base.long_text import Text
@@ -120,8 +120,7 @@ class Language(Interpreter):
     o_letters = b"\x00"
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(Struct, frozen=True):
     """One line without comment, number and label: where its block begins, and what stood before."""
 
     text: str
@@ -139,8 +138,7 @@ def split_line(raw: bytes) -> Line:
     return Line(text, match.end(), match["skip"] is not None, label.upper() if label else None)
 
 
-@dataclass(frozen=True, eq=False)
-class Section:
+class Section(Struct, frozen=True, eq=False):
     """One program or subprogram: a stretch of lines of a text, the last one included."""
 
     text: "SiemensText"
@@ -150,8 +148,7 @@ class Section:
     is_main: bool
 
 
-@dataclass
-class Structure:
+class Structure(Struct):
     """Lines that belong together, by line: IF -> ELSE or ENDIF, ELSE -> ENDIF, loops -> their ends, and back."""
 
     branch: dict[int, int] = field(default_factory=dict)

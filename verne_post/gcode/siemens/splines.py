@@ -1,9 +1,9 @@
 """BSPLINE of Siemens programs: control points block by block, with weights and parameter intervals, until another word comes."""
 
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
@@ -22,8 +22,7 @@ _ROTARY: Final = (3, 5)
 _ASIDE: Final = 0.5 * RAD_PER_DEG
 
 
-@dataclass
-class _Draft:
+class _Draft(Struct):
     """Control points so far (core numbers, nine axes), the first is where the tool is; ``intervals`` are those of PL.
 
     ``axes`` are the tool axes (3,) of the control points, without any where A and C go along by themselves.

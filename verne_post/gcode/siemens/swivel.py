@@ -1,10 +1,10 @@
 """CYCLE800: a tilted work plane, and the table that turns until the tool stands upright on it. CYCLE832: tolerances."""
 
 import math
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.gcode.block import Block, BlockError

@@ -1,9 +1,10 @@
 """Variables of the control that programs read and set: work offsets, tool data, positions, modes."""
 
-from dataclasses import replace
+import dataclasses
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.siemens.cursor import Cursor
@@ -131,7 +132,7 @@ class SystemVariables:
         tools = dict(state.tools or {})
         tool = tools.get(number, Tool(number, number, ZERO9))
         if what == "length":
-            tools[number] = replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]))
+            tools[number] = dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]))
         else:
-            tools[number] = replace(tool, diameter=2.0 * value)
+            tools[number] = dataclasses.replace(tool, diameter=2.0 * value)
         state.tools = tools

@@ -1,7 +1,8 @@
 """Variables of Siemens programs: R parameters, those that DEF and PROC define, arrays, scopes of calls."""
 
-from dataclasses import dataclass, field
 from typing import Final, Protocol
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
@@ -26,8 +27,7 @@ class SystemVariables(Protocol):
         """Set one; raises BlockError."""
 
 
-@dataclass
-class Variable:
+class Variable(Struct):
     """One variable: its type, bounds of its indices (empty: no array), and its values by index."""
 
     kind: str
@@ -50,8 +50,7 @@ class Variable:
         return "" if self.kind == "STRING" else 0.0
 
 
-@dataclass
-class Variables:
+class Variables(Struct):
     """All variables that are visible where the program is: those of the call, then those of the main program."""
 
     system: SystemVariables

@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
@@ -23,8 +24,7 @@ _SUBPROGRAM: Final = re.compile(r"(?![A-Z][0-9]+$)[A-Z_][A-Z0-9_]+$")
 _TEXTS: Final = ("T", "T1")
 
 
-@dataclass(frozen=True)
-class Word:
+class Word(Struct, frozen=True):
     """An address and its value; ``mode`` is AC, IC, DC, ACP, ACN, or empty."""
 
     name: str
@@ -38,8 +38,7 @@ class Word:
         return BlockError(code, message, self.column)
 
 
-@dataclass(frozen=True)
-class Argument:
+class Argument(Struct, frozen=True):
     """What stands between two commas of a call, unread; empty where nothing does."""
 
     text: str
@@ -50,8 +49,7 @@ class Argument:
         return Cursor(" " * (self.column - 1) + self.text, self.column - 1)
 
 
-@dataclass(frozen=True)
-class Call:
+class Call(Struct, frozen=True):
     """A name with arguments in brackets, or a subprogram without any; ``repeats`` is P."""
 
     name: str
@@ -59,8 +57,7 @@ class Call:
     column: int
 
 
-@dataclass
-class Words:
+class Words(Struct):
     """The words of one block."""
 
     line: int

@@ -1,14 +1,12 @@
 """How much of the tool axis error joint C takes, by the tilt that is programmed."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 
 
-@dataclass(frozen=True)
-class AxisCorrection:
+class AxisCorrection(Struct, frozen=True):
     """How much of the axis error C takes, by the programmed tilt: nothing below ``begins``, all above ``whole``, rad.
 
     Between them the share is a polynomial with three continuous derivatives in the sine of the tilt, so the joints stay

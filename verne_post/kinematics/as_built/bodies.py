@@ -1,9 +1,9 @@
 """The rods of the VERNE as bodies at their places, nominal or as built, for distances between them."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.as_built.forward import rod_vectors
@@ -13,8 +13,7 @@ from verne_post.kinematics.modules.verne.inverse import solve_inverse
 from verne_post.model.poses import Platform
 
 
-@dataclass(frozen=True, eq=False)
-class VerneRods:
+class VerneRods(Struct, frozen=True, eq=False):
     """The six rods at their places; implements ``RodModule``.
 
     The nominal kinematics need only D1 - d1 and D2 - d2; distances between legs need the joints' own places.

@@ -7,10 +7,10 @@ hold P for a given rotation; what the other three miss gives the rotation (block
 Arrays keep components first and poses last, (3, n) and (3, 6, n).
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import NEWTON_STEP, ROD_RESIDUAL_MM2
@@ -21,8 +21,7 @@ from verne_post.kinematics.as_built.inverse import cross, dot, turn_about, turn_
 STEPS: Final = 12
 
 
-@dataclass(frozen=True, eq=False)
-class PlatformPose:
+class PlatformPose(Struct, frozen=True, eq=False):
     """Where the platform is: P (3, n) in the base frame (mm), R (3, 3, n), and whether the rods close (n,)."""
 
     position: Array

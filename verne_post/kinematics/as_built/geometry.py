@@ -7,10 +7,10 @@ Six rods of their own lengths hold the platform at P with the rotation R:
 Base frame with z down, mm. Where both rods of a leg are equal and parallel these are the paper's equations (3) to (6).
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -24,8 +24,7 @@ SECOND_ROD: Final = slice(1, 6, 2)
 MIRROR: Final = np.array([1.0, -1.0, -1.0])
 
 
-@dataclass(frozen=True)
-class NominalTable:
+class NominalTable(Struct, frozen=True):
     """Places of the table and of the gauge line, mm; see :class:`TiltingTable`."""
 
     pivot: Array
@@ -33,8 +32,7 @@ class NominalTable:
     nose_offset: float
 
 
-@dataclass(frozen=True, eq=False)
-class AsBuiltGeometry:
+class AsBuiltGeometry(Struct, frozen=True, eq=False):
     """The parts where they are. Rods in the order of :data:`verne_post.model.deviations.RODS`; mm.
 
     Attributes

@@ -8,10 +8,11 @@ root of one quadratic. Newton's method starts at the nominal machine's tilt.
 Arrays keep components first and poses last, (3, n) and (3, 6, n): sums over components are then sums of rows.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import PLATFORM_BEND, PLATFORM_ERROR, ROD_RESIDUAL_MM2
@@ -27,8 +28,7 @@ WORKING_SIDE: Final = -np.ones(6)
 _ROUNDED_STEP: Final = 1e-7
 
 
-@dataclass(frozen=True, eq=False)
-class PlatformSolution:
+class PlatformSolution(Struct, frozen=True, eq=False):
     """Solved poses; every column NaN where a pose has no solution.
 
     Attributes
@@ -53,8 +53,7 @@ class PlatformSolution:
     across: Array
 
 
-@dataclass(frozen=True, eq=False)
-class ProgrammedPose:
+class ProgrammedPose(Struct, frozen=True, eq=False):
     """A pose with the table at its programmed angles: upright frame, seen from the tilt axis. Each (3, n), mm.
 
     A further turn of the table by theta moves a vector to ``along + upright cos(theta) + turned sin(theta)``.
@@ -137,8 +136,7 @@ def turn_rotation(rotation: Array, turn: Array) -> Array:
     return np.asarray(rotation + scale * (once + cross(half[:, None], once)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Placed:
+class _Placed(Struct, frozen=True, eq=False):
     """Everything that follows from the platform's rotation."""
 
     spindle: Array  # (3, n), R s
@@ -203,6 +201,6 @@ def _close_rods(
     rho = 0.5 * (at.rho[FIRST_ROD] + at.rho[SECOND_ROD])
     solution = PlatformSolution(rho, np.arctan2(at.sine, at.cosine), at.position, rotation, across)
     if not ok.all():
-        for field in vars(solution).values():
+        for field in asdict(solution).values():
             field[..., ~ok] = np.nan
     return solution

@@ -5,11 +5,12 @@ could be taken by C, which would have to swing near the pole: so C stays as prog
 lets it take its share where the tool is tilted enough.
 """
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import angles_of_axis, wrap_angle
@@ -37,8 +38,7 @@ from verne_post.model.protocols import Margin, WholeSolution
 _CORRECTION_STEPS: Final = 60
 
 
-@dataclass(frozen=True, eq=False)
-class _Flat:
+class _Flat(Struct, frozen=True, eq=False):
     """Poses with components first: tip (3, n), nominal angles (2, n), length from P to the tip (n,); their shape before."""
 
     tip: Array
@@ -47,8 +47,7 @@ class _Flat:
     shape: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class AsBuiltMachine:
+class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
     """The as-built machine. Table frame, mm, rad, workpiece sense.
 
     Attributes
@@ -159,7 +158,7 @@ class AsBuiltMachine:
                         tip[:, moved], angles[:, moved], length[moved], share[moved], found.rotation[..., moved]
                     )
                     turn[moved] = part_turn
-                    for name, values in vars(part_found).items():
+                    for name, values in asdict(part_found).items():
                         getattr(found, name)[..., moved] = values
         return found, turn
 

@@ -6,10 +6,10 @@ parts by ``-J^-1 df``, J having the rows ``(v_i, (R a_i) x v_i)``. The table's a
 Arrays keep poses first and what is differentiated by last: (n, 3, 58).
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.as_built.forward import PlatformPose, rod_vectors
@@ -31,8 +31,7 @@ PLACES: Final = _places()
 COUNT: Final = max(place.stop for place in PLACES.values())
 
 
-@dataclass(frozen=True, eq=False)
-class ToolRates:
+class ToolRates(Struct, frozen=True, eq=False):
     """Tip (mm) and tool axis in the table frame: derivatives by the parts and by the joints.
 
     Attributes

@@ -1,10 +1,10 @@
 """Spans: parts of elements that are checked together, and halved until each can be decided."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
@@ -21,8 +21,7 @@ SPAN_ANGLE: Final = np.radians(20.0)
 WORST_DEPTH: Final = 7
 
 
-@dataclass(frozen=True, eq=False)
-class Spans:
+class Spans(Struct, frozen=True, eq=False):
     """Spans of elements.
 
     Attributes

@@ -6,10 +6,11 @@ motions are checked as in ``check_clearance``.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles, rotate_z
@@ -33,8 +34,7 @@ TOUCH_MM: Final = 0.005
 FAR_MM: Final = 1e6
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
+class Placed(Struct, frozen=True, eq=False):
     """A box in the table frame.
 
     Attributes

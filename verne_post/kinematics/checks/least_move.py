@@ -4,11 +4,11 @@ The limits are linearised at the worst place of each (sliders by the Jacobian, t
 move that keeps them is taken, and so on until it stands.
 """
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -32,8 +32,7 @@ SWEEPS: Final = 400
 SOUGHT_MM: Final = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 
 
-@dataclass(frozen=True, eq=False)
-class MoveProblem:
+class MoveProblem(Struct, frozen=True, eq=False):
     """What is moved, and inside what.
 
     Attributes

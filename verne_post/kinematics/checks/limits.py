@@ -6,10 +6,10 @@ collected, which stop-to-stop profiles need.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
@@ -36,8 +36,7 @@ NO_TURN: Final = 1e-12
 MAX_DEPTH: Final = 16
 
 
-@dataclass(frozen=True, eq=False)
-class JointBounds:
+class JointBounds(Struct, frozen=True, eq=False):
     """Largest derivatives of the joints by w over the elements of stop-to-stop sections, one section after the other.
 
     Stop-to-stop profiles need them; continuous profiles look at the joints themselves.

@@ -1,9 +1,10 @@
 """One line of a program: its motion, the same motion elsewhere on the table, and what is measured along it."""
 
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -18,8 +19,7 @@ from verne_post.model.contour import Contour
 GRID: Final = np.linspace(0.0, 1.0, 65)
 
 
-@dataclass(frozen=True)
-class _MovedPose:
+class _MovedPose(Struct, frozen=True):
     """The pose function of a line whose part or end stands elsewhere, whose end has another tilt, or whose table is on another branch."""
 
     joints: JointPath

@@ -4,11 +4,12 @@ Every proposal is checked along the whole line, as `check` would: none rests on 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -41,16 +42,14 @@ TILT_RESERVE: Final = float(np.radians(1e-3))
 ROTARY_CODES: Final = ("VP102", "VP103")
 
 
-@dataclass(frozen=True, eq=False)
-class Place:
+class Place(Struct, frozen=True, eq=False):
     """A point of a line: where a quantity is worst."""
 
     element: int
     w: float
 
 
-@dataclass(frozen=True)
-class Shift:
+class Shift(Struct, frozen=True):
     """A move of the part on the table (3,), mm, and the codes of errors that it leaves on the line."""
 
     vector: tuple[float, float, float]

@@ -1,10 +1,10 @@
 """What is checked, the worst violation of it on each element, and the findings that report it."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
@@ -22,8 +22,7 @@ _UNREACHABLE: Final = {
 }
 
 
-@dataclass(frozen=True)
-class Check:
+class Check(Struct, frozen=True):
     """One bound on one quantity: ``sign * (value - limit)`` must not be below zero.
 
     Attributes
@@ -54,8 +53,7 @@ class Check:
     factor: float
 
 
-@dataclass(frozen=True)
-class Worst:
+class Worst(Struct, frozen=True):
     """Collects the worst margin and value of one check for each element that violates it."""
 
     by_element: dict[int, tuple[float, float]] = field(default_factory=dict)

@@ -11,11 +11,11 @@ three sphere centres. Where the two sides of that plane meet, the rods lie in it
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
@@ -25,8 +25,7 @@ from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 _BEYOND = "beyond a parallel singularity: the platform is not below the plane of the slider joints"
 
 
-@dataclass(frozen=True)
-class LinearDeltaModule:
+class LinearDeltaModule(Struct, frozen=True):
     """Lengths in mm; ``leg_angles_deg`` counts from x towards y of the base frame."""
 
     platform_radius: float

@@ -6,10 +6,10 @@ down; mm, rad. The tilt alpha is 0 everywhere.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.kinematics.modules.solutions import triple, upright_position
@@ -18,8 +18,7 @@ from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 _UPRIGHT = np.array([1.0, -1.0, -1.0])
 
 
-@dataclass(frozen=True)
-class SerialModule:
+class SerialModule(Struct, frozen=True):
     """Three Cartesian axes; ``zero`` is where P stands at x = y = z = 0, base frame, mm."""
 
     zero: Sequence[float]

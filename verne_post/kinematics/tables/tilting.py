@@ -6,9 +6,9 @@ G30 and G10 L2 speak of (docs/conventions.md). mm and rad, workpiece sense, unle
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z
@@ -17,8 +17,7 @@ from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.moves import Frame
 
 
-@dataclass(frozen=True, eq=False)
-class TiltingTable:
+class TiltingTable(Struct, frozen=True, eq=False):
     """Geometry and senses of the table; implements ``TableCoordinates``.
 
     Attributes

@@ -3,10 +3,10 @@
 Equation numbers as in :mod:`verne_post.kinematics.modules.verne.geometry`.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
@@ -37,8 +37,7 @@ LEADING: Final = 1e-13
 CHUNK: Final = 1024
 
 
-@dataclass(frozen=True, eq=False)
-class ForwardModes:
+class ForwardModes(Struct, frozen=True, eq=False):
     """All real assembly modes of many slider coordinates; k is the largest count, the rest is NaN and False.
 
     Attributes

@@ -6,16 +6,15 @@ the machine uses: every attachment point of a slider above the platform's (s1 = 
 leg I (R1 cos alpha > r1).
 """
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 
 
-@dataclass(frozen=True)
-class VerneGeometry:
+class VerneGeometry(Struct, frozen=True):
     """Lengths of the module, with the paper's symbols (mm).
 
     ``leg1_x_offset`` is D1 - d1, ``leg23_x_offset`` D2 - d2: only these differences enter.

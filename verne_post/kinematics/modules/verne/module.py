@@ -3,7 +3,6 @@
 What each function computes stands in a file of its own, as a function of the lengths (:class:`VerneGeometry`).
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -18,8 +17,7 @@ from verne_post.kinematics.modules.verne.inverse import explain_unreachable, sol
 from verne_post.model.protocols import Margin
 
 
-@dataclass(frozen=True)
-class VerneModule(VerneGeometry):
+class VerneModule(VerneGeometry, frozen=True, dict=True):
     """Implements ``ParallelModule``, ``Identifiable``, ``IsoAlpha`` and ``Drawable``; lengths as in :class:`VerneGeometry`."""
 
     length_names: ClassVar[tuple[str, ...]] = loops.LENGTHS
