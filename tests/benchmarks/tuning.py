@@ -75,6 +75,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "CRUISE_STEP": (0.25, 4.0),
     "CRUISE_EVEN": HALF_TO_DOUBLE,
     "LONGEST_SPAN": (0.25, 4.0),
+    "SHORT_SPAN": (0.01, 3.0),
     "TAIL_SHARE": WIDE,
     "TAIL_NOISE": (1e-2, 1e2),
     "MANY_SPANS": (0.01, 100.0),

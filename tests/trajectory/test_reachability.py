@@ -93,3 +93,32 @@ def test_a_joint_that_turns_at_a_grid_point_only_bounds_the_speed_there() -> Non
     assert x[20] == pytest.approx(top.acceleration[1] / 4.0)
     assert (x[1:-1] > 0).all()
     assert ratios(grid, top, x).max() <= 1 + 1e-9
+
+
+def test_short_elements_share_spans_and_their_derivatives_are_exact() -> None:
+    fine = replace(wavy(50.0, 3.0, 60.0), elements=1000)  # 0.8 ms each at the feed rate
+    grid = grid_along(fine)
+    assert len(grid.s) < 1000  # 12 ms share eight points, where each element had four
+    assert (grid.s[0], grid.s[-1]) == (0.0, 50.0)
+    k = 2 * np.pi * 3.0 / 50.0
+    s = grid.s[1:-1]
+    assert grid.d1[1:-1, 0] == pytest.approx(1 + 0.6 * np.cos(k * s), abs=1e-7)
+    assert grid.d2[1:-1, 0] == pytest.approx(-0.6 * k * np.sin(k * s), abs=1e-5)
+    assert grid.d3[1:-1, 0] == pytest.approx(-0.6 * k**2 * np.cos(k * s), abs=1e-3)
+
+
+def test_no_span_reaches_over_the_end_of_a_rapid_or_a_slow_element() -> None:
+    """Elements of 0.05 mm at 60 mm/s, one that takes 10 s, and rapids: the first are spans of their own shape."""
+    near = np.concatenate([np.linspace(0.0, 15.0, 301), [35.0], np.linspace(35.1, 50.0, 150)])
+    shape = wavy(50.0, 3.0)
+
+    class Mixed:
+        length, breaks, q = 50.0, near, staticmethod(shape.q)
+
+        @staticmethod
+        def speed(s: np.ndarray) -> np.ndarray:
+            return np.select([s < 15.0, s < 35.0], [60.0, 2.0], np.inf)
+
+    grid, alone = grid_along(Mixed()), grid_along(Mixed(), 0, 300)
+    assert np.array_equal(grid.s[1 : len(alone.s) - 1], alone.s[1:-1])
+    assert np.count_nonzero(grid.s > 35.0) >= 4 * 150

@@ -70,23 +70,39 @@ _SLOPE: Final = _VALUE[1:] * np.arange(1, 8)[:, None]
 def shape_value(shape: Ints, x: Array) -> Array:
     """G (n,) of shapes (n,) at x (n,), zero outside (-1, 1)."""
     y = np.minimum(np.abs(x), 1.0)
-    return _evaluate(_VALUE, shape, y)
+    rest = 1.0 - y
+    rest *= rest
+    rest *= rest
+    value = ((y + 4.0) * y + 5.0) * rest  # of shape 0: (5 + 4 y + y^2) (1 - y)^4 / 32
+    value *= 1 / 32
+    return _put_wide(value, _VALUE, shape, y)
 
 
 def shape_slope(shape: Ints, x: Array) -> Array:
     """Derivative of G by x (n,), the mean of both sides at 0."""
     y = np.minimum(np.abs(x), 1.0)
-    return _evaluate(_SLOPE, shape, y) * np.sign(x)
+    rest = 1.0 - y
+    slope = ((3.0 * y + 9.0) * y + 8.0) * rest
+    rest *= rest
+    slope *= rest
+    slope *= -1 / 16
+    return _put_wide(slope, _SLOPE, shape, y) * np.sign(x)
 
 
-def _evaluate(coefficients: Array, shape: Ints, y: Array) -> Array:
-    """Polynomials (powers, pieces) of shapes (n,) at y (n,) between 0 and 1."""
-    # along most of a finely divided program every shape is 0, whose pieces are one polynomial
-    rows = coefficients.take(2 * shape + (y > KNEE), axis=1) if shape.any() else coefficients[:, :1]
-    result = np.array(np.broadcast_to(rows[-1], y.shape))
-    for row in rows[-2::-1]:
-        result *= y
-        result += row
+def _put_wide(result: Array, coefficients: Array, shape: Ints, y: Array) -> Array:
+    """Replace what shape 0 has by the polynomials (powers, pieces) of the other shapes (n,) at y (n,) between 0 and 1.
+
+    Along most of a finely divided program every shape is 0.
+    """
+    wide = np.flatnonzero(shape)
+    if len(wide):
+        at = y[wide]
+        rows = coefficients.take(2 * shape[wide] + (at > KNEE), axis=1)
+        value = rows[-1]
+        for row in rows[-2::-1]:
+            value *= at
+            value += row
+        result[wide] = value
     return result
 
 

@@ -102,6 +102,7 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     breaks = whole[first:] if last is None else whole[first : last + 1]
     if len(breaks) < 2 or whole[0] != 0.0 or whole[-1] != section.length or not (np.diff(breaks) >= 0).all():
         raise ValueError(f"the breaks of a section rise from 0 to its length {section.length:g}")
+    breaks = _join_short(section, breaks)
     width = np.diff(breaks)
     parts = np.ceil(width / tuning.LONGEST_SPAN).astype(int)  # none of an element without length
     owner, index = ragged(parts)
@@ -140,6 +141,18 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
         return np.concatenate([a[:1], a, a[-1:]])
 
     return Grid(np.concatenate([breaks[:1], s, breaks[-1:]]), framed(d1), framed(d2), framed(d3), framed(speed))
+
+
+def _join_short(section: Section, breaks: Array) -> Array:
+    """Breaks (n,) without those inside stretches that are passed in no more than ``tuning.SHORT_SPAN`` at the feed rate."""
+    if len(breaks) <= tuning.MANY_SPANS:
+        return breaks
+    speed = np.asarray(section.speed(0.5 * (breaks[1:] + breaks[:-1])), dtype=float)
+    way = tuning.SHORT_SPAN * np.where(np.isfinite(speed), speed, 0.0)
+    short = np.diff(breaks) < way
+    share = np.divide(np.diff(breaks), way, out=np.ones_like(way), where=short)
+    kept = (np.diff(np.floor(np.cumsum(share))) > 0) | ~short[1:] | ~short[:-1]
+    return breaks[np.concatenate([[True], kept, [True]])]
 
 
 def joints_at(section: Section, s: Array) -> Array:

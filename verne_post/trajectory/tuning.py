@@ -203,6 +203,9 @@ CRUISE_EVEN: Final = 16
 
 #: A span of the grid is at most this much path. Longer ones are halved where a joint needs it.
 LONGEST_SPAN: Final = 20.0
+#: In long sections elements that are passed together in so many seconds at the feed rate share a span. Each with its own costs a
+#: quarter more CPU on finely divided programs; much longer ones are halved again. From 0 to 32 ms the time changes by 0.1 %.
+SHORT_SPAN: Final = 12e-3
 #: A span is halved while the last Chebyshev coefficients of a joint exceed this share of its motion over the span.
 TAIL_SHARE: Final = 1e-4
 #: Motion below this (mm or rad) is rounding noise and asks for no smaller spans.
