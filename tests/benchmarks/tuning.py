@@ -12,13 +12,14 @@ import sys
 import textwrap
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
 import numpy as np
 from contouring import Part, percent, processor, program, sample, table, zigzag
+from msgspec.structs import replace
 from page import write_section
 
 import verne_post

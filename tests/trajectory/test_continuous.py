@@ -1,10 +1,10 @@
 """Profiles of continuous sections, checked on the differences of their rows by independent code."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from verne_post.trajectory import continuous, repair
 from verne_post.trajectory.continuous import plan_continuous

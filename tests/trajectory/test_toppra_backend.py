@@ -1,9 +1,8 @@
 """Two solvers of one problem: the reachability passes and toppra agree, and toppra's silent failure is heard."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from verne_post.trajectory import reachability, toppra_backend
 from verne_post.trajectory.section_path import grid_along

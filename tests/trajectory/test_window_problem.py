@@ -1,9 +1,8 @@
 """What the interior point method sees of windows: how they are laid end to end, differences at points, the tightest rows."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning

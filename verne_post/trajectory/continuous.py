@@ -5,9 +5,9 @@ method re-times it in a few passes, coarse to fine, each on the profile of the p
 stays on the path whatever happens here. Rows that are still beyond a limit are repaired, one stretch at a time.
 """
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing
@@ -24,8 +24,7 @@ from verne_post.trajectory.spline_profile import Profile, Times, positions
 from verne_post.trajectory.tuning import Effort
 
 
-@dataclass(frozen=True, eq=False)
-class ContinuousProfile:
+class ContinuousProfile(Struct, frozen=True, eq=False):
     """The profile of one section.
 
     Attributes
@@ -41,8 +40,7 @@ class ContinuousProfile:
     bound: float
 
 
-@dataclass(frozen=True, eq=False)
-class _PlannedSection:
+class _PlannedSection(Struct, frozen=True, eq=False):
     """A profile, the times that its last pass gives it, and its repaired rows; None where they could not be repaired."""
 
     profile: Profile

@@ -4,9 +4,9 @@ Between two ranges of cruise lies a piece. Short pieces are solved together, a l
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory

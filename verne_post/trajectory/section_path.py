@@ -1,9 +1,9 @@
 """A section between two standstills as a function of its path parameter s, and a grid with derivatives along it."""
 
-from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
+from msgspec import Struct, field
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array
@@ -41,8 +41,7 @@ class Section(Protocol):
         """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
 
 
-@dataclass(frozen=True, eq=False)
-class SectionTask:
+class SectionTask(Struct, frozen=True, eq=False):
     """A section that is planned, and what it is planned with.
 
     Attributes
@@ -62,8 +61,7 @@ class SectionTask:
     cruise: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
-@dataclass(frozen=True, eq=False)
-class Grid:
+class Grid(Struct, frozen=True, eq=False):
     """Points along a section, in order, with derivatives of the joints by s.
 
     Attributes

@@ -7,10 +7,11 @@ a profile (``TIME_UNIT`` or the control cycle, the longer one; less for short se
 a pass re-times the profile of the pass before (:mod:`interior_point`).
 """
 
-from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 # --- passes of the interior point method -----------------------------------------------------------
 
@@ -22,8 +23,7 @@ PLANNED_SHARES: Final = (0.9998, 0.9998, 0.999)
 ALL_ROWS: Final = (0, 0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PassSettings:
+class PassSettings(Struct, frozen=True, kw_only=True):
     """Settings of one pass of the interior point method.
 
     Attributes
@@ -52,8 +52,7 @@ class PassSettings:
     shares: tuple[float, float, float] = PLANNED_SHARES
 
 
-@dataclass(frozen=True, kw_only=True)
-class Effort:
+class Effort(Struct, frozen=True, kw_only=True):
     """How finely a profile is planned.
 
     Attributes
