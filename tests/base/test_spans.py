@@ -83,3 +83,15 @@ def test_columns_are_independent():
             alone = spans.enclosure(values, order)
             np.testing.assert_allclose(lower[:, column], alone[0][:, 0], rtol=0, atol=ROUNDING[order])
             np.testing.assert_allclose(upper[:, column], alone[1][:, 0], rtol=0, atol=ROUNDING[order])
+
+
+def test_few_samples_enclose_what_their_last_coefficients_say():
+    """Polynomials whose higher coefficients fall: bounds from three samples, widened by the tail, hold; those alone do not."""
+    falling = np.random.default_rng(5).normal(size=(spans.NODES, 400)) * 0.2 ** np.arange(spans.NODES)[:, None]
+    dense = np.polynomial.chebyshev.chebval(2 * U - 1, falling)
+    few = np.polynomial.chebyshev.chebval(2 * spans.FEW_SAMPLES - 1, falling).T[:, :, None]
+    (lower, upper), tail = spans.enclosure(few), spans.tail(few)
+    assert few.shape == (spans.FEW_NODES, 400, 1)
+    assert (lower - tail <= dense.min(axis=1)[:, None]).all()
+    assert (upper + tail >= dense.max(axis=1)[:, None]).all()
+    assert (lower[:, 0] > dense.min(axis=1) + 1e-9).any()

@@ -310,6 +310,56 @@ def test_verdicts_on_random_motions(machine_with):
                 assert [item.axis for item in findings] == ([joint] if excess > 0 else []), (motion, joint, side)
 
 
+# --- short moves whose corners are blended: few samples show that most are legal --------------------------
+
+
+def short_moves(seed, moves=120, step=1.5):
+    """Poses (moves, 5) on a wandering five-axis path."""
+    rng = np.random.default_rng(seed)
+    heading, swing = np.cumsum(rng.normal(0.0, 0.15, moves)), rng.normal(0.0, 0.2, (moves, 2))
+    tip = np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading), rng.normal(0.0, 0.1, moves)]), axis=0)
+    angles = np.cumsum(np.cumsum(0.1 * swing, axis=0), axis=0)
+    return np.column_stack([tip, angles]) + rng.uniform([-60, -60, 60, -30, -90], [60, 60, 90, 30, 90])
+
+
+def blended(poses):
+    return "\n".join(["G21 G90 G94 G64 P0.01 F3000", *(f"G1 {words(pose)}" for pose in poses), "M2", ""])
+
+
+def everywhere(text, machine):
+    """The joints of a program's contour, and 101 places on each element: (element, w)."""
+    joints = assemble(text.encode(), machine, Options(tool_length=TOOL)).joints()
+    w = np.linspace(0.0, 1.0, 101)
+    return joints, (np.repeat(np.arange(len(joints.contour)), len(w)), np.tile(w, len(joints.contour)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_verdicts_on_short_blended_moves(machine_with, seed):
+    """Each joint against a limit just beyond and just within what a dense sampling of the contour finds."""
+    text = blended(short_moves(seed))
+    joints, places = everywhere(text, machine_with())
+    dense = joints.q(*places)
+    dense[:, 3:] = np.degrees(dense[:, 3:])
+    for joint, side in [("rho1", 1), ("rho1", -1), ("rho2", -1), ("rho3", 1), ("a", 1), ("a", -1), ("c", 1)]:
+        top = float((side * dense[:, NAMES.index(joint)]).max()) * side
+        for excess in (1.0, 1e-3, -1e-3):
+            machine = machine_with(travel_limit(joint, side, top - side * excess))
+            findings = [item for item in check(text, machine)[1] if item.severity == "error"]
+            assert {item.axis for item in findings} == ({joint} if excess > 0 else set()), (joint, side, excess)
+            if findings:
+                assert max(side * item.value for item in findings) == pytest.approx(side * top, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("depth", [0.5, 0.001, -0.001])
+def test_short_blended_moves_near_the_table_face(machine_with, seed, depth):
+    poses = short_moves(seed)
+    joints, places = everywhere(blended(poses), machine_with())
+    poses[:, 2] -= joints.pose(joints.contour, *places)[0][:, 2].min() + depth
+    codes = {item.code for item in check(blended(poses), machine_with(travel_limit("c", 1, 3000.0)))[1]}
+    assert ("VP210" in codes) == (depth > 0)
+
+
 # --- out of reach ---------------------------------------------------------------------------------
 
 

@@ -16,13 +16,25 @@ from verne_post.base.arrays import Array
 #: Samples per span: degree 7. Over 20 degrees of rotation or 50 mm the machine's joints are
 #: represented to 1e-11 mm, and three derivatives of a polynomial of degree 7 are still of degree 4.
 NODES: Final = 8
-_POINTS: Final = np.asarray(chebyshev.chebpts1(NODES), dtype=np.float64)
+#: Samples that do where a span is so short that the motion over it, which is then the size of the last coefficients, is enough.
+FEW_NODES: Final = 3
+
+
+def _place_samples(nodes: int) -> Array:
+    """Chebyshev points in a span, from 0 to 1."""
+    return np.asarray(0.5 * (chebyshev.chebpts1(nodes) + 1.0), dtype=np.float64)
+
+
 #: Positions of the samples in a span, from 0 to 1 (both ends excluded).
-SAMPLES: Final[Array] = np.asarray(0.5 * (_POINTS + 1.0), dtype=np.float64)
+SAMPLES: Final[Array] = _place_samples(NODES)
+FEW_SAMPLES: Final[Array] = _place_samples(FEW_NODES)
 #: The samples, then both ends.
 WITH_ENDS: Final[Array] = np.append(SAMPLES, [0.0, 1.0])
-#: Values at the samples -> Chebyshev coefficients.
-_TO_CHEBYSHEV: Final[Array] = np.linalg.inv(np.asarray(chebyshev.chebvander(_POINTS, NODES - 1), dtype=np.float64))
+
+
+def _to_chebyshev(nodes: int) -> Array:
+    """Values at the samples -> Chebyshev coefficients."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(nodes), nodes - 1)), dtype=np.float64)
 
 
 def _bernstein_matrix(degree: int) -> Array:
@@ -32,29 +44,31 @@ def _bernstein_matrix(degree: int) -> Array:
     )
 
 
-def _enclosures() -> list[Array]:
-    """Samples -> Bernstein coefficients of derivatives 0 to 3 by the span's own 0..1 parameter."""
-    monomials = np.linalg.inv(np.vander(SAMPLES, NODES, increasing=True))
+def _enclosures(nodes: int) -> list[Array]:
+    """Samples -> Bernstein coefficients of the derivatives by the span's own 0..1 parameter, up to the third."""
+    monomials = np.linalg.inv(np.vander(_place_samples(nodes), nodes, increasing=True))
     matrices = []
-    for order in range(4):
-        degree = NODES - 1 - order
+    for order in range(min(nodes, 4)):
+        degree = nodes - 1 - order
         derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T]).T
         matrices.append(_bernstein_matrix(degree) @ derived[: degree + 1])
     return matrices
 
 
-_ENCLOSE: Final[list[Array]] = _enclosures()
+#: By the number of samples.
+_TAIL: Final = {nodes: _to_chebyshev(nodes)[-2:] for nodes in (FEW_NODES, NODES)}
+_ENCLOSE: Final = {nodes: _enclosures(nodes) for nodes in (FEW_NODES, NODES)}
 
 
 def across(matrix: Array, values: Array) -> Array:
-    """A matrix (r, NODES) applied to the samples of every span: values (NODES, n, k) -> (r, n, k)."""
+    """A matrix (r, m) applied to the samples of every span: values (m, n, k) -> (r, n, k)."""
     result = np.einsum("rj,jm->rm", matrix, values.reshape(len(values), -1))
     return np.asarray(result.reshape(len(matrix), *values.shape[1:]))
 
 
 def tail(values: Array) -> Array:
-    """Size of the last two Chebyshev coefficients: values (NODES, n, k) -> (n, k)."""
-    return np.asarray(np.abs(across(_TO_CHEBYSHEV[-2:], values)).sum(axis=0))
+    """Size of the last two Chebyshev coefficients: values (NODES or FEW_NODES, n, k) -> (n, k)."""
+    return np.asarray(np.abs(across(_TAIL[len(values)], values)).sum(axis=0))
 
 
 def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
@@ -62,10 +76,10 @@ def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    values : ndarray, shape (NODES, n, k)
+    values : ndarray, shape (NODES or FEW_NODES, n, k)
         Samples.
     order : int
         0 to 3.
     """
-    coefficients = across(_ENCLOSE[order], values)
+    coefficients = across(_ENCLOSE[len(values)][order], values)
     return coefficients.min(axis=0), coefficients.max(axis=0)

@@ -1,7 +1,7 @@
 """Limits along whole elements, before any time is planned: travel, margins of the module, height over the table.
 
 Each element is covered by spans (:mod:`verne_post.base.spans`). A limit is checked on the bounds between the samples.
-Where they cannot decide, the span is halved until they can. On the way the largest derivatives of the joints are
+Where they cannot decide, the span is halved until they can. Short spans far from every limit need few samples. On the way the largest derivatives of the joints are
 collected, which stop-to-stop profiles need.
 """
 
@@ -32,6 +32,9 @@ from verne_post.model.findings import Finding
 MIN_SPAN_MM: Final = 0.2
 #: Rotation of an element (rad) below which it counts as none where a span is widened.
 NO_TURN: Final = 1e-12
+#: Spans that are no longer than this, and turn by no more, are looked at with few samples first: most are far from every limit.
+BRIEF_MM: Final = 5.0
+BRIEF_ANGLE: Final = np.radians(5.0)
 #: A span is halved at most this often; 2**-16 of a metre is 0.015 mm.
 MAX_DEPTH: Final = 16
 
@@ -77,6 +80,7 @@ def check_limits(joints: JointPath, progress: Callable[[int], None] | None = Non
         for part in cover_elements(contour, chunk):
             # of an element that cannot be reached, and has more spans than are checked together, the rest tells nothing
             part = part.take(~limits.is_unreachable(part.element))
+            part = part.take(derivatives.wants(part.element) | ~limits.are_surely_legal(part))
             while len(part):
                 part = part.halve(limits.check(part, derivatives))
         every.extend(**derivatives.largest)
@@ -170,6 +174,33 @@ class _LimitCheck:
         halve |= self._check_table(part, solved)
         return halve & ~self.is_unreachable(part.element)
 
+    def are_surely_legal(self, part: Spans) -> Mask:
+        """Spans (n,) that few samples show to be legal, as :meth:`check` would: short ones, farther from limits than they move.
+
+        None where the axis error is measured, which takes the bounds of all spans.
+        """
+        contour, width, legal = self.joints.contour, part.high - part.low, np.zeros(len(part), dtype=bool)
+        brief = (contour.length[part.element] * width <= BRIEF_MM) & (
+            contour.rotation[part.element] * width <= BRIEF_ANGLE
+        )
+        some = np.flatnonzero(brief) if not self.axis_columns else np.empty(0, dtype=np.intp)
+        if not len(some):
+            return legal
+        element, w = part.take(some).samples(spans.FEW_SAMPLES)
+        solved = self.joints.solve(element.ravel(), w.ravel())
+        values = np.concatenate([solved.q, self.joints.margins(solved)], axis=1).reshape(*w.shape, -1)
+        lower, upper = _bound(values)
+        # not a number where a sample cannot be solved: not legal
+        enough = [
+            lower[:, one.quantity] >= one.warn if one.sign > 0 else upper[:, one.quantity] <= one.warn
+            for one in self.checks
+        ]
+        axis, tool_length = self.joints.tool_axis(solved)[:, 2], contour.tool_length(element.ravel())
+        heights = (solved.tip[:, 2] + along * axis for along in (self.joints.lift, tool_length))
+        enough += [_bound(height.reshape(*w.shape, 1))[0][:, 0] >= 0.0 for height in heights]
+        legal[some] = np.all(enough, axis=0)
+        return legal
+
     def is_unreachable(self, element: Ints) -> Mask:
         """Elements (n,) that are a finding already: their other bounds need no refinement."""
         if not self.unreachable:
@@ -249,3 +280,9 @@ class _LimitCheck:
             solved.tip[rows], solved.angles[rows], self.joints.contour.tool_length(elements[fresh])
         )
         self.unreachable.update(zip(elements[fresh].tolist(), codes, strict=True))
+
+
+def _bound(values: Array) -> tuple[Array, Array]:
+    """Lower and upper bound (n, k) of samples (m, n, k), by what the polynomial may be off."""
+    (lower, upper), tail = spans.enclosure(values), spans.tail(values)
+    return lower - tail, upper + tail
