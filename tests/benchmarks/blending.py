@@ -1,4 +1,4 @@
-"""What corner blends leave of the least time: single corners, zigzags, facets, neighbouring passes, a slow program.
+"""What corner blends leave of the least time: single corners, also beside arcs, zigzags, facets, neighbouring passes, a slow program.
 
     python tests/benchmarks/blending.py [--write]
 
@@ -35,6 +35,7 @@ FREE_CORNER_MS = {1500: 11.3, 3000: 24.7, 6000: 44.4}
 #: ms a corner of zigzags with moves of 1 mm at F3000, by angle.
 FREE_ZIGZAG_MS = {90: 48.1, 30: 36.3, 10: 21.7}
 RANDOM_CORNERS = 250
+ARC_RADII_MM = (1, 5, 20, 50)
 
 
 @cache
@@ -85,6 +86,30 @@ def corner_table() -> str:
         + f"\nSlower than a stop: {slower} of {len(LEADS_MM) * 6} of these, and {worse} of {RANDOM_CORNERS} random corners (20 to 150 degrees, legs of\n"
         "0.5 to 25 mm, three machines, cycles of 0.25 to 4 ms).\n"
     )
+
+
+def beside_arc(angle_deg: float, feed: float, radius: float) -> bytes:
+    """A line of 13 mm, a corner, and an arc of 12 mm or 300 degrees that goes on to the same side."""
+    turn, sweep = np.radians(angle_deg), min(np.radians(300), 12.0 / radius)
+    center = np.array([13.0, 0.0]) + radius * np.array([-np.sin(turn), np.cos(turn)])
+    end = center + radius * np.array([np.sin(turn + sweep), -np.cos(turn + sweep)])
+    arc = f"G3 X{end[0]:.6f} Y{end[1]:.6f} I{center[0] - 13.0:.6f} J{center[1]:.6f}"
+    return program([f"G21 G90 G94 G64 P0.01 F{feed:g}", "G0 X0 Y0 Z60 A0 C0", "G1 X13 Y0", arc])
+
+
+def arc_table() -> str:
+    """Corners between a line and an arc: time lost against the feed rate, beside that of a corner between lines."""
+    rows = []
+    for machine in ("serial", "verne"):
+        for feed in (1500, 3000, 6000):
+            for angle_deg in (0, 10, 30, 60, 90):
+                lost = [1e3 * (seconds(corner(angle_deg, feed, 13, 12), machine) - 25 * 60 / feed)]
+                for radius in ARC_RADII_MM:
+                    length = 13 + min(np.radians(300) * radius, 12.0)
+                    lost.append(1e3 * (seconds(beside_arc(angle_deg, feed, radius), machine) - length * 60 / feed))
+                rows.append([f"{machine} F{feed}, {angle_deg} deg", *(f"{one:.0f}" for one in lost)])
+    header = ["line meets an arc, ms lost with both ends", "line instead", *(f"{radius} mm" for radius in ARC_RADII_MM)]
+    return table(header, rows)
 
 
 def zigzag(angle_deg: float, moves: int) -> bytes:
@@ -165,7 +190,7 @@ def main() -> None:
         f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
         f"numpy {np.__version__}.",
     ]
-    for measure in (corner_table, zigzag_table, surface_table, slow_table):
+    for measure in (corner_table, arc_table, zigzag_table, surface_table, slow_table):
         print(f"... {measure.__name__}", file=sys.stderr)
         parts.append(measure().strip("\n"))
     text = "\n\n".join(parts)

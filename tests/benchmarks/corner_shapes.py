@@ -1,4 +1,4 @@
-"""Finds the shapes of corner blends in verne_post/toolpath/corner_shapes.py, and prints their table.
+"""Finds the shapes of corner blends in verne_post/toolpath/corner_shapes.py, and prints their tables.
 
 Each shape is sought together with the motion profiles that pass its corners, as one nonlinear program (CasADi and IPOPT, of the
 extra ``bench``): a plane, two equal joints, limits on acceleration and jerk, a tolerance on both sides of the path. The profile
@@ -8,9 +8,13 @@ is a jerk constant between places x of the blend, the time from place to place u
 * wide shapes: of single corners of 30 to 120 degrees between long lines, which the tool brakes for;
 * narrow ones: of zigzags and polygons of 10 degrees whose segments are a little shorter than the reach, so that blends overlap.
 
+The functions that take out jumps of the second and third derivative are one polynomial of degree 7 on each side with two numbers
+left, which are found by direct search.
+
     python tests/benchmarks/corner_shapes.py
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -19,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import null_space
+from scipy.optimize import minimize
 
 Array = NDArray[np.float64]
 
@@ -173,12 +178,54 @@ def find_shape(cases: list[Case], rho: float) -> tuple[Array, list[float]]:
     return np.array(numbers), [float(solution.value(one)) for one in lost]
 
 
+def find_jump_function(order: int, goal: Callable[[float, float], float], guess: tuple[float, float]) -> Array:
+    """Value and first three derivatives at 0 of the function that takes out a jump of a derivative, best by a goal.
+
+    ``goal`` is of its largest value and largest third derivative; ``guess`` are the two numbers that are free.
+    """
+    powers = [np.polynomial.polynomial.polyder(np.eye(8), k) for k in range(4)]
+    conditions = np.vstack([[np.polynomial.polynomial.polyval(x, row) for row in powers] for x in (0.0, 1.0)])
+    places = np.linspace(0.0, 1.0, 801)
+
+    def start(free: Array) -> Array:
+        """An odd function has no value and half the jump at 0, an even one no slope."""
+        return np.array([0.0, free[0], -0.5, free[1]] if order == 2 else [free[0], 0.0, free[1], -0.5])
+
+    def measure(free: Array) -> float:
+        found = np.linalg.solve(conditions, np.append(start(free), np.zeros(4)))
+        third = np.polynomial.polynomial.polyder(found, 3)
+        return goal(*(float(np.abs(np.polynomial.polynomial.polyval(places, c)).max()) for c in (found, third)))
+
+    precise = {"xatol": 1e-10, "fatol": 1e-14, "maxiter": 8000}
+    tried = [
+        minimize(measure, factor * np.array(guess), method="Nelder-Mead", options=precise)
+        for factor in (0.5, 0.9, 1.0, 1.5)
+    ]
+    return start(min(tried, key=lambda one: float(one.fun)).x)
+
+
 def main() -> None:
-    """Print the table of shapes, with the time lost at each case."""
+    """Print the table of shapes, with the time lost at each case, and those of the functions for other jumps."""
     for rho, cases in ((13, narrow(50)), (18, narrow(50)), (26, narrow(100)), (36, WIDE), (48, WIDE), (62, WIDE)):
         numbers, lost = find_shape(cases, rho)
         print(f"    [{', '.join(f'{number:.6g}' for number in numbers)}],  # rho {rho}; ms lost:",
               ", ".join(f"{one:.1f}" for one in lost), flush=True)  # fmt: skip
+    for name, order, goal, guess in (
+        ("odd, least third derivative", 2, lambda peak, third: third, (0.09, 1.4)),
+        (
+            "odd, least third derivative times root of the peak",
+            2,
+            lambda peak, third: third * np.sqrt(peak),
+            (0.09, 1.4),
+        ),
+        (
+            "even, third derivative of 1/2, least peak",
+            3,
+            lambda peak, third: peak + max(third - 0.5, 0.0),
+            (-6e-4, 0.023),
+        ),
+    ):
+        print(f"{name}:", ", ".join(f"{one:.6g}" for one in find_jump_function(order, goal, guess)), flush=True)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.corner_shapes import KNEE
 
 from ..builders import MACHINE
 
@@ -81,3 +82,20 @@ def jumps(contour: Contour, points: np.ndarray, width: np.ndarray) -> np.ndarray
         values = poses_at(contour, s.ravel(), side).reshape(len(points), 8, 5)
         sides.append(np.einsum("kj,njc->nkc", taylor, values) * (sign ** np.arange(4))[:, None])
     return np.abs(sides[0] - sides[1])
+
+
+def ends_of_blends(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
+    """Where the derivatives may jump: s of corners and of the ends of corner blends, and the width to the next on each side."""
+    assert contour.corners is not None
+    s, reach = contour.corners.s, contour.corners.reach
+    wide = reach[1:-1] * (contour.corners.shape[1:-1] > 0)
+    ends = [
+        s[1:-1] + share * width for share, width in ((-1, reach[1:-1]), (1, reach[1:-1]), (-KNEE, wide), (KNEE, wide))
+    ]
+    every = np.sort(np.concatenate([s, *ends]))
+    every = every[np.append(True, np.diff(every) > 1e-9)]
+    width = np.minimum(np.diff(every)[:-1], np.diff(every)[1:])
+    stops = np.cumsum(contour.length)[:-1][np.diff(contour.section) > 0]
+    at = every[1:-1]
+    continuous = np.array([not np.isclose(stops, one, rtol=0, atol=1e-9).any() for one in at])
+    return at[continuous], width[continuous] * (1 - 1e-9)

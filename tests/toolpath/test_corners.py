@@ -8,13 +8,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verne_post.base.units import ROTARY_METRIC_MM
-from verne_post.model.contour import Contour
 from verne_post.toolpath import corners
 from verne_post.toolpath.contour_pose import contour_pose
-from verne_post.toolpath.corner_shapes import KNEE, OUTSIDE, PEAK, THIRD, shape_slope, shape_value
+from verne_post.toolpath.corner_shapes import (
+    EVEN_PEAK,
+    EVEN_THIRD,
+    KNEE,
+    ODD_PEAK,
+    ODD_THIRD,
+    OUTSIDE,
+    PEAK,
+    THIRD,
+    jump_slopes,
+    jump_values,
+    shape_slope,
+    shape_value,
+)
 from verne_post.toolpath.elements import NARROW_MM
 
-from .polylines import contour_of, flat, jumps, program_of, shares_of_tolerance
+from .polylines import contour_of, ends_of_blends, flat, jumps, program_of, shares_of_tolerance
 
 # --- the shape of a corner blend ------------------------------------------------------------------------------
 
@@ -60,6 +72,65 @@ def test_shapes_take_out_the_kink_and_are_smooth(shape: int) -> None:
     assert (lowest < 0) == (shape > 0)
     third = np.diff(value, 3) / (x[1] - x[0]) ** 3
     assert 0.8 * THIRD[shape] < max(np.abs(third).max(), abs(derivatives(0.0, 1.0)[3])) <= THIRD[shape] * 1.01
+
+
+@pytest.mark.parametrize("shape", [0, 1])
+def test_odd_and_even_functions_take_out_jumps_of_the_second_and_third_derivative(shape: int) -> None:
+    """By polynomials fitted on both sides, as above; peaks and third derivatives by differences on a grid."""
+    nodes = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7))
+    fit = np.linalg.inv(np.vander(nodes, increasing=True))[:4] * np.array([1.0, 1.0, 2.0, 6.0])[:, None]
+    shapes, x = np.full(8, shape), np.linspace(0.0, 1.0, 2001)
+    grid = jump_values(np.full(len(x), shape), x)
+    for which, (order, parity, peak, third) in enumerate(
+        ((2, -1, ODD_PEAK[shape], ODD_THIRD[shape]), (3, 1, EVEN_PEAK, EVEN_THIRD))
+    ):
+        right, left = (fit @ jump_values(shapes, side * nodes)[which] * side ** np.arange(4) for side in (1.0, -1.0))
+        wanted = np.zeros(4)
+        wanted[order] = -1.0
+        np.testing.assert_allclose(right - left, wanted, atol=1e-10)
+        end = fit @ jump_values(shapes, 1.0 - nodes)[which] * (-1.0) ** np.arange(4)
+        np.testing.assert_allclose(end, 0.0, atol=1e-10)
+        assert np.abs(jump_values(shapes, np.full(8, 1.3))[which]).max() < 1e-15
+        np.testing.assert_array_equal(jump_values(np.full(len(x), shape), -x)[which], parity * grid[which])
+        assert np.abs(grid[which]).max() == pytest.approx(peak, rel=1e-5)
+        assert np.abs(np.diff(grid[which], 3)).max() * 2000.0**3 == pytest.approx(third, rel=1e-2)
+        slope = (jump_values(np.full(99, shape), x[1:-1:20][:99] + 1e-5)[which]
+                 - jump_values(np.full(99, shape), x[1:-1:20][:99] - 1e-5)[which]) / 2e-5  # fmt: skip
+        np.testing.assert_allclose(jump_slopes(np.full(99, shape), x[1:-1:20][:99])[which], slope, atol=1e-8)
+
+
+def test_odd_and_even_functions_are_the_best_of_their_kind() -> None:
+    """No other polynomial of degree 7 in the neighbourhood has less of what each was chosen for."""
+    x = np.linspace(0.0, 1.0, 801)
+    rows = [np.polynomial.polynomial.polyder(np.eye(8), order) for order in range(4)]
+    conditions = np.vstack(
+        [[np.polynomial.polynomial.polyval(at, row) for row in rows] for at in (0.0, 1.0)]
+    )  # (8, 8): value and derivatives of the powers at both ends
+
+    def measure(at_0: list[float]) -> tuple[float, float]:
+        """Largest value and largest third derivative."""
+        found = np.linalg.solve(conditions, [*at_0, 0.0, 0.0, 0.0, 0.0])
+        third = np.polynomial.polynomial.polyder(found, 3)
+        return tuple(np.abs(np.polynomial.polynomial.polyval(x, c)).max() for c in (found, third))  # type: ignore[return-value]
+
+    def fitted(which: int, shape: int) -> np.ndarray:
+        nodes = 0.5 * (1.0 - np.cos(np.pi * np.arange(8) / 7))
+        found = np.linalg.solve(np.vander(nodes, increasing=True), jump_values(np.full(8, shape), nodes)[which])
+        return found[:4] * [1.0, 1.0, 2.0, 6.0]
+
+    goals = (
+        (0, 0, (1, 3), lambda peak, third: third),
+        (0, 1, (1, 3), lambda peak, third: third * np.sqrt(peak)),
+        (1, 0, (0, 2), lambda peak, third: peak + 10.0 * max(third - 0.5 - 1e-6, 0.0)),
+    )
+    for which, shape, free, goal in goals:
+        start = fitted(which, shape)
+        best = goal(*measure(start.tolist()))
+        for first in (-0.03, 0.0, 0.03):
+            for second in (-0.03, 0.0, 0.03):
+                other = start.copy()
+                other[list(free)] *= 1.0 + np.array([first, second])
+                assert goal(*measure(other.tolist())) >= best * (1 - 1e-5)
 
 
 def test_the_narrowest_shape_that_keeps_the_feed_is_taken_else_the_widest_with_room() -> None:
@@ -213,23 +284,6 @@ def duplicates(rng: np.random.Generator) -> np.ndarray:
 
 
 SHAPES = [random_walk, uneven, five_axis, rotary_only, turn_and_go, noisy_cam, spikes, zigzag, duplicates]
-
-
-def ends_of_blends(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
-    """Where the derivatives may jump: s of corners and of the ends of corner blends, and the width to the next on each side."""
-    assert contour.corners is not None
-    s, reach = contour.corners.s, contour.corners.reach
-    wide = reach[1:-1] * (contour.corners.shape[1:-1] > 0)
-    ends = [
-        s[1:-1] + share * width for share, width in ((-1, reach[1:-1]), (1, reach[1:-1]), (-KNEE, wide), (KNEE, wide))
-    ]
-    every = np.sort(np.concatenate([s, *ends]))
-    every = every[np.append(True, np.diff(every) > 1e-9)]
-    width = np.minimum(np.diff(every)[:-1], np.diff(every)[1:])
-    stops = np.cumsum(contour.length)[:-1][np.diff(contour.section) > 0]
-    at = every[1:-1]
-    continuous = np.array([not np.isclose(stops, one, rtol=0, atol=1e-9).any() for one in at])
-    return at[continuous], width[continuous] * (1 - 1e-9)
 
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])

@@ -1,15 +1,14 @@
 """The contour that the tool really follows: elements on the programmed segments.
 
 Made by toolpath, read by kinematics and trajectory. A *segment* is one programmed motion. An *element* is a part of a
-segment on which the contour is one smooth function, or the half of a curved corner blend that belongs to the segment; its
-parameter w goes from 0 to 1. A *section* is a sequence of elements between two standstills; along it the pose is three
+segment on which the contour is one smooth function; its parameter w goes from 0 to 1. A *section* is a sequence of elements between two standstills; along it the pose is three
 times continuously differentiable by the path parameter s.
 """
 
 from typing import Final
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -23,7 +22,7 @@ EVERY: Final = slice(None)
 
 
 class Corners(Struct, frozen=True):
-    """Corner blends between straight segments: see :mod:`verne_post.toolpath.corners`.
+    """Corner blends: see :mod:`verne_post.toolpath.corners`.
 
     Attributes
     ----------
@@ -32,12 +31,16 @@ class Corners(Struct, frozen=True):
     reach : ndarray, shape (n + 1,)
         Half width of the corner blend, mm; 0 where a corner is not blended.
     bend : ndarray, shape (n + 1, 5)
-        Change of the derivatives of tip and nominal angles by s.
+        Jump of the derivatives of tip and nominal angles by s.
     shape : ndarray of int, shape (n + 1,)
         Row of the table of shapes in :mod:`verne_post.toolpath.corner_shapes`.
     shift : int
         Segment i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with segments
         that no corner blend reaches.
+    curved : ndarray of int, shape (m,)
+        Corners beside arcs, splines and great circles, in order. Their blends reach over no other corner, and none over them.
+    jump : ndarray, shape (m, 2, 5)
+        Jumps of the second and third derivative by s at those.
     """
 
     s: Array
@@ -45,6 +48,8 @@ class Corners(Struct, frozen=True):
     bend: Array
     shape: NDArray[np.integer]
     shift: int = 0
+    curved: Ints = field(default_factory=lambda: np.empty(0, dtype=int))
+    jump: Array = field(default_factory=lambda: np.empty((0, 2, 5)))
 
 
 class Feeds(Struct, frozen=True):
@@ -76,10 +81,8 @@ class Contour(Struct, frozen=True):
         The segments that are followed: as programmed, or with vertices moved within their tolerance.
     segment : ndarray of int32, shape (n,)
         The segment that an element belongs to: its source line, feed and tool length.
-    curve : ndarray of int32, shape (n,)
-        Row of ``controls`` for half of a curved corner blend, -1 for a part of a segment.
     low, high : ndarray, shape (n,)
-        Where on its segment (u from 0 to 1), or on its curve, an element begins and ends.
+        Where on its segment (u from 0 to 1) an element begins and ends.
     length : ndarray, shape (n,)
         Length by s, mm (metric length; see docs/architecture.md).
     rotation : ndarray, shape (n,)
@@ -87,11 +90,9 @@ class Contour(Struct, frozen=True):
     section : ndarray of int32, shape (n,)
         The section that an element belongs to, 0, 1, ...
     corners : Corners or None
-        Corner blends between straight segments; None where there are none.
+        None where no corner is blended.
     blended : ndarray of bool, shape (n,)
-        A corner blend between straight segments reaches into the element.
-    controls : ndarray, shape (m, 8, 5)
-        Control points of curved corner blends, of degree 7: tip in the table frame (mm) and nominal angles (rad).
+        A corner blend reaches into the element.
     tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)
         How far the contour may be from each programmed segment, mm and rad; 0 where it follows it exactly.
     dwell_section : ndarray of int32, shape (d,)
@@ -103,7 +104,6 @@ class Contour(Struct, frozen=True):
     path: ToolPath
     shape: ToolPath
     segment: Ints
-    curve: Ints
     low: Array
     high: Array
     length: Array
@@ -112,7 +112,6 @@ class Contour(Struct, frozen=True):
     corners: Corners | None
     blended: Mask
     feeds: Feeds
-    controls: Array
     tip_tolerance: Array
     axis_tolerance: Array
     dwell_section: Ints
@@ -148,7 +147,7 @@ class Contour(Struct, frozen=True):
         """Some elements, in order, as a contour of their own without dwells; each section keeps its elements together."""
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(
-            self, segment=self.segment[elements], curve=self.curve[elements], low=self.low[elements], high=self.high[elements],
+            self, segment=self.segment[elements], low=self.low[elements], high=self.high[elements],
             length=self.length[elements], rotation=self.rotation[elements], section=section.astype(np.int32), blended=self.blended[elements],
             dwell_section=self.dwell_section[:0],
         )  # fmt: skip
@@ -159,20 +158,17 @@ class Contour(Struct, frozen=True):
         continuous = np.zeros(self.n_sections, dtype=bool)
         for first, last in blocks(len(self)):
             block = slice(first, last)
-            changes = self.blended[block] | (self.curve[block] >= 0) | (self.path.spline[self.segment[block]] >= 0)
+            changes = self.blended[block] | (self.path.spline[self.segment[block]] >= 0)
             continuous[self.section[block][changes]] = True
         return continuous
 
     @property
     def n_blended(self) -> int:
         """Number of blended corners."""
-        straight, curved = 0, np.zeros(len(self.controls), dtype=bool)
+        blended = 0
         if self.corners is not None:
             for first, last in blocks(len(self.path) - 1):
                 programmed = self.path.move[first : last + 1] >= 0
                 corner = np.flatnonzero(programmed[1:] & programmed[:-1]) + first + 1 + self.corners.shift
-                straight += int((self.corners.reach[corner] > 0).sum())
-        for first, last in blocks(len(self)):
-            curve = self.curve[first:last]
-            curved[curve[curve >= 0]] = True
-        return straight + int(curved.sum())
+                blended += int((self.corners.reach[corner] > 0).sum())
+        return blended

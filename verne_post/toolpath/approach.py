@@ -28,7 +28,7 @@ Place = str | tuple[float, ...]
 #: An approach to the middle of a program feeds over this last part of its plunge, mm: material may stand there.
 CAREFUL_MM: Final = 10.0
 #: Columns of a contour for each element that are taken over as they are when contours are joined.
-_COLUMNS: Final = ("curve", "low", "high", "length", "rotation", "blended")
+_COLUMNS: Final = ("low", "high", "length", "rotation", "blended")
 
 
 def joints_at_place(machine: Machine, place: Place, option: str) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
+from verne_post.base.columns import GrowingTable, blocks, running_sums
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath, sections_at
@@ -22,7 +22,7 @@ __all__ = ["Smoothing", "make_exact_contour", "smooth_contour"]
 
 #: Columns of a contour for every element and every segment, as they are made block by block.
 _ELEMENTS: Final = {
-    "segment": (np.int32,), "curve": (np.int32,), "low": (float,), "high": (float,), "length": (float,), "rotation": (float,),
+    "segment": (np.int32,), "low": (float,), "high": (float,), "length": (float,), "rotation": (float,),
     "section": (np.int32,), "blended": (bool,),
 }  # fmt: skip
 _SEGMENTS: Final = {
@@ -35,10 +35,8 @@ class _ContourTable:
 
     def __init__(self) -> None:
         self._elements, self._segments = GrowingTable(**_ELEMENTS), GrowingTable(**_SEGMENTS)
-        self._corners, self._controls = (
-            GrowingTable(reach=(float,), bend=(float, 5), shape=(np.int8,)),
-            Growing(float, 8, 5),
-        )
+        self._corners = GrowingTable(reach=(float,), bend=(float, 5), shape=(np.int8,))
+        self._curved = GrowingTable(curved=(np.int64,), jump=(float, 2, 5))
         self._section = -1  # of the last segment so far
         self._blended = False
 
@@ -51,16 +49,12 @@ class _ContourTable:
         """Add segments from number ``first`` on, as they have been rounded; the ``last`` ones with the corner at their end."""
         n = len(block.tip_tolerance)
         section = np.cumsum(block.stops[:n]) + self._section
-        segment, curve = block.elements["segment"], block.elements["curve"]
-        numbered = {
-            "segment": segment + first,
-            "curve": np.where(curve < 0, -1, curve + self._controls.count),
-            "section": section[segment],
-        }
+        segment = block.elements["segment"]
+        numbered = {"segment": segment + first, "section": section[segment]}
         self.extend(block.elements | numbered, feeds, block.tip_tolerance, block.axis_tolerance)
         corner = slice(n + last)
         self._corners.extend(reach=block.reach[corner], bend=block.bend[corner], shape=block.shape[corner])
-        self._controls.extend(block.controls)
+        self._curved.extend(curved=block.curved + first, jump=block.jump)
         self._section = int(section[-1])
         self._blended |= bool(block.elements["blended"].any())
 
@@ -68,9 +62,9 @@ class _ContourTable:
         """The contour of a path, that follows ``shape``, with corners at ``s``; nothing can be added any more."""
         of_segment = self._segments.columns()
         feeds = Feeds(*(of_segment.pop(name) for name in ("rate", "by_tip", "cap")))
-        corners = Corners(s, **self._corners.columns()) if self._blended else None
+        corners = Corners(s, **self._corners.columns(), **self._curved.columns()) if self._blended else None
         return Contour(
-            path=path, shape=shape, corners=corners, controls=self._controls.column(), feeds=feeds,
+            path=path, shape=shape, corners=corners, feeds=feeds,
             dwell_section=path.dwell_section, **of_segment, **self._elements.columns(),
         )  # fmt: skip
 
@@ -81,7 +75,7 @@ def make_exact_contour(path: ToolPath) -> Contour:
     for begin, end in blocks(len(path)):
         part, zero = path.part(begin, end), np.zeros(end - begin)
         elements = {
-            "segment": np.arange(begin, end), "curve": zero - 1, "low": zero, "high": zero + 1, "length": part.length,
+            "segment": np.arange(begin, end), "low": zero, "high": zero + 1, "length": part.length,
             "rotation": measure_rotation(part), "section": part.section, "blended": zero,
         }  # fmt: skip
         table.extend(elements, find_feeds(part), zero, zero)

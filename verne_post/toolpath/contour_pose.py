@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_sum
 from verne_post.model.contour import Contour
 from verne_post.toolpath.corners import displacement, displacement_slope
-from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinates
+from verne_post.toolpath.evaluate import coordinate_slope, coordinates
 
 
 def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
@@ -23,15 +23,11 @@ def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Arra
         corner = on + contour.corners.shift
         s = contour.corners.s.take(corner) + at[rows] * contour.shape.length.take(on)
         pose[rows] += displacement(contour.corners, corner, s)
-    if len(contour.controls):
-        curve = contour.curve.take(element)
-        curved = np.flatnonzero(curve >= 0)
-        pose[curved] = bernstein(contour.controls[curve[curved]], at[curved])
     return pose[:, :3], pose[:, 3:]
 
 
 def _find_parameter(contour: Contour, element: Ints, w: Array) -> Array:
-    """Parameter (n,) of the segment or curve at parameter w (n,) of elements (n,)."""
+    """Parameter (n,) of the segment at parameter w (n,) of elements (n,)."""
     low = contour.low.take(element)
     return np.asarray(low + w * (contour.high.take(element) - low))
 
@@ -45,37 +41,36 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     """Feed cap: the largest ds/dt (n,) that the programmed feed rate allows, mm/s; infinite for rapids.
 
     On a segment the tip moves evenly with s. In a corner blend it moves slower than s; by how much follows from the
-    derivative of the contour. For segments whose tip stands still the table angles count.
+    derivative of the contour. For segments whose tip stands still the table angles count, on great circles the tool axis.
     """
     feeds, shape = contour.feeds, contour.shape
     segment = contour.segment.take(element)
     cap = feeds.cap.take(segment)
     rate = feeds.rate.take(segment)
-    uneven = (contour.blended.take(element) | (contour.curve.take(element) >= 0)) & np.isfinite(rate)
+    uneven = contour.blended.take(element) & np.isfinite(rate)
     if not uneven.any():
         return cap
     rows = _select(uneven)
     uneven_element, on = element[rows], segment[rows]
     at = _find_parameter(contour, uneven_element, w[rows])
     length = shape.length.take(on)
-    slope = shape.end.take(on, axis=0)
-    slope -= shape.start.take(on, axis=0)
+    slope = coordinate_slope(shape, on, at)
     slope /= length[:, None]
     if contour.corners is not None:
         corner = on + contour.corners.shift
         s = contour.corners.s.take(corner, mode="clip") + at * length
         slope += displacement_slope(contour.corners, corner, s)
-    if len(contour.controls):
-        curve = contour.curve.take(uneven_element)
-        curved = np.flatnonzero(curve >= 0)
-        half = uneven_element[curved]
-        slope[curved] = bernstein_slope(contour.controls[curve[curved]], at[curved])
-        slope[curved] *= ((contour.high[half] - contour.low[half]) / contour.length[half])[:, None]
     slope *= slope
     square = row_sum(slope[:, :3])
     by_tip = feeds.by_tip.take(on)
     if not by_tip.all():
         square = np.where(by_tip, square, row_sum(slope[:, 3:]))
+        swings = np.flatnonzero(~by_tip & (shape.circle.take(on) >= 0))
+        tilt = contour_pose(contour, uneven_element[swings], w[rows][swings])[1][:, 0]
+        # what the axis turns by s where nothing is blended
+        even = shape.circles.angle[shape.circle[on[swings]]] / length[swings]
+        turned = (slope[swings, 3] + np.sin(tilt) ** 2 * slope[swings, 4]) / even**2
+        square[swings] = turned * (rate[rows][swings] / cap[rows][swings]) ** 2
     with np.errstate(divide="ignore"):
         cap[rows] = rate[rows] / np.sqrt(square)
     return cap

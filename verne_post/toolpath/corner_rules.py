@@ -9,8 +9,8 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Moves, PathMode
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.blend import find_tangents
 from verne_post.toolpath.corners import REVERSAL
+from verne_post.toolpath.curved_corners import find_tangents
 
 #: Largest third derivative by time (n,), mm/s3 if a direction is a unit vector, that the joints allow poses (n, 5) to have along
 #: directions (n, 5) with tool lengths (n,); not a number where a pose is out of reach.
@@ -54,7 +54,7 @@ class CornerRules(Struct, frozen=True):
     straight : ndarray of bool
         Both segments are straight: a corner is blended as in :mod:`verne_post.toolpath.corners`.
     curved : ndarray of bool
-        A curve is to be put there, as in :mod:`verne_post.toolpath.blend`.
+        It may be blended as in :mod:`verne_post.toolpath.curved_corners`.
     tip_tolerance, axis_tolerance : ndarray
         mm and rad.
     """

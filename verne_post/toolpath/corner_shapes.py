@@ -14,6 +14,7 @@ whose blends overlap, the others on single corners of 30 to 120 degrees.
 from typing import Final
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
 from verne_post.base.arrays import Array, Ints
 
@@ -43,28 +44,37 @@ def _averaged(x: float) -> list[float]:
     ]
 
 
+def _rows(x: float) -> Array:
+    """Value and first three derivatives (4, 8) of the first eight powers at x."""
+    powers = np.arange(8)
+    return np.array([
+        np.prod([powers - k for k in range(order)], axis=0, initial=1.0)
+        * np.where(powers >= order, x ** np.maximum(powers - order, 0.0), 0.0)
+        for order in range(4)
+    ])  # fmt: skip
+
+
+def _join(begin: float, end: float, values: list[float]) -> Array:
+    """Coefficients (8,) by powers of x, lowest first, with these values and first three derivatives at both ends."""
+    return np.asarray(np.linalg.solve(np.vstack([_rows(begin), _rows(end)]), values))
+
+
 def _polynomials() -> Array:
     """Coefficients (shapes, 2, 8) of both polynomials of each half, by powers of x, lowest first."""
-
-    def rows(x: float) -> Array:
-        """Value and first three derivatives of the powers at x."""
-        powers = np.arange(8)
-        return np.array([
-            np.prod([powers - k for k in range(order)], axis=0, initial=1.0)
-            * np.where(powers >= order, x ** np.maximum(powers - order, 0.0), 0.0)
-            for order in range(4)
-        ])  # fmt: skip
-
     found = np.empty((len(_SHAPES), 2, 8))
     for number, (top, curvature, *at_knee) in enumerate(_SHAPES):
         knee = at_knee if number else _averaged(KNEE)
-        found[number, 0] = np.linalg.solve(np.vstack([rows(0.0), rows(KNEE)]), [top, -0.5, curvature, 0.0, *knee])
-        found[number, 1] = np.linalg.solve(np.vstack([rows(KNEE), rows(1.0)]), [*knee, 0.0, 0.0, 0.0, 0.0])
+        found[number, 0] = _join(0.0, KNEE, [top, -0.5, curvature, 0.0, *knee])
+        found[number, 1] = _join(KNEE, 1.0, [*knee, 0.0, 0.0, 0.0, 0.0])
     return found
 
 
 _VALUE: Final = np.ascontiguousarray(_polynomials().reshape(-1, 8).T)
 _SLOPE: Final = _VALUE[1:] * np.arange(1, 8)[:, None]
+
+#: First and third derivative at 0 of the odd functions of shape 0 and of the others; value and second derivative of the even one.
+_ODD: Final = ((0.0940326, 1.088771), (0.0415232, 1.980166))
+_EVEN: Final = (-6.24067e-5, 0.0267439)
 
 
 def shape_value(shape: Ints, x: Array) -> Array:
@@ -106,8 +116,31 @@ def _put_wide(result: Array, coefficients: Array, shape: Ints, y: Array) -> Arra
     return result
 
 
+#: Shapes from this one on are for corners that the tool brakes for.
+BRAKING: Final = 4
 #: How many shapes there are.
 SHAPES: Final = len(_SHAPES)
+
+_ODD_VALUE: Final = np.array([
+    _join(0.0, 1.0, [0.0, slope, -0.5, third, 0.0, 0.0, 0.0, 0.0]) for slope, third in (_ODD[0], *[_ODD[1]] * (SHAPES - 1))
+]).T  # fmt: skip
+_EVEN_VALUE: Final = _join(0.0, 1.0, [_EVEN[0], 0.0, _EVEN[1], -0.5, 0.0, 0.0, 0.0, 0.0])
+
+
+def jump_values(shape: Ints, x: Array) -> tuple[Array, Array]:
+    """The odd and even function (n,), which take out jumps of the second and third derivative, of shapes (n,) at x (n,)."""
+    y = np.minimum(np.abs(x), 1.0)
+    odd = polyval(y, _ODD_VALUE[:, shape], tensor=False) * np.sign(x)
+    return np.asarray(odd, dtype=float), np.asarray(polyval(y, _EVEN_VALUE), dtype=float)
+
+
+def jump_slopes(shape: Ints, x: Array) -> tuple[Array, Array]:
+    """Derivatives by x of :func:`jump_values`."""
+    y = np.minimum(np.abs(x), 1.0)
+    odd, even = polyval(y, polyder(_ODD_VALUE)[:, shape], tensor=False), polyval(y, polyder(_EVEN_VALUE))
+    return np.asarray(odd, dtype=float), np.asarray(even * np.sign(x), dtype=float)
+
+
 _EVERYWHERE: Final = np.linspace(0.0, 1.0, 1001)
 _ON_GRID: Final = np.array([shape_value(np.full(1001, shape), _EVERYWHERE) for shape in range(len(_SHAPES))])
 #: Largest abs(G) of each shape: how far the path is displaced, over abs(bend) reach. G(0), but for the decimals of the table.
@@ -117,8 +150,13 @@ OUTSIDE: Final = np.where(_ON_GRID.min(axis=1) < 0, _EVERYWHERE[_ON_GRID.argmin(
 #: Largest abs of the third derivative of each shape, which at constant speed sets the jerk.
 THIRD: Final = np.array([
     max(
-        np.abs(np.polynomial.polynomial.polyval(x, np.polynomial.polynomial.polyder(_VALUE[:, 2 * shape + piece], 3))).max()
+        np.abs(polyval(x, polyder(_VALUE[:, 2 * shape + piece], 3))).max()
         for piece, x in enumerate((np.linspace(0.0, KNEE, 101), np.linspace(KNEE, 1.0, 301)))
     )
     for shape in range(len(_SHAPES))
 ])  # fmt: skip
+#: The same two of the odd functions (SHAPES,), and of the even one.
+ODD_PEAK: Final = np.abs(polyval(_EVERYWHERE, _ODD_VALUE)).max(axis=1)
+ODD_THIRD: Final = np.abs(polyval(_EVERYWHERE, polyder(_ODD_VALUE, 3))).max(axis=1)
+EVEN_PEAK: Final = float(np.abs(polyval(_EVERYWHERE, _EVEN_VALUE)).max())
+EVEN_THIRD: Final = 0.5

@@ -26,7 +26,17 @@ from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners
-from verne_post.toolpath.corner_shapes import KNEE, OUTSIDE, PEAK, SHAPES, THIRD, shape_slope, shape_value
+from verne_post.toolpath.corner_shapes import (
+    KNEE,
+    OUTSIDE,
+    PEAK,
+    SHAPES,
+    THIRD,
+    jump_slopes,
+    jump_values,
+    shape_slope,
+    shape_value,
+)
 
 #: A corner blend reaches over at most so many segments on each side; evaluation looks at twice as many corners.
 SEGMENTS: Final = 2
@@ -290,6 +300,9 @@ def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
         bend = corners.bend.take(corner, axis=0, mode="clip")
         bend *= (width * shape_value(corners.shape.take(corner, mode="clip"), x))[:, None]
         total += bend
+    for points, jump, shape, width, x in _find_curved(corners, segment, at):
+        odd, even = jump_values(shape, x)
+        total[points] += (width**2 * odd)[:, None] * jump[:, 0] + (width**3 * even)[:, None] * jump[:, 1]
     return total
 
 
@@ -300,6 +313,9 @@ def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
         bend = corners.bend.take(corner, axis=0, mode="clip")
         bend *= shape_slope(corners.shape.take(corner, mode="clip"), x)[:, None]
         total += bend
+    for points, jump, shape, width, x in _find_curved(corners, segment, at):
+        odd, even = jump_slopes(shape, x)
+        total[points] += (width * odd)[:, None] * jump[:, 0] + (width**2 * even)[:, None] * jump[:, 1]
     return total
 
 
@@ -312,6 +328,22 @@ def _find_near(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Int
         corner = segment + shift
         width = np.maximum(corners.reach.take(corner, mode="clip"), NO_REACH_MM)
         yield corner, width, (at - corners.s.take(corner, mode="clip")) / width
+
+
+def _find_curved(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Ints, Array, Array]]:
+    """Points beside curved corners, which no other blend reaches over: places among (m,), jumps, shapes, reaches, and x."""
+    if not len(corners.curved) or not len(segment):
+        return
+    some = slice(*np.searchsorted(corners.curved, [segment.min(), segment.max() + 2]))
+    curved, jumps = corners.curved[some], corners.jump[some]
+    if not len(curved):
+        return
+    for corner in (segment, segment + 1):
+        place = np.minimum(np.searchsorted(curved, corner), len(curved) - 1)
+        points = np.flatnonzero(curved[place] == corner)
+        corner = corner[points]
+        width = np.maximum(corners.reach[corner], NO_REACH_MM)
+        yield points, jumps[place[points]], corners.shape[corner], width, (at[points] - corners.s[corner]) / width
 
 
 def find_blended(corners: Corners, segment: Ints, low: Array, high: Array) -> Mask:

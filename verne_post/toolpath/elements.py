@@ -1,16 +1,15 @@
-"""Elements: parts of segments, and halves of corner blends, on which the contour is one smooth function."""
+"""Elements: parts of segments on which the contour is one smooth function."""
 
 from typing import Any, Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import USED_UP_SHARE, ZERO_LENGTH_MM
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners, Feeds
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.blend import STRETCH
 from verne_post.toolpath.corners import find_breakpoints
 
 #: An element shorter than this share of the corner blends that bound it is given to its neighbour: only there does the
@@ -20,53 +19,34 @@ MIN_SHARE: Final = 1e-3
 NARROW_MM: Final = 0.01
 
 
-def split_into_elements(path: ToolPath, corners: Corners, corner: Ints, d: Array) -> dict[str, Any]:
-    """Split segments (n,) at the breakpoints of corner blends, and give each curve by halves to its two segments.
+def split_into_elements(path: ToolPath, corners: Corners) -> dict[str, Any]:
+    """Split segments (n,) at the breakpoints of their corner blends.
 
-    Parameters
-    ----------
-    corners : Corners
-        Of the same segments.
-    corner, d : ndarray, shape (m,)
-        The segments that end at a curve, and the metric length that each curve takes from both segments, mm.
-
-    Returns
-    -------
-    dict
-        Columns ``segment``, ``curve``, ``low``, ``high`` and ``length`` of a Contour, in order.
+    Returns columns ``segment``, ``low``, ``high`` and ``length`` of a Contour, in order.
     """
     n = len(path)
-    at_start, at_end = np.zeros(n), np.zeros(n)
-    at_end[corner] = d / path.length[corner]
-    at_start[corner + 1] = d / path.length[corner + 1]
     inner, at, width = find_breakpoints(corners)
     u = (at - corners.s[inner]) / path.length[inner]
     least = MIN_SHARE * np.where(width < NARROW_MM, 1.0, width / path.length[inner])
-    inside = (u > at_start[inner] + least) & (u < 1.0 - at_end[inner] - least)
+    inside = (u > least) & (u < 1.0 - least)
     inner, u, least = inner[inside], u[inside], least[inside]
     # begin of every element: the start of its segment, then the breakpoints; one that is too short joins the one before
     segment = np.concatenate([np.arange(n), inner])
-    low, least = np.concatenate([at_start, u]), np.concatenate([np.zeros(n), least])
+    low, least = np.concatenate([np.zeros(n), u]), np.concatenate([np.zeros(n), least])
     order = np.lexsort((low, segment))
     segment, low, least = segment[order], low[order], least[order]
     near = np.append(False, (segment[1:] == segment[:-1]) & (np.diff(low) < np.minimum(least[1:], least[:-1])))
     segment, low = segment[~near], low[~near]
     last = np.append(segment[1:] != segment[:-1], True)
-    high = np.where(last, 1.0 - at_end[segment], np.append(low[1:], 1.0))
+    high = np.where(last, 1.0, np.append(low[1:], 1.0))
     kept = high - low > USED_UP_SHARE
     segment, low, high = segment[kept], low[kept], high[kept]
-
-    m, curve, half = len(corner), np.arange(len(corner)), 0.5 * STRETCH * d
-    columns = {
-        "segment": np.concatenate([segment, corner + 1, corner]).astype(np.int32),
-        "curve": np.concatenate([np.full(len(segment), -1), curve, curve]).astype(np.int32),
-        "low": np.concatenate([low, np.full(m, 0.5), np.zeros(m)]),
-        "high": np.concatenate([high, np.ones(m), np.full(m, 0.5)]),
-        "length": np.concatenate([(high - low) * path.length[segment], half, half]),
+    return {
+        "segment": segment.astype(np.int32),
+        "low": low,
+        "high": high,
+        "length": (high - low) * path.length[segment],
     }
-    place = np.concatenate([low, np.full(m, -1.0), np.full(m, 2.0)])
-    order = np.lexsort((place, columns["segment"]))
-    return {name: column[order] for name, column in columns.items()}
 
 
 def measure_rotation(path: ToolPath) -> Array:

@@ -1,4 +1,4 @@
-"""Poses along segments and curves of degree 7, evaluated exactly."""
+"""Poses along segments, evaluated exactly."""
 
 from typing import Final
 
@@ -46,6 +46,16 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
         swung = np.flatnonzero(path.circle[segment] >= 0)
         poses[swung, 3:] = circle_angles(path, segment[swung], u[swung])
     return poses
+
+
+def coordinate_slope(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """Derivative (n, 5) of :func:`coordinates` by u."""
+    slope = path.end.take(segment, axis=0)
+    slope -= path.start.take(segment, axis=0)
+    if len(path.arcs.sweep) or len(path.splines) or len(path.circles.angle):
+        curved = np.flatnonzero((path.kind[segment] != SegmentKind.LINE) | (path.circle[segment] >= 0))
+        slope[curved] = pose_derivatives(path, segment[curved], u[curved])[0]
+    return slope
 
 
 def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
@@ -117,26 +127,3 @@ def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Arra
         -radius * w**2 * radial + 2 * grow * w * tangent,
         -radius * w**3 * tangent - 3 * grow * w**2 * radial,
     )
-
-
-#: Binomial coefficients of the degrees 6 and 7.
-_BINOMIALS: Final = {
-    6: np.array([1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0]),
-    7: np.array([1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0]),
-}
-
-
-def bernstein(controls: Array, v: Array) -> Array:
-    """Points (n, k) at parameters v (n,) of curves with control points (n, 8, k)."""
-    return np.einsum("nc,nck->nk", _weights(v, 7), controls)
-
-
-def bernstein_slope(controls: Array, v: Array) -> Array:
-    """Derivatives by v of :func:`bernstein`, (n, k)."""
-    return np.einsum("nc,nck->nk", 7 * _weights(v, 6), np.diff(controls, axis=1))
-
-
-def _weights(v: Array, degree: int) -> Array:
-    """Bernstein polynomials (n, degree + 1) at parameters v (n,)."""
-    powers = np.arange(degree + 1)
-    return np.asarray(_BINOMIALS[degree] * v[:, None] ** powers * (1.0 - v[:, None]) ** (degree - powers))

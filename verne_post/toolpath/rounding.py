@@ -11,9 +11,9 @@ from verne_post.base.rows import row_norm
 from verne_post.model.contour import Corners
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath import corners as blends
-from verne_post.toolpath.blend import find_curves
 from verne_post.toolpath.compensation import chain_reach
 from verne_post.toolpath.corner_rules import CornerRules, Smoothing
+from verne_post.toolpath.curved_corners import blend_curved_corners
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 
 
@@ -23,15 +23,13 @@ class RoundedSegments(Struct, frozen=True):
     Attributes
     ----------
     elements : dict
-        Columns of the elements of a Contour by name, but for the sections; segments and curves are counted from 0.
+        Columns of the elements of a Contour by name, but for the sections; segments are counted from 0.
     reach, bend, shape : ndarray, shape (n + 1,), (n + 1, 5) and (n + 1,)
         As in :class:`~verne_post.model.contour.Corners`.
     stops : ndarray of bool, shape (n + 1,)
         The motion stops at the corner.
-    corner : ndarray of int, shape (m,)
-        The segment that begins at each curve.
-    controls : ndarray, shape (m, 8, 5)
-        Control points of the curves.
+    curved, jump : ndarray, shape (m,) and (m, 2, 5)
+        As there; corners are counted from 0.
     tip_tolerance, axis_tolerance : ndarray, shape (n,)
         How far the contour may be from each segment, mm and rad.
     """
@@ -41,8 +39,8 @@ class RoundedSegments(Struct, frozen=True):
     bend: Array
     shape: Ints
     stops: Mask
-    corner: Ints
-    controls: Array
+    curved: Ints
+    jump: Array
     tip_tolerance: Array
     axis_tolerance: Array
 
@@ -50,13 +48,12 @@ class RoundedSegments(Struct, frozen=True):
         """Segments ``first`` to ``last`` (excluded), counted from 0."""
         mine = slice(*np.searchsorted(self.elements["segment"], [first, last]))
         elements = {name: column[mine] for name, column in self.elements.items()}
-        begin, end = np.searchsorted(self.corner, [first, last])
-        curve = np.where(elements["curve"] < 0, -1, elements["curve"] - begin)
+        curved = slice(*np.searchsorted(self.curved, [first, last]))
         corners = slice(first, last + 1)
         return replace(
-            self, elements=elements | {"segment": elements["segment"] - first, "curve": curve},
+            self, elements=elements | {"segment": elements["segment"] - first},
             reach=self.reach[corners], bend=self.bend[corners], shape=self.shape[corners], stops=self.stops[corners],
-            corner=self.corner[begin:end] - first, controls=self.controls[begin:end],
+            curved=self.curved[curved] - first, jump=self.jump[curved],
             tip_tolerance=self.tip_tolerance[first:last], axis_tolerance=self.axis_tolerance[first:last],
         )  # fmt: skip
 
@@ -90,10 +87,11 @@ def round_corners(
     bend[~rules.straight] = 0.0
     blended = rules.allowed & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
     share = np.where(blended, blends.find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
+    feed = blends.smaller_beside(find_feeds(path).cap)
     kind = blends.choose_shapes(
         share,
         blends.smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if smoothing.overlap else blends.ROOM_ALONE),
-        blends.smaller_beside(find_feeds(path).cap),
+        feed,
         lambda corner: smoothing.jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
         smoothing.cycle,
     )
@@ -109,28 +107,28 @@ def round_corners(
         bounds = rules.tip_tolerance, rules.axis_tolerance
         reach = blends.narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, *bounds)
     reach = np.where(blended, reach, 0.0)
-    corners = Corners(s, reach, bend, kind)
+    curved = np.flatnonzero(rules.curved)
     # corner blends that reach over a corner leave less to the curve after it
-    most = np.minimum(most, blends.measure_gaps(reach, s)[rules.curved])
-
-    corner = np.flatnonzero(rules.curved) - 1
-    d, controls = find_curves(path, corner, most, tip_left[corner + 1], axis_left[corner + 1])
-    possible = d > 0
-    corner, d, controls = corner[possible], d[possible], controls[possible]
+    most = np.minimum(most, blends.measure_gaps(reach, s)[curved])
+    reach[curved], kind[curved], jump = blend_curved_corners(
+        path, curved, most, (tip_left[curved], axis_left[curved]), feed[curved],
+        lambda corner, along: smoothing.jerk_limit(path.start[corner], along, path.tool_length[corner - 1]),
+        smoothing.cycle,
+    )  # fmt: skip
+    bend[curved] = jump[:, 0]
+    corners = Corners(s, reach, bend, kind, curved=curved, jump=jump[:, 1:])
     stops = ~rules.smooth & (reach <= 0)
-    stops[corner + 1] = False
     used = ~stops & ~rules.smooth
     used |= shift.any(axis=1)  # also where a corner has become a stop
     whole = rules.axis_tolerance.copy()
     whole[1:-1] += np.maximum(off[1:], off[:-1])
     tip, axis = (_spread_to_segments(np.where(used, bound, 0.0), reach, s) for bound in (rules.tip_tolerance, whole))
-    elements = split_into_elements(path, corners, corner, d)
-    segment, on_segment = elements["segment"], elements["curve"] < 0
-    share = np.where(on_segment, elements["high"] - elements["low"], 0.5)
-    elements["rotation"] = measure_rotation(path)[segment] * share
+    elements = split_into_elements(path, corners)
+    segment = elements["segment"]
+    elements["rotation"] = measure_rotation(path)[segment] * (elements["high"] - elements["low"])
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
-    elements["blended"] = on_segment & blends.find_blended(corners, segment, begin, end)
-    return RoundedSegments(elements, reach, bend, kind, stops, corner + 1, controls, tip, np.maximum(axis, off))
+    elements["blended"] = blends.find_blended(corners, segment, begin, end)
+    return RoundedSegments(elements, reach, bend, kind, stops, curved, jump[:, 1:], tip, np.maximum(axis, off))
 
 
 def _spread_to_segments(bound: Array, reach: Array, s: Array) -> Array:

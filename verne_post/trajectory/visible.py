@@ -74,7 +74,9 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     size = np.stack([row_norm(np.diff(tip, axis=0)), row_norm(np.diff(angles, axis=0))])
     bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length
-    even = (contour.curve[element] < 0) & (contour.shape.circle[contour.segment[element]] < 0)
+    shape, segment = contour.shape, contour.segment[element]
+    curved = (shape.arc[segment] >= 0) | (shape.spline[segment] >= 0)
+    even = (shape.circle[segment] < 0) & ~(contour.blended[element] & curved)
     most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (ROTARY_METRIC_MM * size[1]) ** 2, 0.0))
     # within this of both bounds, the root of the sum of their squares is within 1
     surely = even[1:] & even[:-1] & (most < np.sqrt(0.5) * np.minimum(bound[0], ROTARY_METRIC_MM * bound[1]))

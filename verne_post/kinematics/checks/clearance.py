@@ -117,7 +117,7 @@ def _find_straight(joints: JointPath) -> Mask:
         & (path.circle < 0)
         & (np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1) == 0)
     )
-    return np.asarray(even[contour.segment] & ~contour.blended & (contour.curve < 0))
+    return np.asarray(even[contour.segment] & ~contour.blended)
 
 
 def _bound_convex(margins: Array, below: Array) -> Array:

@@ -1,0 +1,216 @@
+"""Corners beside arcs, splines and great circles: their jumps, and the shape and reach of each blend.
+
+At such a corner the pose, as a function of metric length, jumps in its first three derivatives. The displacement
+
+    J1 reach G(x) + J2 reach^2 G2(x) + J3 reach^3 G3(x),   x = (s - s of the corner) / reach,
+
+takes all three out; the functions are those of :mod:`verne_post.toolpath.corner_shapes`. Between straight segments J2 and J3 are 0.
+Here a reach is in no proportion to the tolerance: that of every shape is sought, then the shape by the speed that the jerk limits
+allow, and what it really leaves of the tolerance is measured along the segments.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.rows import row_norm, row_sum
+from verne_post.base.units import ROTARY_METRIC_MM
+from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.corner_shapes import (
+    BRAKING,
+    EVEN_PEAK,
+    EVEN_THIRD,
+    ODD_PEAK,
+    ODD_THIRD,
+    PEAK,
+    SHAPES,
+    THIRD,
+    jump_values,
+    shape_value,
+)
+from verne_post.toolpath.corners import LEAST_CYCLES, METRIC, USED_SHARE, find_share_used
+from verne_post.toolpath.evaluate import coordinates, pose_derivatives
+
+#: Where blends are measured, on each side: while a reach is sought, and at last.
+_COARSE: Final = np.linspace(0.0, 0.875, 8)
+_FINE: Final = np.linspace(0.0, 1.0, 33)[:-1]
+#: Steps towards the reach of a shape. One halves what is missing of the logarithm at least, and the first guess is three times
+#: the reach at most.
+STEPS: Final = 5
+#: Of the feed rate. Measured on 240 random programs: at 0.3 they take 0.13 % less time than without, at 0.5 and more 0.1 %.
+BRAKED: Final = 0.3
+#: A blend that leaves the tolerance is shortened by no more than this at a time, and so often.
+SHORTENING: Final = 0.5
+SHORTENINGS: Final = 24
+#: Corners that are worked on at a time: enough that calls cost little, few enough that memory stays small.
+AT_A_TIME: Final = 256
+#: Gauss-Newton steps to the nearest pose of a segment.
+NEAREST: Final = 4
+
+#: As of :func:`verne_post.toolpath.corners.choose_shapes`, along directions (m, 5) at corners (m,).
+JerkLimitAt = Callable[[Ints, Array], Array]
+
+
+def find_tangents(path: ToolPath, segment: Ints, u: float) -> Array:
+    """Unit tangents (m, 5) by metric length at parameter u of segments."""
+    slope = pose_derivatives(path, segment, np.full(len(segment), u))[0] / path.length[segment, None]
+    slope[:, 3:] *= ROTARY_METRIC_MM
+    return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+
+
+def find_derivatives(path: ToolPath, segment: Ints, u: float) -> Array:
+    """First three derivatives (m, 3, 5) of tip and nominal angles by s, at parameter u of segments (m,)."""
+    by_u = np.stack(pose_derivatives(path, segment, np.full(len(segment), u)), axis=1)
+    return np.asarray(by_u / path.length[segment, None, None] ** np.arange(1, 4)[:, None])
+
+
+def blend_curved_corners(
+    path: ToolPath, corner: Ints, most: Array, tolerances: tuple[Array, Array], feed: Array, jerk_limit: JerkLimitAt,
+    cycle: float,
+) -> tuple[Array, Ints, Array]:  # fmt: skip
+    """Choose the blends of corners between segments ``corner - 1`` and ``corner`` (m,).
+
+    Parameters
+    ----------
+    most : ndarray, shape (m,)
+        Largest reach that the segments allow, mm.
+    tolerances : tuple of ndarray, shape (m,)
+        Of tip and axis, mm and rad.
+    feed : ndarray, shape (m,)
+        ds/dt at the programmed feed rate, mm/s.
+    jerk_limit : callable
+    cycle : float
+        Control cycle, s.
+
+    Returns
+    -------
+    reach : ndarray, shape (m,)
+        mm; 0 where the corner must be a stop.
+    shape : ndarray of int, shape (m,)
+    jump : ndarray, shape (m, 3, 5)
+        Jumps of the first three derivatives by s.
+    """
+    reach, shape, jump = np.zeros(len(corner)), np.zeros(len(corner), dtype=np.int8), np.empty((len(corner), 3, 5))
+    for first in range(0, len(corner), AT_A_TIME):
+        some = slice(first, first + AT_A_TIME)
+        here = corner[some]
+        bounds = tolerances[0][some], tolerances[1][some]
+        before, after = find_derivatives(path, here - 1, 1.0), find_derivatives(path, here, 0.0)
+        jump[some] = after - before
+        reaches = find_reaches(jump[some], (before[:, 0], after[:, 0]), most[some], bounds)
+        limits = np.stack([jerk_limit(here, jump[some][:, order]) for order in range(3)])
+        shape[some] = choose_curved_shapes(reaches, feed[some], limits, cycle)
+        reach[some] = np.take_along_axis(reaches, shape[some, None], axis=1)[:, 0]
+        reach[some] = shorten_blends(path, here, reach[some], shape[some], jump[some], bounds)
+    return reach, shape, jump
+
+
+def displace(jump: Array, reach: Array, shape: Ints, x: Array) -> Array:
+    """Displacements (n, 5) at x (n,) of blends with jumps (n, 3, 5), reaches (n,) and shapes (n,)."""
+    odd, even = jump_values(shape, x)
+    weights = np.stack([reach * shape_value(shape, x), reach**2 * odd, reach**3 * even], axis=1)
+    return np.asarray(np.einsum("no,noc->nc", weights, jump))
+
+
+def find_reaches(jump: Array, slopes: tuple[Array, Array], most: Array, tolerances: tuple[Array, Array]) -> Array:
+    """Largest reach (m, SHAPES) of each shape inside both tolerances, as if the segments went on straight; ``most`` at most.
+
+    ``slopes`` are the derivatives (m, 5) by s before and after the corners.
+    """
+    m, places = len(jump), len(_COARSE)
+    far = np.full(m, np.inf)
+
+    def share_of(off: Array) -> Array:
+        """The largest share of the tolerance on both sides (m,)."""
+        return np.maximum(*(find_share_used(off, slope, (-far, far), *tolerances) for slope in slopes))
+
+    with np.errstate(divide="ignore"):
+        alone = [USED_SHARE / share_of(jump[:, order])[:, None] for order in range(3)]
+        guess = np.minimum(alone[0] / PEAK, np.minimum(np.sqrt(alone[1] / ODD_PEAK), np.cbrt(alone[2] / EVEN_PEAK)))
+    reach = np.minimum(most[:, None], guess)
+    row = np.repeat(np.arange(m), SHAPES * places)
+    shape = np.tile(np.repeat(np.arange(SHAPES), places), m)
+    ends = np.full(len(row), -np.inf), np.full(len(row), np.inf)
+    bounds = tuple(bound[row] for bound in tolerances)
+    for _ in range(STEPS):
+        wide = np.repeat(reach.ravel(), places)
+        used = np.maximum(*(
+            find_share_used(displace(jump[row], wide, shape, side * np.tile(_COARSE, m * SHAPES)), slope[row], ends, *bounds)
+            for side, slope in zip((-1.0, 1.0), slopes, strict=True)
+        ))  # fmt: skip
+        used = np.maximum(used.reshape(m, SHAPES, places).max(axis=2), np.finfo(float).tiny)
+        reach = np.minimum(most[:, None], reach * np.sqrt(USED_SHARE / used))
+    return reach
+
+
+def choose_curved_shapes(reaches: Array, feed: Array, limits: Array, cycle: float) -> Ints:
+    """The shape (m,) of each corner: the narrowest that is passed at the feed rate, else the one that is passed fastest.
+
+    Where the tool has to brake much for the corner, only shapes count that were found for such corners, and shape 0.
+
+    Parameters
+    ----------
+    reaches : ndarray, shape (m, SHAPES)
+    feed : ndarray, shape (m,)
+    limits : ndarray, shape (3, m)
+        Largest third derivative by time along the jumps of the three derivatives.
+    cycle : float
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slowness = (
+            THIRD / (reaches**2 * limits[0][:, None])
+            + ODD_THIRD / (reaches * limits[1][:, None])
+            + EVEN_THIRD / limits[2][:, None]
+        )
+        speed = np.minimum(np.cbrt(1.0 / slowness), feed[:, None])
+    speed[:, 1:][reaches[:, 1:] < LEAST_CYCLES * cycle * speed[:, 1:]] = 0.0
+    speed = np.nan_to_num(speed)
+    speed[speed.max(axis=1) < BRAKED * feed, 1:BRAKING] = 0.0
+    return speed.argmax(axis=1).astype(np.int8)
+
+
+def shorten_blends(
+    path: ToolPath, corner: Ints, reach: Array, shape: Ints, jump: Array, tolerances: tuple[Array, Array]
+) -> Array:
+    """Reaches (m,) with which blends stay inside both tolerances of the segments (:func:`measure_blends`), 0 where none does."""
+    reach = reach.copy()
+    doubtful = np.flatnonzero(reach > 0)
+    for _ in range(SHORTENINGS):
+        bounds = tolerances[0][doubtful], tolerances[1][doubtful]
+        used = measure_blends(path, corner[doubtful], reach[doubtful], shape[doubtful], jump[doubtful], bounds)
+        beyond = used > USED_SHARE
+        doubtful = doubtful[beyond]
+        if not len(doubtful):
+            return reach
+        reach[doubtful] *= np.clip(np.sqrt(USED_SHARE / used[beyond]) * 0.99, SHORTENING, 0.99)
+    reach[doubtful] = 0.0
+    return reach
+
+
+def measure_blends(
+    path: ToolPath, corner: Ints, reach: Array, shape: Ints, jump: Array, tolerances: tuple[Array, Array]
+) -> Array:
+    """What blends use of the tolerance (m,), as :func:`find_share_used` counts it, but from curved segments."""
+    worst = np.zeros(len(corner))
+    row, x = np.repeat(np.arange(len(corner)), len(_FINE)), np.tile(_FINE, len(corner))
+    tip_tolerance, axis_tolerance = (bound[row] for bound in tolerances)
+    for segment, side in ((corner[row] - 1, -1.0), (corner[row], 1.0)):
+        u = x * reach[row] / path.length[segment]
+        if side < 0:
+            u = 1.0 - u
+        off = displace(jump[row], reach[row], shape[row], side * x)
+        point = coordinates(path, segment, u) + off
+        for _ in range(NEAREST):
+            slope = pose_derivatives(path, segment, u)[0] * METRIC
+            rest = (point - coordinates(path, segment, u)) * METRIC
+            u = np.clip(u + row_sum(rest * slope) / row_sum(slope * slope), 0.0, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            same, nearest = (
+                (row_norm(away[:, :3]) / tip_tolerance, row_norm(away[:, 3:]) / axis_tolerance)
+                for away in (off, point - coordinates(path, segment, u))
+            )
+        used = np.fmax(np.fmax(*nearest), np.hypot(*np.nan_to_num(same)) / np.sqrt(2.0))
+        np.maximum.at(worst, row, np.nan_to_num(used, posinf=0.0))
+    return worst
