@@ -5,9 +5,9 @@ import os
 import signal
 from typing import Final
 
-#: Objects that are made between two searches for cycles of garbage. Modules make 100,000 that stay, and every search among
-#: them finds nothing: with the 700 of Python it takes a tenth of the time of loading.
-GARBAGE_AFTER: Final = 20_000
+#: Objects that are made between two searches for cycles of garbage. A conversion makes some 105,000 that stay, nearly all
+#: of them with its modules, and a search among them finds nothing: 20,000 here would cost five searches, 10 to 20 ms.
+GARBAGE_AFTER: Final = 200_000
 
 
 def run() -> None:
