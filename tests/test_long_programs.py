@@ -15,8 +15,8 @@ from verne_post.base import columns, long_text
 from verne_post.cli import common
 from verne_post.gcode import recorder, words
 from verne_post.model.part_setup import Tool, WorkOffset
-from verne_post.toolpath import fairing
-from verne_post.trajectory import tuning
+from verne_post.toolpath import compensation, fairing
+from verne_post.trajectory import sample, tuning
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
 
@@ -121,10 +121,14 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     """But for the text. Everything that is worked on at a time is made small, so that programs of seconds are long."""
     monkeypatch.setattr(columns, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(columns, "IN_MEMORY", 1 << 14)
-    monkeypatch.setattr(words, "CHUNK_BYTES", 1 << 16)
+    monkeypatch.setattr(words, "CHUNK_BYTES", 1 << 14)
+    monkeypatch.setattr(recorder, "BLOCK_ROWS", 1024)
+    monkeypatch.setattr(recorder, "_KEPT_ROWS", 512)
     monkeypatch.setattr(tuning, "AT_A_TIME", 4096)
     monkeypatch.setattr(tuning, "WINDOW_KNOTS", 400)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
+    monkeypatch.setattr(compensation, "AT_A_TIME", 1024)
+    monkeypatch.setattr(sample, "BLOCK_ROWS", 512)
 
     def peak(count: int) -> int:
         source = finishing(count)

@@ -398,6 +398,26 @@ def test_the_tolerance_is_left_to_the_corners_and_kept():
     assert 0.01 < np.degrees(off[fed].max()) <= 0.05
 
 
+@pytest.mark.parametrize("wanted", [{"approach": "home", "departure": "home"}, {"from_line": 20, "approach": "home"}])
+def test_an_approach_changes_no_pose_of_the_program(wanted):
+    """Steps that are followed linearly are so behind an approach, and after a restart in the middle."""
+    text = swept(5.0, 40)[0]
+    alone, approached = contour_of(text), contour_of(text, **wanted)
+    assert (alone.shape.circle[1:] < 0).all()
+    angles = {}
+    for contour in (alone, approached):
+        element = np.repeat(np.arange(len(contour)), 5)
+        segment = contour.segment[element]
+        _tip, pose = contour_pose(contour, element, np.tile(np.linspace(0.1, 0.9, 5), len(contour)))
+        for line in range(25, 40):
+            angles.setdefault(line, []).append(pose[contour.path.line[segment] == line])
+    for one, other in angles.values():
+        assert len(one) > 0
+        assert other == pytest.approx(one, abs=1e-12)
+    if "from_line" not in wanted:
+        assert convert(text, MACHINES["verne"], options(**wanted)).ok
+
+
 @pytest.mark.parametrize("head", ["G61", "G64 P0"])
 def test_exact_paths_keep_their_great_circles(head):
     text = swept(1.0, 20)[0].replace(b"G43.5", head.encode() + b"\nG43.5")

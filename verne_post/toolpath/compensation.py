@@ -8,12 +8,12 @@ the vertices, which lie on it, and the middle of the chords, which lie beside it
 Only what neighbouring corners have in common is compensated. A vertex that is off the curve is averaged out as before.
 """
 
-from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.columns import Growing, release_memory
 from verne_post.base.rows import row_norm
 from verne_post.model.contour import Corners
 from verne_post.toolpath.corners import (
@@ -50,7 +50,7 @@ _COMMON: Final = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 #: 30 degrees, which would take up to 5 % longer, have 0.6 and more, waves with three decimals 0.1.
 MOST_ROUGH: Final = 0.35
 #: So many vertices at a time, and so many more on both sides.
-AT_A_TIME: Final = 1 << 15
+AT_A_TIME: Final = 1 << 14
 OVERLAP: Final = 64
 
 
@@ -76,14 +76,22 @@ def compensate_blends(
     chain : ndarray of bool, shape (n + 1,)
         Vertices whose blends have to reach as far as :func:`chain_reach` says.
     """
-    moved, chain = vertex.copy(), np.zeros(len(s), dtype=bool)
-    for first, last, begin, end in _find_parts(soft):
-        rows, mine = slice(first, last), slice(begin - first, end - first)
+    moved, chain = Growing(float, 5), Growing(bool)
+    for begin in range(0, len(soft), AT_A_TIME):
+        release_memory()
+        end = min(begin + AT_A_TIME, len(soft))
+        if not soft[begin:end].any():
+            moved.extend(vertex[begin:end])
+            chain.extend(np.zeros(end - begin, dtype=bool))
+            continue
+        first = max(begin - OVERLAP, 0)
+        rows, mine = slice(first, end + OVERLAP), slice(begin - first, end - first)
         poses, members = _compensate(
             programmed[rows], vertex[rows], s[rows], soft[rows], tip_tolerance[rows], axis_tolerance[rows]
         )
-        moved[begin:end], chain[begin:end] = poses[mine], members[mine]
-    return moved, chain
+        moved.extend(poses[mine])
+        chain.extend(members[mine])
+    return moved.column(), chain.column()
 
 
 def chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
@@ -95,14 +103,6 @@ def chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
     after = np.minimum.accumulate(np.where(chain, s[-1], s)[::-1])[::-1] - s
     wanted = np.where(chain, np.maximum(TAPER * np.minimum(before, after), alone), 0.0)
     return limit_overlap(wanted, s, ~chain, np.zeros(len(s), dtype=bool))
-
-
-def _find_parts(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
-    """Parts of a path with soft vertices: (first, last + 1, first and last + 1 to keep)."""
-    for begin in range(0, len(soft), AT_A_TIME):
-        end = min(begin + AT_A_TIME, len(soft))
-        if soft[begin:end].any():
-            yield max(begin - OVERLAP, 0), min(end + OVERLAP, len(soft)), begin, end
 
 
 def _compensate(
