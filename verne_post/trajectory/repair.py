@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
@@ -94,12 +94,11 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
     """
     halved = False
     while len(bad := over[0]):
-        steps = z[np.clip(bad[:, None] + np.arange(-1, 2), 0, len(z) - 1)].ravel()
-        hides = task.section.hidden(steps)[1::3] > 1.0
+        hides = _at_steps(z, bad, lambda s: task.section.hidden(s) > 1.0)
         if not hides.any() and not halved:
             break
-        cap = JointRows.at(task, steps).cap[1::3]
-        long = bad[hides | (z[bad + 1] - z[bad] > tuning.FAR_RATIO * task.cycle * cap)]
+        fast = _at_steps(z, bad, lambda s: np.diff(s) > tuning.FAR_RATIO * task.cycle * JointRows.at(task, s).cap)
+        long = bad[hides | fast]
         if not len(long):
             break
         more = Growing(float)
@@ -110,6 +109,16 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
         z, halved = more.column(), True
         over = exceeding(excess(task, z))
     return z, over
+
+
+def _at_steps(z: Array, rows: Ints, measure: Callable[[Array], Mask]) -> Mask:
+    """What ``measure`` finds at steps (n - 1,) between places (n,), for those that begin at ``rows`` (m,) of z."""
+    found = [np.empty(0, dtype=bool)]
+    for first in range(0, len(rows), SCATTERED_ROWS):
+        release_memory()
+        near = rows[first : first + SCATTERED_ROWS, None] + np.arange(-1, 2)
+        found.append(measure(z[np.clip(near, 0, len(z) - 1)].ravel())[1::3])
+    return np.concatenate(found)
 
 
 def _is_monotone(z: Array) -> bool:
