@@ -10,7 +10,7 @@ from verne_post.toolpath.contour_pose import contour_pose
 from verne_post.toolpath.corner_shapes import BRAKING, PEAK, SHAPES
 from verne_post.toolpath.evaluate import pose
 
-from .polylines import contour_of, ends_of_blends, jumps
+from .polylines import contour_of, ends_of_blends, jumps, poses_at
 from .test_contour import BODIES, MIXED, lines_named
 from .test_splines import WAVES, fanuc
 
@@ -40,6 +40,10 @@ def arcs(seed: int, turning: bool) -> str:
     return lines_named("\n".join(words))
 
 
+#: A spline that begins with a turn of some 50 degrees within its tolerance, and goes on almost straight.
+BEND = "G64 P0.5\nG1 X5\nG5 X12 Y7 I0.3 J-0.05 P-1.5 Q-1.5\nG1 X20 Y9"
+
+
 PROGRAMS = {
     "lines and arcs": arcs(1, turning=False),
     "more of them": arcs(2, turning=False),
@@ -50,6 +54,7 @@ PROGRAMS = {
         "G43.5\nG1 X5 I0.1 J0.1 K0.98995\nX9 Y4 I0.48 J0.14 K0.8660254\nX12 I0.2 J0.44 K0.8754427\nX13"
     ),
     "turning spline": fanuc("G64\n" + WAVES + "G1 X100 Y9\n"),
+    "a spline with a bend": lines_named(BEND),
     "bezier curves": lines_named("G1 X5 Y3\nG5 X10 Y0 I3 J3 P-3 Q3\nG5 X20 Y0 I1 J2 P-3 Q-3\nG1 X30 Y8"),
 }
 
@@ -166,3 +171,24 @@ def test_the_shape_is_the_narrowest_at_the_feed_else_the_fastest() -> None:
     tangent = np.array([[np.inf], [1e5], [np.inf]])
     for reaches, wanted in (([1.0, *[2.2] * 6], BRAKING), ([1.0] * 7, 0)):
         assert curved_corners.choose_curved_shapes(np.array([reaches]), np.array([1e3]), tangent, 1e-5)[0] == wanted
+
+
+def test_a_bend_of_a_spline_within_the_tolerance_is_replaced_by_a_curve() -> None:
+    contour = contour_of(lines_named(BEND))
+    assert contour.corners is not None
+    assert (contour.corners.curve >= 0).any()
+    # what lies between is one polynomial of degree 7 by s, across the corner
+    for k in np.flatnonzero(contour.corners.curve >= 0):
+        corner = contour.corners.curved[k]
+        s, reach = contour.corners.s[corner], contour.corners.reach[corner]
+        x = np.linspace(-1.0, 1.0, 31)
+        poses = poses_at(contour, s + x * reach * (1 - 1e-12), "after")
+        fitted = np.polynomial.chebyshev.chebfit(x, poses, 7)
+        np.testing.assert_allclose(np.polynomial.chebyshev.chebval(x, fitted).T, poses, atol=1e-10)
+
+
+def test_gentle_splines_are_displaced() -> None:
+    contour = contour_of(lines_named("G64 P0.01\nG1 X5\nG5 X15 Y5 I3 J2 P-3 Q-3\nG1 X20 Y9"))
+    assert contour.corners is not None
+    assert (contour.corners.curve < 0).all()
+    assert (contour.corners.reach[contour.corners.curved] > 0).sum() == 2

@@ -41,6 +41,10 @@ class Corners(Struct, frozen=True):
         Corners beside arcs, splines and great circles, in order. Their blends reach over no other corner, and none over them.
     jump : ndarray, shape (m, 2, 5)
         Jumps of the second and third derivative by s at those.
+    curve : ndarray of int, shape (m,)
+        Row of ``controls`` where a curve replaces the path within the reach, -1 elsewhere.
+    controls : ndarray, shape (k, 8, 5)
+        Control points of these curves, of degree 7, from one end of the reach to the other: tip (mm) and nominal angles (rad).
     """
 
     s: Array
@@ -50,6 +54,8 @@ class Corners(Struct, frozen=True):
     shift: int = 0
     curved: Ints = field(default_factory=lambda: np.empty(0, dtype=int))
     jump: Array = field(default_factory=lambda: np.empty((0, 2, 5)))
+    curve: Ints = field(default_factory=lambda: np.empty(0, dtype=int))
+    controls: Array = field(default_factory=lambda: np.empty((0, 8, 5)))
 
 
 class Feeds(Struct, frozen=True):

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.columns import GrowingTable, blocks, running_sums
+from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath, sections_at
@@ -36,7 +36,9 @@ class _ContourTable:
     def __init__(self) -> None:
         self._elements, self._segments = GrowingTable(**_ELEMENTS), GrowingTable(**_SEGMENTS)
         self._corners = GrowingTable(reach=(float,), bend=(float, 5), shape=(np.int8,))
-        self._curved = GrowingTable(curved=(np.int64,), jump=(float, 2, 5))
+        self._curved, self._controls = (
+            GrowingTable(curved=(np.int64,), jump=(float, 2, 5), curve=(np.int32,)), Growing(float, 8, 5),
+        )  # fmt: skip
         self._section = -1  # of the last segment so far
         self._blended = False
 
@@ -54,7 +56,9 @@ class _ContourTable:
         self.extend(block.elements | numbered, feeds, block.tip_tolerance, block.axis_tolerance)
         corner = slice(n + last)
         self._corners.extend(reach=block.reach[corner], bend=block.bend[corner], shape=block.shape[corner])
-        self._curved.extend(curved=block.curved + first, jump=block.jump)
+        curve = np.where(block.curve < 0, -1, block.curve + self._controls.count)
+        self._curved.extend(curved=block.curved + first, jump=block.jump, curve=curve)
+        self._controls.extend(block.controls)
         self._section = int(section[-1])
         self._blended |= bool(block.elements["blended"].any())
 
@@ -62,7 +66,8 @@ class _ContourTable:
         """The contour of a path, that follows ``shape``, with corners at ``s``; nothing can be added any more."""
         of_segment = self._segments.columns()
         feeds = Feeds(*(of_segment.pop(name) for name in ("rate", "by_tip", "cap")))
-        corners = Corners(s, **self._corners.columns(), **self._curved.columns()) if self._blended else None
+        columns = self._corners.columns() | self._curved.columns()
+        corners = Corners(s, **columns, controls=self._controls.column()) if self._blended else None
         return Contour(
             path=path, shape=shape, corners=corners, feeds=feeds,
             dwell_section=path.dwell_section, **of_segment, **self._elements.columns(),

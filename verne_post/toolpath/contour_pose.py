@@ -8,8 +8,8 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_sum
 from verne_post.model.contour import Contour
-from verne_post.toolpath.corners import displacement, displacement_slope
-from verne_post.toolpath.evaluate import coordinate_slope, coordinates
+from verne_post.toolpath.corners import displacement, displacement_slope, find_replaced
+from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinate_slope, coordinates
 
 
 def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
@@ -23,6 +23,8 @@ def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Arra
         corner = on + contour.corners.shift
         s = contour.corners.s.take(corner) + at[rows] * contour.shape.length.take(on)
         pose[rows] += displacement(contour.corners, corner, s)
+        for points, controls, v, _reach in find_replaced(contour.corners, corner, s):
+            pose[np.arange(len(pose))[rows][points]] = bernstein(controls, v)
     return pose[:, :3], pose[:, 3:]
 
 
@@ -60,6 +62,8 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
         corner = on + contour.corners.shift
         s = contour.corners.s.take(corner, mode="clip") + at * length
         slope += displacement_slope(contour.corners, corner, s)
+        for points, controls, v, reach in find_replaced(contour.corners, corner, s):
+            slope[points] = bernstein_slope(controls, v) / (2.0 * reach[:, None])
     slope *= slope
     square = row_sum(slope[:, :3])
     by_tip = feeds.by_tip.take(on)

@@ -300,7 +300,8 @@ def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
         bend = corners.bend.take(corner, axis=0, mode="clip")
         bend *= (width * shape_value(corners.shape.take(corner, mode="clip"), x))[:, None]
         total += bend
-    for points, jump, shape, width, x in _find_curved(corners, segment, at):
+    for points, row, width, x in _find_curved(corners, segment, at):
+        jump, shape = corners.jump[row], corners.shape[corners.curved[row]]
         odd, even = jump_values(shape, x)
         total[points] += (width**2 * odd)[:, None] * jump[:, 0] + (width**3 * even)[:, None] * jump[:, 1]
     return total
@@ -313,7 +314,8 @@ def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
         bend = corners.bend.take(corner, axis=0, mode="clip")
         bend *= shape_slope(corners.shape.take(corner, mode="clip"), x)[:, None]
         total += bend
-    for points, jump, shape, width, x in _find_curved(corners, segment, at):
+    for points, row, width, x in _find_curved(corners, segment, at):
+        jump, shape = corners.jump[row], corners.shape[corners.curved[row]]
         odd, even = jump_slopes(shape, x)
         total[points] += (width * odd)[:, None] * jump[:, 0] + (width**2 * even)[:, None] * jump[:, 1]
     return total
@@ -330,20 +332,27 @@ def _find_near(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Int
         yield corner, width, (at - corners.s.take(corner, mode="clip")) / width
 
 
-def _find_curved(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Ints, Array, Array]]:
-    """Points beside curved corners, which no other blend reaches over: places among (m,), jumps, shapes, reaches, and x."""
+def find_replaced(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array, Array]]:
+    """Points at ``at`` (m,) of segments (m,) that lie on curves: places among them, control points, parameters and reaches."""
+    if len(corners.controls):
+        for points, row, width, x in _find_curved(corners, segment, at):
+            on = np.flatnonzero((corners.curve[row] >= 0) & (np.abs(x) <= 1.0))
+            yield points[on], corners.controls[corners.curve[row[on]]], 0.5 * (1.0 + x[on]), width[on]
+
+
+def _find_curved(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Ints, Array, Array]]:
+    """Points beside curved corners, which no other blend reaches over: places among (m,), rows of these corners, reaches, and x."""
     if not len(corners.curved) or not len(segment):
         return
-    some = slice(*np.searchsorted(corners.curved, [segment.min(), segment.max() + 2]))
-    curved, jumps = corners.curved[some], corners.jump[some]
-    if not len(curved):
+    first, last = np.searchsorted(corners.curved, [segment.min(), segment.max() + 2])
+    if first == last:
         return
     for corner in (segment, segment + 1):
-        place = np.minimum(np.searchsorted(curved, corner), len(curved) - 1)
-        points = np.flatnonzero(curved[place] == corner)
-        corner = corner[points]
-        width = np.maximum(corners.reach[corner], NO_REACH_MM)
-        yield points, jumps[place[points]], corners.shape[corner], width, (at[points] - corners.s[corner]) / width
+        row = first + np.minimum(np.searchsorted(corners.curved[first:last], corner), last - first - 1)
+        points = np.flatnonzero(corners.curved[row] == corner)
+        near = corner[points]
+        width = np.maximum(corners.reach[near], NO_REACH_MM)
+        yield points, row[points], width, (at[points] - corners.s[near]) / width
 
 
 def find_blended(corners: Corners, segment: Ints, low: Array, high: Array) -> Mask:

@@ -10,6 +10,7 @@ allow, and what it really leaves of the tolerance is measured along the segments
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -51,6 +52,10 @@ NEAREST: Final = 4
 
 #: As of :func:`verne_post.toolpath.corners.choose_shapes`, along directions (m, 5) at corners (m,).
 JerkLimitAt = Callable[[Ints, Array], Array]
+#: Displacements (n, 5) at x (n,) of the blends in rows (n,).
+Displaced = Callable[[Ints, Array], Array]
+#: The same of some blends (m,) with reaches (m,).
+Blend = Callable[[Ints, Array], Displaced]
 
 
 def find_tangents(path: ToolPath, segment: Ints, u: float) -> Array:
@@ -103,7 +108,7 @@ def blend_curved_corners(
         limits = np.stack([jerk_limit(here, jump[some][:, order]) for order in range(3)])
         shape[some] = choose_curved_shapes(reaches, feed[some], limits, cycle)
         reach[some] = np.take_along_axis(reaches, shape[some, None], axis=1)[:, 0]
-        reach[some] = shorten_blends(path, here, reach[some], shape[some], jump[some], bounds)
+        reach[some] = shorten_blends(path, here, reach[some], partial(_displace_some, jump[some], shape[some]), bounds)
     return reach, shape, jump
 
 
@@ -112,6 +117,10 @@ def displace(jump: Array, reach: Array, shape: Ints, x: Array) -> Array:
     odd, even = jump_values(shape, x)
     weights = np.stack([reach * shape_value(shape, x), reach**2 * odd, reach**3 * even], axis=1)
     return np.asarray(np.einsum("no,noc->nc", weights, jump))
+
+
+def _displace_some(jump: Array, shape: Ints, which: Ints, reach: Array) -> Displaced:
+    return lambda row, x: displace(jump[which[row]], reach[row], shape[which[row]], x)
 
 
 def find_reaches(jump: Array, slopes: tuple[Array, Array], most: Array, tolerances: tuple[Array, Array]) -> Array:
@@ -171,15 +180,14 @@ def choose_curved_shapes(reaches: Array, feed: Array, limits: Array, cycle: floa
     return speed.argmax(axis=1).astype(np.int8)
 
 
-def shorten_blends(
-    path: ToolPath, corner: Ints, reach: Array, shape: Ints, jump: Array, tolerances: tuple[Array, Array]
-) -> Array:
+def shorten_blends(path: ToolPath, corner: Ints, reach: Array, blend: Blend, tolerances: tuple[Array, Array]) -> Array:
     """Reaches (m,) with which blends stay inside both tolerances of the segments (:func:`measure_blends`), 0 where none does."""
     reach = reach.copy()
     doubtful = np.flatnonzero(reach > 0)
     for _ in range(SHORTENINGS):
         bounds = tolerances[0][doubtful], tolerances[1][doubtful]
-        used = measure_blends(path, corner[doubtful], reach[doubtful], shape[doubtful], jump[doubtful], bounds)
+        displaced = blend(doubtful, reach[doubtful])
+        used = measure_blends(path, corner[doubtful], reach[doubtful], displaced, bounds)
         beyond = used > USED_SHARE
         doubtful = doubtful[beyond]
         if not len(doubtful):
@@ -190,17 +198,18 @@ def shorten_blends(
 
 
 def measure_blends(
-    path: ToolPath, corner: Ints, reach: Array, shape: Ints, jump: Array, tolerances: tuple[Array, Array]
+    path: ToolPath, corner: Ints, reach: Array, displaced: Displaced, tolerances: tuple[Array, Array]
 ) -> Array:
-    """What blends use of the tolerance (m,), as :func:`find_share_used` counts it, but from curved segments."""
+    """What blends use of the tolerance (m,), measured from curved segments.
+
+    The nearest pose by length is to be within both tolerances, and the programmed one within root 2 of both.
+    """
     worst = np.zeros(len(corner))
     row, x = np.repeat(np.arange(len(corner)), len(_FINE)), np.tile(_FINE, len(corner))
     tip_tolerance, axis_tolerance = (bound[row] for bound in tolerances)
-    for segment, side in ((corner[row] - 1, -1.0), (corner[row], 1.0)):
-        u = x * reach[row] / path.length[segment]
-        if side < 0:
-            u = 1.0 - u
-        off = displace(jump[row], reach[row], shape[row], side * x)
+    for side in (-1.0, 1.0):
+        segment, u = find_beside(path, corner[row], side * x * reach[row], side)
+        off = displaced(row, side * x)
         point = coordinates(path, segment, u) + off
         for _ in range(NEAREST):
             slope = pose_derivatives(path, segment, u)[0] * METRIC
@@ -214,3 +223,10 @@ def measure_blends(
         used = np.fmax(np.fmax(*nearest), np.hypot(*np.nan_to_num(same)) / np.sqrt(2.0))
         np.maximum.at(worst, row, np.nan_to_num(used, posinf=0.0))
     return worst
+
+
+def find_beside(path: ToolPath, corner: Ints, way: Array, side: Array | float) -> tuple[Ints, Array]:
+    """Segments (n,) and their u at metric lengths ``way`` (n,) after corners; ``side`` is below 0 before them."""
+    before = np.broadcast_to(np.less(side, 0.0), len(corner))
+    segment = corner - before
+    return segment, np.clip(before + way / path.length[segment], 0.0, 1.0)

@@ -1,5 +1,6 @@
 """Poses along segments, evaluated exactly."""
 
+from math import comb
 from typing import Final
 
 import numpy as np
@@ -127,3 +128,28 @@ def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Arra
         -radius * w**2 * radial + 2 * grow * w * tangent,
         -radius * w**3 * tangent - 3 * grow * w**2 * radial,
     )
+
+
+#: Binomial coefficients of the degrees 4, 6 and 7.
+_BINOMIALS: Final = {n: np.array([comb(n, k) for k in range(n + 1)], dtype=float) for n in (4, 6, 7)}
+
+
+def bernstein(controls: Array, v: Array) -> Array:
+    """Points (n, k) at parameters v (n,) of curves with control points (n, 8, k)."""
+    return np.einsum("nc,nck->nk", _weights(v, 7), controls)
+
+
+def bernstein_slope(controls: Array, v: Array) -> Array:
+    """Derivatives by v of :func:`bernstein`, (n, k)."""
+    return np.einsum("nc,nck->nk", 7 * _weights(v, 6), np.diff(controls, axis=1))
+
+
+def bernstein_third(controls: Array, v: Array) -> Array:
+    """Third derivatives by v of :func:`bernstein`, (n, k)."""
+    return np.einsum("nc,nck->nk", 7 * 6 * 5 * _weights(v, 4), np.diff(controls, 3, axis=1))
+
+
+def _weights(v: Array, degree: int) -> Array:
+    """Bernstein polynomials (n, degree + 1) at parameters v (n,)."""
+    powers = np.arange(degree + 1)
+    return np.asarray(_BINOMIALS[degree] * v[:, None] ** powers * (1.0 - v[:, None]) ** (degree - powers))

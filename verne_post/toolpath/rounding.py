@@ -15,6 +15,7 @@ from verne_post.toolpath.compensation import chain_reach
 from verne_post.toolpath.corner_rules import CornerRules, Smoothing
 from verne_post.toolpath.curved_corners import blend_curved_corners
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
+from verne_post.toolpath.spline_corners import put_curves
 
 
 class RoundedSegments(Struct, frozen=True):
@@ -28,8 +29,8 @@ class RoundedSegments(Struct, frozen=True):
         As in :class:`~verne_post.model.contour.Corners`.
     stops : ndarray of bool, shape (n + 1,)
         The motion stops at the corner.
-    curved, jump : ndarray, shape (m,) and (m, 2, 5)
-        As there; corners are counted from 0.
+    curved, jump, curve, controls : ndarray, shape (m,), (m, 2, 5), (m,) and (k, 8, 5)
+        As there; corners and curves are counted from 0.
     tip_tolerance, axis_tolerance : ndarray, shape (n,)
         How far the contour may be from each segment, mm and rad.
     """
@@ -41,6 +42,8 @@ class RoundedSegments(Struct, frozen=True):
     stops: Mask
     curved: Ints
     jump: Array
+    curve: Ints
+    controls: Array
     tip_tolerance: Array
     axis_tolerance: Array
 
@@ -49,11 +52,13 @@ class RoundedSegments(Struct, frozen=True):
         mine = slice(*np.searchsorted(self.elements["segment"], [first, last]))
         elements = {name: column[mine] for name, column in self.elements.items()}
         curved = slice(*np.searchsorted(self.curved, [first, last]))
+        begin, end = (int((self.curve[:row] >= 0).sum()) for row in (curved.start, curved.stop))
         corners = slice(first, last + 1)
         return replace(
             self, elements=elements | {"segment": elements["segment"] - first},
             reach=self.reach[corners], bend=self.bend[corners], shape=self.shape[corners], stops=self.stops[corners],
             curved=self.curved[curved] - first, jump=self.jump[curved],
+            curve=np.where(self.curve[curved] < 0, -1, self.curve[curved] - begin), controls=self.controls[begin:end],
             tip_tolerance=self.tip_tolerance[first:last], axis_tolerance=self.axis_tolerance[first:last],
         )  # fmt: skip
 
@@ -110,13 +115,16 @@ def round_corners(
     curved = np.flatnonzero(rules.curved)
     # corner blends that reach over a corner leave less to the curve after it
     most = np.minimum(most, blends.measure_gaps(reach, s)[curved])
-    reach[curved], kind[curved], jump = blend_curved_corners(
-        path, curved, most, (tip_left[curved], axis_left[curved]), feed[curved],
-        lambda corner, along: smoothing.jerk_limit(path.start[corner], along, path.tool_length[corner - 1]),
-        smoothing.cycle,
-    )  # fmt: skip
+    bounds = tip_left[curved], axis_left[curved]
+
+    def allowed_jerk(corner: Ints, along: Array) -> Array:
+        return smoothing.jerk_limit(path.start[corner], along, path.tool_length[corner - 1])
+
+    blend = blend_curved_corners(path, curved, most, bounds, feed[curved], allowed_jerk, smoothing.cycle)
+    reach[curved], curve, controls = put_curves(path, curved, most, bounds, blend, feed[curved], allowed_jerk)
+    _reach, kind[curved], jump = blend
     bend[curved] = jump[:, 0]
-    corners = Corners(s, reach, bend, kind, curved=curved, jump=jump[:, 1:])
+    corners = Corners(s, reach, bend, kind, curved=curved, jump=jump[:, 1:], curve=curve, controls=controls)
     stops = ~rules.smooth & (reach <= 0)
     used = ~stops & ~rules.smooth
     used |= shift.any(axis=1)  # also where a corner has become a stop
@@ -128,7 +136,9 @@ def round_corners(
     elements["rotation"] = measure_rotation(path)[segment] * (elements["high"] - elements["low"])
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
     elements["blended"] = blends.find_blended(corners, segment, begin, end)
-    return RoundedSegments(elements, reach, bend, kind, stops, curved, jump[:, 1:], tip, np.maximum(axis, off))
+    return RoundedSegments(
+        elements, reach, bend, kind, stops, curved, jump[:, 1:], curve, controls, tip, np.maximum(axis, off)
+    )
 
 
 def _spread_to_segments(bound: Array, reach: Array, s: Array) -> Array:
