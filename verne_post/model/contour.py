@@ -1,8 +1,8 @@
 """The contour that the tool really follows: elements on the programmed segments.
 
 Made by toolpath, read by kinematics and trajectory. A *segment* is one programmed motion. An *element* is a part of a
-segment on which the contour is one smooth function; its parameter w goes from 0 to 1. A *section* is a sequence of elements between two standstills; along it the pose is three
-times continuously differentiable by the path parameter s.
+segment on which the contour is one smooth function; its parameter w goes from 0 to 1. A *section* is a sequence of
+elements between two standstills; along it the pose is three times continuously differentiable by the path parameter s.
 """
 
 from typing import Final
