@@ -129,13 +129,21 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     return call
 
 
+@pytest.fixture(scope="session", autouse=True)
+def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Modules that new interpreters import are compiled once a session, for all workers, beside no source file."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
+        patch.setenv("PYTHONPYCACHEPREFIX", str(shared / "compiled"))
+        yield
+
+
 @pytest.fixture(scope="session")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Environment in which a new interpreter finds the package under test from any folder, compiled once a session."""
-    package = str(Path(verne_post.__file__).parents[1])
-    compiled = tmp_path_factory.mktemp("compiled")
-    kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    return {**kept, "PYTHONPATH": package, "PYTHONPYCACHEPREFIX": str(compiled)}
+def environment(compiled_once: None) -> dict[str, str]:
+    """Environment in which a new interpreter finds the package under test from any folder."""
+    return {**os.environ, "PYTHONPATH": str(Path(verne_post.__file__).parents[1])}
 
 
 @pytest.fixture

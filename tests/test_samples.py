@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
+from scipy.spatial import cKDTree
 
 from .builders import HEADER
 
@@ -203,8 +204,7 @@ def on_spline(
     assert np.abs(pose(np.array([high]))[0] - end).max() < 1e-9
     here, scale = np.hstack([tip, angles]), np.array([1.0, 1.0, 1.0, MM_PER_DEG, MM_PER_DEG])
     grid = np.linspace(low, high, 1001)
-    away = np.linalg.norm((here[:, None] - pose(grid)) * scale, axis=2)
-    best = grid[np.argmin(away, axis=1)]
+    best = grid[cKDTree(pose(grid) * scale).query(here * scale)[1]]
     step = np.full(len(here), grid[1] - grid[0])
     for _ in range(60):  # the nearer of two neighbours, ever closer
         tried = [best, best - step, best + step]
