@@ -15,6 +15,8 @@ _TYPES = {"<f8": "Float64Array", "<f4": "Float32Array", "<i4": "Int32Array", "<u
           "|u1": "Uint8Array"}  # fmt: skip
 #: Typed arrays begin at whole multiples of their elements.
 _ALIGN = 8
+#: Of zlib: level 9 takes three times as long, for pages that are less than 1 % smaller.
+_LEVEL = 6
 
 
 class Pack(Struct):
@@ -43,4 +45,4 @@ class Pack(Struct):
 
     def text(self) -> str:
         """All bytes, compressed and as base64."""
-        return base64.b64encode(zlib.compress(bytes(self._bytes), 9)).decode("ascii")
+        return base64.b64encode(zlib.compress(bytes(self._bytes), _LEVEL)).decode("ascii")
