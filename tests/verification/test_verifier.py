@@ -364,6 +364,8 @@ def test_rotary_only_feed_is_checked() -> None:
 # --- what must pass, in any block size ---------------------------------------------------------------------
 
 LAYERS = "\n".join(f"X{0.01 * k:.2f}" for k in range(1, 301))
+#: For programs of more than a second: every row is a block of its own below.
+FEW_ROWS = OPTIONS.changed(cycle=0.004)
 PASSING: dict[str, tuple[str, Options]] = {
     "everything": (BODY, OPTIONS),
     "G28 with a via point": ("G0 X0 Y0 Z419 A0 C0\nG28 X10 Y10\nG0 X5 Y5 Z418", OPTIONS),
@@ -376,15 +378,15 @@ PASSING: dict[str, tuple[str, Options]] = {
     ),
     "full circles and turns": (
         "G0 X1 Y0 Z20 A0 C0\nG1 Z19.5 F900\nG2 I-1 F5000\nG3 I-.5 P3\nG2 X-1 I-1 Z20 P2\nG18 G3 X0 Z20 R.5",
-        OPTIONS,
+        FEW_ROWS,
     ),
     "arcs with a turning table": (
         "G0 X3 Y0 Z20 A0 C0\nG3 X-3 I-3 A4 C20 F3000\nG3 X3 I3 A-2 C-10\nG2 I-3 C30 F9000",
-        OPTIONS,
+        FEW_ROWS,
     ),
-    "rotary only": ("G0 X3 Y0 Z20 A0 C0\nG1 C20 F9000\nA5\nC-4 A2\nG0 C0 A0", OPTIONS),
+    "rotary only": ("G0 X3 Y0 Z20 A0 C0\nG1 C20 F9000\nA5\nC-4 A2\nG0 C0 A0", FEW_ROWS),
     "C turns under a vertical tool": ("G0 X0 Y0 Z20 A0 C350\nG1 C400 F30000", OPTIONS),
-    "very slow": ("G0 X0 Y0 Z20 A0 C0\nG1 X0.01 F1\nG2 X0.01 I-0.01 F5", OPTIONS),
+    "very slow": ("G0 X0 Y0 Z20 A0 C0\nG1 X0.01 F1\nG2 X0.01 I-0.01 F5", FEW_ROWS),
     "longer tool in the middle": (
         "G43.1 Z80\nG0 X0 Y0 Z30 A0 C0\nG1 X2 F900\nG4 P.02\nG43.1 Z79.5\nG4 P.02\nG1 Z29 F1500\nG0 Z30",
         OPTIONS.changed(tool_length=None),
