@@ -18,6 +18,7 @@ _ARGUMENTS = (
     "--no-sandbox",
     "--enable-unsafe-swiftshader",
     "--use-angle=swiftshader",
+    "--disable-gpu-compositing",  # only WebGL is drawn by that software, which is slow; not the page
     "--hide-scrollbars",
 )
 
