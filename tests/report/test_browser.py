@@ -519,6 +519,7 @@ def test_a_program_of_many_lines_has_few_rows_in_the_page(browser: Any, show: Ca
     assert data["line"][cursor(browser)] in (1504, 1505, 1506)  # it opens at its worst place
     for frame in (0, 1000, data["frames"] - 1):
         js(browser, "report.setCursor(arguments[0])", frame)
+        settle(browser)  # the listing scrolls, and has new rows then
         rows = browser.find_elements("css selector", "#code [data-line]")
         assert len(rows) < 80
         current = browser.find_element("css selector", "#code [aria-current=true]")
