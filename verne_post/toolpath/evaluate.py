@@ -59,11 +59,16 @@ def coordinate_slope(path: ToolPath, segment: Ints, u: Array) -> Array:
     return slope
 
 
-def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """Nominal angles (n, 2) at parameter u (n,) of segments whose tool axis follows a great circle."""
+def circle_axis(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """Tool axis (n, 3) at parameter u (n,) of segments on which it follows a great circle."""
     circles, row = path.circles, path.circle[segment]
     turn = u * circles.angle[row]
-    axis = np.cos(turn)[:, None] * circles.first[row] + np.sin(turn)[:, None] * circles.side[row]
+    return np.asarray(np.cos(turn)[:, None] * circles.first[row] + np.sin(turn)[:, None] * circles.side[row])
+
+
+def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """Nominal angles (n, 2) at parameter u (n,) of segments whose tool axis follows a great circle."""
+    axis = circle_axis(path, segment, u)
     start, end = path.start[segment, 3:], path.end[segment, 3:]
     # a great circle that avoids the pole keeps to one side of the tilt
     side = np.where(start[:, 0] + end[:, 0] < 0, -1.0, 1.0)
@@ -130,8 +135,8 @@ def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Arra
     )
 
 
-#: Binomial coefficients of the degrees 4, 6 and 7.
-_BINOMIALS: Final = {n: np.array([comb(n, k) for k in range(n + 1)], dtype=float) for n in (4, 6, 7)}
+#: Binomial coefficients of the degrees 6 and 7.
+_BINOMIALS: Final = {n: np.array([comb(n, k) for k in range(n + 1)], dtype=float) for n in (6, 7)}
 
 
 def bernstein(controls: Array, v: Array) -> Array:
@@ -142,11 +147,6 @@ def bernstein(controls: Array, v: Array) -> Array:
 def bernstein_slope(controls: Array, v: Array) -> Array:
     """Derivatives by v of :func:`bernstein`, (n, k)."""
     return np.einsum("nc,nck->nk", 7 * _weights(v, 6), np.diff(controls, axis=1))
-
-
-def bernstein_third(controls: Array, v: Array) -> Array:
-    """Third derivatives by v of :func:`bernstein`, (n, k)."""
-    return np.einsum("nc,nck->nk", 7 * 6 * 5 * _weights(v, 4), np.diff(controls, 3, axis=1))
 
 
 def _weights(v: Array, degree: int) -> Array:

@@ -1,8 +1,8 @@
 """Limits along whole elements, before any time is planned: travel, margins of the module, height over the table.
 
 Each element is covered by spans (:mod:`verne_post.base.spans`). A limit is checked on the bounds between the samples.
-Where they cannot decide, the span is halved until they can. Short spans far from every limit need few samples. On the way the largest derivatives of the joints are
-collected, which stop-to-stop profiles need.
+Where they cannot decide, the span is halved until they can. Short spans far from every limit need few samples. On the
+way the largest derivatives of the joints are collected, which stop-to-stop profiles need.
 """
 
 from collections.abc import Callable
