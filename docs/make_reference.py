@@ -21,9 +21,14 @@ if TYPE_CHECKING:
     from mkdocs.structure.files import Files
 
 
+def _context(command: click.Command) -> click.Context:
+    """A context as a run has it: commands keep the help option that the first one asks for."""
+    return click.Context(command, **cli.context_settings)
+
+
 def commands() -> Iterator[tuple[str, click.Command]]:
     """Every command with its whole name, in the order of the help."""
-    context = click.Context(cli)
+    context = _context(cli)
     for name in cli.list_commands(context):
         command = cli.get_command(context, name)
         assert command is not None
@@ -37,7 +42,7 @@ def sections(command: click.Command) -> dict[str, list[tuple[str, str]]]:
     found: dict[str, list[tuple[str, str]]] = {}
     own = command.own if isinstance(command, GroupedCommand) else "Options"
     for parameter in command.params:
-        record = parameter.get_help_record(click.Context(command))
+        record = parameter.get_help_record(_context(command))
         if record is not None and isinstance(parameter, click.Option):
             heading = parameter.group if isinstance(parameter, GroupedOption) else own
             found.setdefault(str(heading), []).append(record)
@@ -46,7 +51,7 @@ def sections(command: click.Command) -> dict[str, list[tuple[str, str]]]:
 
 def usage(name: str, command: click.Command) -> str:
     """The line of use."""
-    pieces = command.collect_usage_pieces(click.Context(command))
+    pieces = command.collect_usage_pieces(_context(command))
     return " ".join(["verne-post", name, *pieces])
 
 

@@ -3,7 +3,7 @@
 import errno
 import io
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from verne_post import Machine, Options, convert
-from verne_post.base import columns, long_text
+from verne_post.base import columns, long_text, processes
 from verne_post.cli import common
 from verne_post.gcode import recorder, words
+from verne_post.kinematics.checks import cover
 from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.toolpath import compensation, fairing
-from verne_post.trajectory import sample, tuning
+from verne_post.trajectory import plan, sample, tuning
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
 
@@ -86,6 +87,7 @@ def told(source: bytes, machine: Machine, options: Options) -> tuple[Any, ...]:
     facts = vars(result.summary).copy()
     verdict = facts.pop("verification")
     facts.pop("machine")
+    facts.pop("options")
     rows = result.setpoints
     return rows.values.tobytes(), rows.line.tobytes(), result.findings, repr(facts), repr(verdict)
 
@@ -115,6 +117,38 @@ def test_rows_do_not_depend_on_the_blocks(
     monkeypatch.setattr(columns, "BLOCK_ROWS", 23)
     monkeypatch.setattr(columns, "IN_MEMORY", 0)
     assert told(source, machine, options) == whole
+
+
+@pytest.mark.skipif(not processes.can_fork(), reason="a process of this system cannot be forked")
+@pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
+    (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
+        "open_spans", "make_grid", "_solve_group", "_excess_from", "_shift_stretches", "make_block"}),
+    (mixed(), {}, 1000, {"open_spans", "_plan", "make_block"}),
+    (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {"open_spans", "make_block"}),
+    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {"open_spans"}),
+], ids=["one section", "many sections", "slow start", "refused"])  # fmt: skip
+def test_rows_do_not_depend_on_the_processes(
+    source: bytes, option: dict[str, Any], long_section: int, steps: set[str], machine: Machine,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Each step of the work is cut into many parts, of which other processes do all but the first."""
+    monkeypatch.setattr(cover, "CHUNK", 64)
+    monkeypatch.setattr(tuning, "AT_A_TIME", 256)
+    monkeypatch.setattr(tuning, "TOGETHER_KNOTS", 50)
+    monkeypatch.setattr(sample, "BLOCK_ROWS", 512)
+    monkeypatch.setattr(plan, "LONG_SECTION", long_section)
+    alone = told(source, machine, Options(tool_length=80.0, **option))
+    started = set()
+
+    def note(jobs: int, function: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+        started.add(getattr(function, "func", function).__name__)
+        return by_processes(jobs, function, items)
+
+    by_processes = processes._map_by_processes
+    monkeypatch.setattr(processes, "_map_by_processes", note)
+    monkeypatch.setattr(processes, "WORTH_STARTING", -1.0)
+    assert told(source, machine, Options(tool_length=80.0, jobs=3, **option)) == alone
+    assert started == steps
 
 
 def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -239,6 +239,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "accept_rounding": flag,
     "solver": words("reachability", "toppra", "both"),
     "quality": flag,
+    "jobs": number(1, 256, whole=True),
     "source_name": lambda value: value if type(value) is str else REFUSED,
     "setup_source": lambda value: value if type(value) is str else REFUSED,
 }

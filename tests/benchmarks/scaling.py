@@ -1,17 +1,19 @@
 """How time and memory grow with a program: 10^3 to 10^6 lines of the blade, with every corner rounded.
 
 Run from the repository's root: python tests/benchmarks/scaling.py [--most 1000000] [--write]
-With --write the table goes into docs/performance.md, and docs/pictures/scaling.py draws it. Each size is read, and converted by the
-command line, in processes of their own. CPU seconds of one thread; memory as the system counts it for that process alone: what getrusage
+With --write the tables go into docs/performance.md, and docs/pictures/scaling.py draws the first. Each size is read, and converted by
+the command line, in processes of their own. The second table has the time that passes with one and with two processes of --jobs. CPU seconds of one thread; memory as the system counts it for that process alone: what getrusage
 tells begins with that of the process which has started it.
 """
 
 import argparse
+import math
 import os
 import platform
 import subprocess
 import sys
 import tempfile
+import time
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -23,6 +25,8 @@ from verne_post.cli.arithmetic import settings
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZES = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
+#: Lines of the programs that several processes convert.
+SHARED_SIZES = (10_000, 100_000, 1_000_000)
 
 _TOLD = """
 peak = next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM"))
@@ -66,22 +70,45 @@ def scaling_table(sizes: list[int]) -> str:
     return table(["lines", "read s", "read MiB", "convert s", "us/line", "convert MiB", "file MiB"], rows)
 
 
+def shared_table(sizes: list[int]) -> str:
+    """A row for each size: the seconds that pass, start-up included; the least of some runs by turns where they are short."""
+    rows = []
+    for moves in sizes:
+        print(f"... {moves} lines by two processes", file=sys.stderr)
+        with tempfile.TemporaryDirectory() as folder:
+            source = Path(folder) / "program.nc"
+            source.write_bytes(blade(moves))
+            least = [math.inf, math.inf]
+            for _ in range(max(100_000 // moves, 1)):
+                for index in range(2):
+                    begun = time.perf_counter()
+                    words = [str(source), "--tool-length", "80", "-q", "-o", f"{folder}/axes.csv", "-j", str(index + 1)]
+                    subprocess.run([sys.executable, "-m", "verne_post", *words], cwd=ROOT, check=True)
+                    least[index] = min(least[index], time.perf_counter() - begun)
+        rows.append([f"{moves:,}", *(f"{seconds:.2f}" for seconds in least), f"{least[1] / least[0]:.2f}"])
+    return table(["lines", "-j 1 s", "-j 2 s", "ratio"], rows)
+
+
 def main() -> None:
-    """Measure, print, and with --write put the table into the page."""
+    """Measure, print, and with --write put the tables into the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--most", type=int, default=SIZES[-1], help="lines of the longest program")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/performance.md")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/performance.md")
     given = parser.parse_args()
+    machine = f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}"
+    shared = f"Two cores of: {machine}.\n\n" + shared_table(
+        [size for size in SHARED_SIZES if size <= given.most]
+    ).strip("\n")
     text = "\n\n".join(
         [
-            f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
-            f"numpy {np.__version__}.\nEach row is one run; start-up is in it.",
+            f"One thread of: {machine}, numpy {np.__version__}.\nEach row is one run; start-up is in it.",
             scaling_table([size for size in SIZES if size <= given.most]).strip("\n"),
         ]
     )
-    print(text)
+    print(text, shared, sep="\n\n")
     if given.write:
         write_section("scaling", text)
+        write_section("cores", shared)
 
 
 if __name__ == "__main__":

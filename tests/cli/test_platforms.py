@@ -1,4 +1,4 @@
-"""The same bytes on every platform, nothing read from outside the folder, and what is said where toppra is missing."""
+"""The same bytes on every platform and by any number of processes, nothing read from outside the folder, and what is said where toppra is missing."""
 
 import importlib.util
 import subprocess
@@ -10,6 +10,9 @@ from typing import Any
 import pytest
 
 import verne_post
+from tests.conftest import SAMPLES
+from verne_post.base import processes
+from verne_post.model import options
 
 PROGRAM = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X0.2 F900 (gr\u00fcn)\nM2\n"
 OPTIONS = ("--tool-length", "60", "--wcs", "G54=0,0,20")
@@ -120,3 +123,30 @@ def test_a_ceiling_hides_settings_above_it(
     monkeypatch.chdir(inner / "below")
     monkeypatch.setenv("VERNE_POST_CEILING", str(tmp_path.parent))
     assert run("check", "../part.nc", *OPTIONS).code == 2
+
+
+@pytest.mark.skipif(not processes.can_fork(), reason="a process of this system cannot be forked")
+@pytest.mark.parametrize("file_format", ["csv", "linuxcnc"])
+def test_files_are_the_same_whatever_the_number_of_processes(
+    file_format: str, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "WORTH_STARTING", -1.0)
+    made = []
+    for jobs in (1, 2):
+        rows, meta = tmp_path / f"{jobs}", tmp_path / f"{jobs}.json"
+        answer = run("convert", SAMPLES / "posted.nc", "-j", jobs, "-o", rows, "--meta", meta, "--format", file_format)
+        assert answer.code == 0, answer.err
+        made.append((rows.read_bytes(), meta.read_bytes()))
+    assert made[0] == made[1]
+
+
+def test_several_processes_are_refused_where_none_can_be_forked(
+    run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(options, "can_fork", lambda: False)
+    answer = run("check", SAMPLES / "posted.nc", "-j", 2)
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.endswith(
+        "Error: --jobs 2: several processes plan a program on Linux alone; batch -j runs anywhere\n"
+    )
+    assert run("check", SAMPLES / "posted.nc", "-j", 1).code == 0

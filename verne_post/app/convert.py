@@ -15,6 +15,7 @@ from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.summary import summarise
 from verne_post.app.verify import verifier_of
 from verne_post.base.long_text import Text
+from verne_post.base.processes import map_in_order
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event
@@ -25,7 +26,7 @@ from verne_post.model.verification import Verification
 from verne_post.output.rounding import choose_setpoint_format, round_setpoints
 from verne_post.output.setpoints import column_names
 from verne_post.trajectory.event_rows import EventRows
-from verne_post.trajectory.sample import rows
+from verne_post.trajectory.sample import RowSampler
 from verne_post.trajectory.shaper import shape_rows
 
 
@@ -104,12 +105,17 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointB
     joints, machine, contour = program.joints(), program.machine, program.contour
     move_of_segment = contour.path.move_reached
     dwells = np.append(program.moves.dwells, -1)
-    for sampled in rows(contour, plan.profiles, plan.timeline):
+    sampler = RowSampler(contour, plan.profiles, plan.timeline)
+
+    def make_block(first: int) -> tuple[SetpointBlock, NDArray[np.integer]]:
+        sampled = sampler.rows(first)
         q = shape_rows(joints.q(sampled.element, sampled.w), plan.timeline.weights)
         values, numbers = round_setpoints(q, machine, fmt)
         segment = contour.segment[sampled.shown]
         move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[segment])
-        yield SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, segment), move
+        return SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, segment), move
+
+    return map_in_order(make_block, sampler.blocks(), program.options.jobs)
 
 
 def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:

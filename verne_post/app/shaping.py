@@ -22,7 +22,7 @@ from verne_post.model.toolpath import SegmentKind
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.trajectory import tuning
 from verne_post.trajectory.plan import MotionProfiles
-from verne_post.trajectory.sample import Rows, Timeline, rows
+from verne_post.trajectory.sample import Rows, RowSampler, Timeline
 from verne_post.trajectory.shaper import shape_rows
 
 #: Of what verification allows where the path has no tolerance, so much is used: the rest is for rounding.
@@ -64,9 +64,9 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
     those from stop to stop.
     """
     contour = program.contour
-    starts = running_sums(contour.length)
+    starts, sampler = running_sums(contour.length), RowSampler(contour, profiles, laid_out)
     limits, too_fast = NO_LIMITS, np.ones(contour.n_sections)
-    for sampled in rows(contour, profiles, laid_out):
+    for sampled in map(sampler.rows, sampler.blocks()):
         factor = _too_fast(program, sampled, laid_out)
         if (factor <= 1.0).all():
             continue

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 @quiet_option
 @format_option
 @options_of(*WRITING)
-@program_options()
+@program_options("jobs")
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
     sarif: Path | None, github: bool, quiet: bool, file_format: str, **given: Any,

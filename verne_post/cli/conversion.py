@@ -143,7 +143,8 @@ def convert_to_files(
     if not result.ok:
         return result, ()
     assert result.summary is not None
-    rows, file_format = replace(spool.rows(), about=about_rows(result.summary)), FORMATS[outputs.file_format]
+    rows = replace(spool.rows(), about=about_rows(result.summary), jobs=options.jobs)
+    file_format = FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None
         _write_parts(files, outputs.rows, rows, result.summary)

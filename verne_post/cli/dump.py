@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.command("dump", cls=GroupedCommand)
 @click.argument("stage", type=click.Choice(["moves", "poses", "joints"]))
 @click.argument("input_name", metavar="INPUT")
-@program_options("solver", "quality", "override", "slow_start")
+@program_options("solver", "quality", "jobs", "override", "slow_start")
 def command(stage: str, input_name: str, **given: Any) -> int:
     """Print one stage of a program as JSON lines.
 

@@ -33,7 +33,7 @@ class ExplainCommand(GroupedCommand):
 
 @click.command("explain", cls=ExplainCommand)
 @click.argument("what", metavar="INPUT:LINE|CODE")
-@program_options("solver", "quality")
+@program_options("solver", "quality", "jobs")
 def command(what: str, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code means.
 

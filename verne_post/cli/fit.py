@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     help="Seek the least time, with a small margin to every limit, instead of the largest margin.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
-@program_options()
+@program_options("jobs")
 def command(
     input_name: str, free: str, ranges: tuple[str, ...], minimise: str | None, as_json: bool, **given: Any
 ) -> int:

@@ -163,8 +163,9 @@ def _option(name: str) -> Callable[..., Any]:
     help_text = shown.help
     if kind is not bool and field.default not in (None, "", ()) and not field.default_factory:
         help_text += f"  [default: {field.default}]"
+    flags = [shown.short] if shown.short else []
     return click.option(
-        flag_of(name), name, cls=GroupedOption, group=shown.group, default=None, multiple=name in ("wcs", "keep_out"),
+        *flags, flag_of(name), name, cls=GroupedOption, group=shown.group, default=None, multiple=name in ("wcs", "keep_out"),
         help=help_text, **settings,
     )  # fmt: skip
 

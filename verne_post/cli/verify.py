@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 )
 @quiet_option
 @options_of("accept_rounding")
-@program_options("solver", "quality", "slow_start")
+@program_options("solver", "quality", "jobs", "slow_start")
 def command(
     setpoints: str,
     against: str,

@@ -28,6 +28,7 @@ from pydantic import (
 from pydantic.functional_validators import ModelWrapValidatorHandler  # in pydantic itself only since 2.10
 
 from verne_post.base.modules import names_of_modules
+from verne_post.base.processes import can_fork
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
@@ -66,6 +67,7 @@ class Changes(StrEnum):
     TIMING = "timing"
     ROWS = "rows"
     CHECKS = "checks"
+    NOTHING = "nothing"
 
 
 class About(Struct, frozen=True):
@@ -82,6 +84,8 @@ class About(Struct, frozen=True):
         What the command line shows for its value.
     flag : str
         Its option on the command line, where that is not made from its name; "" for none of its own.
+    short : str
+        One letter for it, with its dash.
     choices : callable or None
         Names that it may have, where its type does not say so.
     in_settings : bool
@@ -94,6 +98,7 @@ class About(Struct, frozen=True):
     unit: str = ""
     metavar: str = ""
     flag: str | None = None
+    short: str = ""
     choices: Callable[[], tuple[str, ...]] | None = None
     in_settings: bool = True
 
@@ -106,6 +111,8 @@ def dialects() -> tuple[str, ...]:
 Finite = Field(allow_inf_nan=False)
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 Tolerance = Field(ge=1e-6, le=10.0)
+#: More processes than this are a mistake.
+MAX_JOBS: Final = 256
 
 
 class Options(BaseModel):
@@ -243,6 +250,9 @@ class Options(BaseModel):
     quality: Annotated[bool, About(
         "Plan the motion finely: practically the shortest time, for many times the computing.", Group.ADVANCED,
         Changes.TIMING)] = False
+    jobs: Annotated[int, Field(ge=1, le=MAX_JOBS), About(
+        "Processes that plan a long program and make its rows, which are the same whatever the number; more than one on Linux "
+        "alone.", Group.ADVANCED, Changes.NOTHING, metavar="N", short="-j")] = 1
     source_name: Annotated[str, About(
         "Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)] = "program"
     setup_source: Annotated[str, About(
@@ -269,6 +279,10 @@ class Options(BaseModel):
             )
         if self.air_along != "tool" and not self.air:
             raise UsageError("air_along", f"{self.air_along} needs air, the height by which to lift")
+        if self.jobs > 1 and not can_fork():
+            raise UsageError(
+                "jobs", f"{self.jobs}: several processes plan a program on Linux alone; batch -j runs anywhere"
+            )
         if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
             raise UsageError(
                 "solver",
@@ -311,7 +325,7 @@ class Options(BaseModel):
 
         Keys are the names, with the unit where the option has one: ``tolerance_mm``.
         """
-        values = {name: getattr(self, name) for name in Options.model_fields if name not in _FOR_MESSAGES}
+        values = {name: getattr(self, name) for name in Options.model_fields if name not in _WITHOUT_EFFECT}
         values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
         return {key_of(name): _as_json(value) for name, value in values.items()}
 
@@ -341,8 +355,8 @@ def usage_error(error: ValidationError, model: type[BaseModel]) -> UsageError:
     return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason[:1].lower()}{reason[1:]}")
 
 
-#: Options that change nothing but messages.
-_FOR_MESSAGES: Final = ("source_name", "setup_source")
+#: Options that change nothing in what is made.
+_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "jobs")
 #: Complaints about a number that is outside its bounds.
 _BOUNDS: Final = ("greater_than_equal", "less_than_equal")
 

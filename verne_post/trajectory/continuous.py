@@ -50,7 +50,7 @@ class _PlannedSection(Struct, frozen=True, eq=False):
 
 def plan_continuous(
     section: Section, limits: Limits, cycle: float, effort: Effort = tuning.NORMAL, solver: Solver = reachability.solve,
-    playback: FeedOverride = AS_PLANNED, begin: float = 0.0,
+    playback: FeedOverride = AS_PLANNED, begin: float = 0.0, jobs: int = 1,
 ) -> ContinuousProfile:  # fmt: skip
     """Plan a section from rest to rest.
 
@@ -68,6 +68,8 @@ def plan_continuous(
         How fast the planned profile is executed.
     begin : float
         When the section begins in the file, s.
+    jobs : int
+        Processes that plan it.
 
     Raises
     ------
@@ -77,8 +79,8 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver)
-    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise)
+    first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, jobs)
+    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, jobs)
     planned = _plan_with_effort(task, first.profile, bound, effort)
     if effort is tuning.NORMAL and (planned.rows is None or len(planned.rows) <= tuning.SHORT_ROWS):
         other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
+from verne_post.base.processes import map_in_order
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.cruise import find_cruise
@@ -20,11 +21,10 @@ from verne_post.trajectory.spline_profile import Profile
 Solver = Callable[..., Array]
 
 
-def second_order_bound(section: Section, limits: Limits, solver: Solver) -> float:
-    """Time of the second-order optimum of a section, s."""
+def second_order_bound(section: Section, limits: Limits, solver: Solver, jobs: int = 1) -> float:
+    """Time of the second-order optimum of a section, s; ``jobs`` processes evaluate its joints."""
     bound, x_end = 0.0, 0.0
-    for first, last, seen in _sections(section):
-        grid = grid_along(section, first, seen)
+    for _first, last, grid in _grids(section, jobs):
         s, x = _kept(section, grid, solver(grid, limits, start=x_end), last)
         bound, x_end = bound + reachability.duration(s, x), float(x[-1])
     return bound
@@ -39,18 +39,18 @@ class InitialProfile(Struct, frozen=True, eq=False):
     cruise: Array
 
 
-def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver) -> InitialProfile:
+def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver, jobs: int = 1) -> InitialProfile:
     """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly.
 
     The section is taken part by part, each with a look-ahead that ends at rest. Where even motion would take far more
-    than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes.
+    than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes. ``jobs`` processes
+    evaluate the joints.
     """
     smooth = _Smooth(tuning.START_SMOOTH)
     smooth.add(np.zeros(tuning.START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
     cruise = []
-    for first, last, seen in _sections(section):
-        grid = grid_along(section, first, seen)
+    for first, last, grid in _grids(section, jobs):
         x = solver(grid, limits, start=x_end)
         cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
         s, fastest = _kept(section, grid, x, last)
@@ -92,13 +92,18 @@ class _Smooth:
         self.last = known[-len(self.kernel) + 1 :]
 
 
-def _sections(section: Section) -> Iterator[tuple[int, int, int]]:
-    """First and last element of every part, and the end of what it looks ahead to; the latter two excluded."""
+def _grids(section: Section, jobs: int) -> Iterator[tuple[int, int, Grid]]:
+    """First and last element of every part, the latter excluded, and the grid along it and what it looks ahead to."""
     elements = len(section.breaks) - 1
-    for first in range(0, elements, tuning.AT_A_TIME):
+    firsts = range(0, elements, tuning.AT_A_TIME)
+    lasts = [min(first + tuning.AT_A_TIME, elements) for first in firsts]
+
+    def make_grid(part: tuple[int, int]) -> Grid:
         release_memory()
-        last = min(first + tuning.AT_A_TIME, elements)
-        yield first, last, min(last + tuning.AT_A_TIME // 8, elements)
+        first, last = part
+        return grid_along(section, first, min(last + tuning.AT_A_TIME // 8, elements))
+
+    return zip(firsts, lasts, map_in_order(make_grid, zip(firsts, lasts, strict=True), jobs), strict=True)
 
 
 def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:

@@ -1,6 +1,9 @@
 """The motion profiles of a whole contour: a scalar profile from stop to stop, a continuous profile where corners are rounded."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import groupby
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
@@ -9,6 +12,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks, running_sums
+from verne_post.base.processes import map_in_order
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
@@ -22,6 +26,8 @@ from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
 
 #: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
 REST_ROWS: Final = 2
+#: From so many elements on, several processes plan a section together; each has its own sections up to there.
+LONG_SECTION: Final = 3000
 
 
 class MotionProfiles(Struct, frozen=True, eq=False):
@@ -69,6 +75,8 @@ class PlanningOptions(Struct, frozen=True):
         How fast what is planned is executed.
     weights : ndarray, shape (2 h + 1,)
         Of the input shaper that the rows are convolved with; every section has h cycles of rest before and after it.
+    jobs : int
+        Processes that plan.
     """
 
     cycle: float
@@ -76,6 +84,7 @@ class PlanningOptions(Struct, frozen=True):
     quality: bool = False
     playback: FeedOverride = field(default_factory=FeedOverride)
     weights: Array = field(default_factory=lambda: UNSHAPED)
+    jobs: int = 1
 
     @property
     def rest(self) -> int:
@@ -173,16 +182,20 @@ def plan_contour(
     if slower is not None and (slower > 1.0).any():
         profiles = profiles.stretch(slower)
     planner = _Planner(joints, limits, planning, profiles)
-    ramp = planning.playback.ramp
-    for section in range(contour.n_sections) if ramp else np.flatnonzero(planner.continuous).tolist():
-        begin_s = planner.clock.at(section) if ramp else 0.0
-        if not planner.continuous[section]:
-            planner.slow_down(section, begin_s)
-            continue
-        planner.plan_continuous(section, begin_s)
+    for section, planned in planner.plan_in_time() if planning.playback.ramp else planner.plan_each():
+        planner.keep(section, planned)
         if progress is not None:
             progress(int(planner.begins[section + 1]))
     return planner.motion_profiles()
+
+
+class _SectionProfile(Struct, frozen=True, eq=False):
+    """The rows s (n,) of a continuous section, its second-order bounds, s, and the segments (m,) whose feed is reached on it."""
+
+    s: Array
+    second_order_bound_s: float
+    toppra_bound_s: float
+    reached: Ints
 
 
 class _Planner:
@@ -202,13 +215,26 @@ class _Planner:
         self.cycles = np.maximum(cycles, 1).astype(np.int64)
         self.clock = _Clock(contour, self.cycles, planning)
 
-    def slow_down(self, section: int, begin_s: float) -> None:
-        """Stretch a section from stop to stop that begins at a time (s) before the override is steady."""
+    def plan_in_time(self) -> Iterator[tuple[int, _SectionProfile]]:
+        """Plan the continuous sections, and stretch the others, for an override that is not steady yet: one after the other."""
         playback = self.planning.playback
-        if begin_s < playback.steady:
-            self.cycles[section] = playback.cycles(float(self.profiles.total[section]), begin_s, self.planning.cycle)
+        for section, total in enumerate(self.profiles.total.tolist()):
+            begin_s = self.clock.at(section)
+            if self.continuous[section]:
+                yield section, self._plan(begin_s, self.planning.jobs, section)
+            elif begin_s < playback.steady:
+                self.cycles[section] = playback.cycles(total, begin_s, self.planning.cycle)
 
-    def plan_continuous(self, section: int, begin_s: float) -> None:
+    def plan_each(self) -> Iterator[tuple[int, _SectionProfile]]:
+        """Plan the continuous sections: several processes plan short ones side by side, and each long one together."""
+        jobs, sections = self.planning.jobs, np.flatnonzero(self.continuous)
+        long = np.diff(self.begins)[sections] >= LONG_SECTION
+        for together, group in groupby(zip(long.tolist(), sections.tolist(), strict=True), key=itemgetter(0)):
+            run = [section for _long, section in group]
+            plan = partial(self._plan, 0.0, jobs if together else 1)
+            yield from zip(run, map_in_order(plan, run, 1 if together else jobs), strict=True)
+
+    def _plan(self, begin_s: float, jobs: int, section: int) -> _SectionProfile:
         """Plan a continuous section that begins at a time (s)."""
         # scipy, and toppra even more so, are only imported where they are needed
         from verne_post.trajectory import continuous
@@ -217,38 +243,42 @@ class _Planner:
         planning, contour = self.planning, self.joints.contour
         first, last = int(self.begins[section]), int(self.begins[section + 1])
         path = ContourSection(self.joints, first, last, planning.cycle)
+        toppra_bound = 0.0
         try:
             profile = continuous.plan_continuous(
                 path, self.limits, planning.cycle, tuning.QUALITY if planning.quality else tuning.NORMAL,
-                _solver(planning.solver), planning.playback, begin_s,
+                _solver(planning.solver), planning.playback, begin_s, jobs,
             )  # fmt: skip
-            self.second_order_bound_s += profile.bound
             if planning.solver == "both":
-                self.toppra_bound_s += second_order_bound(path, self.limits, _solver("toppra"))
+                toppra_bound = second_order_bound(path, self.limits, _solver("toppra"), jobs)
         except (ValueError, RuntimeError) as error:
             line = int(contour.line(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
-        self._keep_rows(section, profile.s)
-        self._note_feed_reached(path, profile.s)
+        return _SectionProfile(profile.s, profile.bound, toppra_bound, self._find_feed_reached(path, profile.s))
 
-    def _keep_rows(self, section: int, s: Array) -> None:
-        """Keep the rows s (n,) of a section, with rest beside other continuous sections."""
+    def keep(self, section: int, planned: _SectionProfile) -> None:
+        """Keep the profile of a section, with rows of rest beside other continuous sections."""
         # differences over four rows must not see the end of one motion and the beginning of the next
         before, after = section > 0, section + 1 < len(self.continuous) and not self.continuous[section + 1]
         self.first_row[section] = self.rows.count
-        self.rows.copy(s, REST_ROWS * before, REST_ROWS * after)
+        self.rows.copy(planned.s, REST_ROWS * before, REST_ROWS * after)
         self.cycles[section] = self.rows.count - self.first_row[section] - 1
+        self.second_order_bound_s += planned.second_order_bound_s
+        self.toppra_bound_s += planned.toppra_bound_s
+        self.reached[planned.reached] = True
 
-    def _note_feed_reached(self, path: ContourSection, s: Array) -> None:
-        """Note the segments on which the steps between rows s (n,) are as long as the feed rate allows."""
+    def _find_feed_reached(self, path: ContourSection, s: Array) -> Ints:
+        """Segments (m,) on which the steps between rows s (n,) are as long as the feed rate allows."""
+        found = Growing(np.intp)
         for begin, end in blocks(len(s) - 1):
             for row in range(begin, end, tuning.AT_A_TIME):
                 part = s[row : min(row + tuning.AT_A_TIME, end) + 1]
                 element, w = path.locate(0.5 * (part[1:] + part[:-1]))
                 cap = tuning.FEED_REACHED * self.joints.speed_cap(element, w)
                 fast = np.diff(part) / self.planning.cycle >= cap
-                self.reached[self.joints.contour.segment[element[fast]]] = True
+                found.extend(np.unique(self.joints.contour.segment[element[fast]]))
+        return found.column()
 
     def motion_profiles(self) -> MotionProfiles:
         """The profiles of all sections."""

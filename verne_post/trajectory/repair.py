@@ -7,6 +7,7 @@ rows, and in the end the whole section is slowed down, which always helps: every
 """
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Final
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, blocks, release_memory
+from verne_post.base.processes import map_in_order
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.local_slowdown import excess_of_rows, slow_down_locally
@@ -138,15 +140,13 @@ def _repair_stretches(
     rows, ratios = [], []
     lengths = high - low + more
     group = np.cumsum(np.maximum(lengths, SCATTERED_ROWS)) // tuning.AT_A_TIME
-    for first, last in pairwise(np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()):
-        release_memory()
-        some = slice(first, last)
-        places = list(zip(low[some].tolist(), high[some].tolist(), strict=True))
-        parts = [_add_rows(z[a:b], k) for (a, b), k in zip(places, more[some].tolist(), strict=True)]
-        shifted = shift_rows(np.concatenate(parts), lengths[some], reach, task)
-        ends = np.cumsum(lengths[first : last - 1])
-        excesses = np.split(rows_excess(shifted, task), ends)
-        for (a, b), part, worst in zip(places, np.split(shifted.s, ends), excesses, strict=True):
+    edges = np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()
+    groups = [slice(first, last) for first, last in pairwise(edges)]
+    shift = partial(_shift_stretches, task, reach, z, low, high, more)
+    for some, (shifted, excesses) in zip(groups, map_in_order(shift, groups, task.jobs), strict=True):
+        ends = np.cumsum(lengths[some])[:-1]
+        places = zip(low[some].tolist(), high[some].tolist(), strict=True)
+        for (a, b), part, worst in zip(places, np.split(shifted, ends), np.split(excesses, ends), strict=True):
             new.copy(z[done:a])
             still = np.flatnonzero(worst[: len(part) - REST_ROWS] > 1.0)
             rows.append(new.count + still)
@@ -155,6 +155,17 @@ def _repair_stretches(
             done = b
     new.copy(z[done:])
     return new.column(), np.concatenate(rows), np.concatenate(ratios)
+
+
+def _shift_stretches(
+    task: SectionTask, reach: int, z: Array, low: Ints, high: Ints, more: Ints, some: slice
+) -> tuple[Array, Array]:
+    """Rows of some of the stretches, laid end to end, given more and shifted, and their excess."""
+    release_memory()
+    places = zip(low[some].tolist(), high[some].tolist(), more[some].tolist(), strict=True)
+    parts = [_add_rows(z[a:b], k) for a, b, k in places]
+    shifted = shift_rows(np.concatenate(parts), np.array([len(part) for part in parts]), reach, task)
+    return shifted.s, rows_excess(shifted, task)
 
 
 def _pace(task: SectionTask, s: Array, rows: Ints) -> float:

@@ -4,12 +4,14 @@ Between two ranges of cruise lies a piece. Short pieces are solved together, a l
 """
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
+from verne_post.base.processes import map_in_order
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.cruise import Piece, split_into_pieces
@@ -39,17 +41,10 @@ def _retime(task: SectionTask, profile: Profile, settings: PassSettings) -> tupl
     knot = settings.knot_units * task.unit
     knots = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
     settled, legal = Growing(float), True
-    for group in _group(split_into_pieces(task, profile, knots, settings)):
-        release_memory()
-        if len(group) == 1:
-            settled.extend(group[0].cruise[TIED:-TIED])
-            legal &= _retime_piece(task, profile, settings, group[0], settled)
-            continue
-        found, all_legal = _solve(task, profile, settings, [_whole(piece, settings) for piece in group])
+    groups = _group(split_into_pieces(task, profile, knots, settings))
+    for coefficients, all_legal in map_in_order(partial(_solve_group, task, profile, settings), groups, task.jobs):
+        settled.copy(coefficients)
         legal &= all_legal
-        for piece, coefficients in zip(group, found, strict=True):
-            settled.extend(piece.cruise[TIED:-TIED])
-            settled.extend(coefficients.copy())
     return Times.of_coefficients(settled.column(), knot), legal
 
 
@@ -64,6 +59,16 @@ def _group(pieces: Iterable[Piece]) -> Iterator[list[Piece]]:
             group, knots = [], piece.end - piece.begin
         group.append(piece)
     yield group
+
+
+def _solve_group(task: SectionTask, profile: Profile, settings: PassSettings, group: list[Piece]) -> tuple[Array, bool]:
+    """Coefficients of pieces and of the cruises before them, and whether all limits hold."""
+    release_memory()
+    if len(group) == 1:
+        return _retime_piece(task, profile, settings, group[0])
+    found, legal = _solve(task, profile, settings, [_whole(piece, settings) for piece in group])
+    parts = [part for piece, own in zip(group, found, strict=True) for part in (piece.cruise[TIED:-TIED], own)]
+    return np.concatenate(parts), legal
 
 
 def _solve(
@@ -95,22 +100,22 @@ def _held(piece: Piece) -> float:
     return 1.0 if piece.after is None else float(piece.after[0])
 
 
-def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, piece: Piece, settled: Growing) -> bool:
-    """Solve a piece window by window, and add its coefficients to the settled ones, which are those of all knots before.
-
-    Returns whether all limits hold.
-    """
+def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, piece: Piece) -> tuple[Array, bool]:
+    """Solve a piece window by window: its coefficients with those of the cruise before, and whether all limits hold."""
+    settled = Growing(float)
+    settled.extend(piece.cruise[TIED:-TIED])
     recent = piece.cruise[-TIED:]  # coefficients of the window before, and of this one
     held = _held(piece)
     begin, careful, all_legal = piece.begin, -1, True
+    done = begin  # knots before which all is settled
     look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
     while begin < piece.end:
         release_memory()
         end = min(begin + tuning.WINDOW_KNOTS + look_ahead, piece.end)
         if piece.end - end < look_ahead:
             end = piece.end
-        recent = np.append(recent, np.full(max(end + TIED - settled.count - len(recent), 0), held))
-        coefficients = recent[begin - settled.count : end + TIED - settled.count]
+        recent = np.append(recent, np.full(max(end + TIED - done - len(recent), 0), held))
+        coefficients = recent[begin - done : end + TIED - done]
         crawl = tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
         after = piece.after if end == piece.end else np.full(TIED, crawl)
         found, legal = _solve(task, profile, settings, [_window(coefficients, held, settings.knot_units, begin, after)])
@@ -121,12 +126,11 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
             continue
         all_legal &= legal
         coefficients[:] = found[0]
-        done = begin - settled.count
-        settled.extend(recent[:done].copy())
-        recent = recent[done:]
+        settled.extend(recent[: begin - done].copy())
+        recent, done = recent[begin - done :], begin
         begin = end if end == piece.end else begin + tuning.WINDOW_KNOTS
     settled.extend(recent)
-    return all_legal
+    return settled.column(), all_legal
 
 
 def _window(known: Array, held: float, knot_units: int, begin: int, after: Array | None) -> Window:

@@ -1,12 +1,14 @@
 """Differences of rows over their limits: the velocity, acceleration, jerk and feed that will be verified."""
 
+from functools import partial
 from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks
+from verne_post.base.columns import Growing, blocks, release_memory
+from verne_post.base.processes import map_in_order
 from verne_post.base.rows import row_max
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import SectionTask, joints_at
@@ -53,12 +55,17 @@ def excess(task: SectionTask, s: Array) -> Array:
     The rows s (n,) rest at both ends.
     """
     worst = Growing(float)
-    for begin, end in blocks(len(s) - REST_ROWS):
-        for first in range(begin, end, tuning.AT_A_TIME):
-            before = min(first, 1)
-            rows = JointRows.at(task, s[first - before : min(first + tuning.AT_A_TIME, end) + REST_ROWS])
-            worst.extend(rows_excess(rows, task)[before:])
+    for part in map_in_order(partial(_excess_from, task, s), range(0, len(s) - REST_ROWS, tuning.AT_A_TIME), task.jobs):
+        worst.extend(part)
     return worst.column()
+
+
+def _excess_from(task: SectionTask, s: Array, first: int) -> Array:
+    """The part of :func:`excess` that begins at a row."""
+    release_memory()
+    before = min(first, 1)
+    rows = JointRows.at(task, s[first - before : first + tuning.AT_A_TIME + REST_ROWS])
+    return rows_excess(rows, task)[before:]
 
 
 def rows_excess(rows: JointRows, task: SectionTask) -> Array:

@@ -1,6 +1,5 @@
 """Profiles -> rows: the timeline of sections and dwells in whole control cycles, and which pose each row has."""
 
-from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -94,31 +93,7 @@ class Rows(Struct, frozen=True, eq=False):
     dwell: Ints
 
 
-def rows(contour: Contour, profiles: MotionProfiles, plan: Timeline) -> Iterator[Rows]:
-    """All rows, block by block."""
-    sampler = _Sampler(contour, profiles, plan)
-    h = plan.rest
-    for first in range(0, plan.n_rows, BLOCK_ROWS):
-        release_memory()
-        last = min(first + BLOCK_ROWS, plan.n_rows)
-        # the file begins and ends at rest
-        k = np.clip(np.arange(first - h, last + h), 0, plan.n_rows - 1)
-        item = np.minimum(np.searchsorted(plan.first_row, k, side="right") - 1, len(plan.section) - 1)
-        owner, at = sampler.path_lengths(k, item)
-        finished = sampler.finished(k, item)
-        element, w = sampler.locate(owner, at, finished)
-        middle = slice(h, len(k) - h)
-        shown, shown_w = element, w
-        if h:
-            at = shape_rows(at, plan.weights)
-            shown, shown_w = sampler.locate(owner[middle], at, finished[middle])
-        section, own = plan.section[item[middle]], item[middle]
-        dwell = np.where(section < 0, sampler.dwell[own], -1)
-        line = np.where(section >= 0, contour.line(shown), plan.line[own])
-        yield Rows(first, element, w, shown, shown_w, at, line, dwell)
-
-
-class _Sampler:
+class RowSampler:
     """Where the motion of a timeline is at any of its rows."""
 
     def __init__(self, contour: Contour, profiles: MotionProfiles, plan: Timeline) -> None:
@@ -130,7 +105,32 @@ class _Sampler:
         self.dwell = np.cumsum(plan.section < 0) - 1
         self.next_section = np.where(sections_before < len(self.section_begin), sections_before, -1)
 
-    def path_lengths(self, k: Ints, item: Ints) -> tuple[Ints, Array]:
+    def blocks(self) -> range:
+        """First rows of the blocks that make up the whole file."""
+        return range(0, self.plan.n_rows, BLOCK_ROWS)
+
+    def rows(self, first: int) -> Rows:
+        """The rows of a block, by its first one."""
+        release_memory()
+        plan, h = self.plan, self.plan.rest
+        last = min(first + BLOCK_ROWS, plan.n_rows)
+        # the file begins and ends at rest
+        k = np.clip(np.arange(first - h, last + h), 0, plan.n_rows - 1)
+        item = np.minimum(np.searchsorted(plan.first_row, k, side="right") - 1, len(plan.section) - 1)
+        owner, at = self._path_lengths(k, item)
+        finished = self._finished(k, item)
+        element, w = self._locate(owner, at, finished)
+        middle = slice(h, len(k) - h)
+        shown, shown_w = element, w
+        if h:
+            at = shape_rows(at, plan.weights)
+            shown, shown_w = self._locate(owner[middle], at, finished[middle])
+        section, own = plan.section[item[middle]], item[middle]
+        dwell = np.where(section < 0, self.dwell[own], -1)
+        line = np.where(section >= 0, self.contour.line(shown), plan.line[own])
+        return Rows(first, element, w, shown, shown_w, at, line, dwell)
+
+    def _path_lengths(self, k: Ints, item: Ints) -> tuple[Ints, Array]:
         """Section that rows k (n,) of items (n,) are on, and the length of the path up to them, mm."""
         plan, profiles = self.plan, self.profiles
         section = plan.section[item]
@@ -150,12 +150,12 @@ class _Sampler:
         first = self.section_begin[owner]
         return owner, self.ends[first] - self.contour.length[first] + s
 
-    def finished(self, k: Ints, item: Ints) -> Mask:
+    def _finished(self, k: Ints, item: Ints) -> Mask:
         """Rows k (n,) of items (n,) that stand at the end of their section: the last row, and dwells after all motion."""
         after_all = (self.plan.section[item] < 0) & (self.next_section[item] < 0)
         return np.asarray(after_all | (k == self.plan.first_row[item + 1]))
 
-    def locate(self, owner: Ints, at: Array, finished: Mask) -> tuple[Ints, Array]:
+    def _locate(self, owner: Ints, at: Array, finished: Mask) -> tuple[Ints, Array]:
         """Element (n,) of sections (n,) and w (n,) at lengths of the path (n,)."""
         last = self.last_element[owner]
         element = np.clip(np.searchsorted(self.ends, at, side="right"), self.section_begin[owner], last)

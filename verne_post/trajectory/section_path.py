@@ -52,6 +52,8 @@ class SectionTask(Struct, frozen=True, eq=False):
         Control cycle, and the time scale of the profile, s.
     cruise : ndarray, shape (k, 2)
         Ranges of s in which the profile is known to be even, at the feed rate; see :mod:`cruise`.
+    jobs : int
+        Processes that plan it.
     """
 
     section: Section
@@ -59,6 +61,7 @@ class SectionTask(Struct, frozen=True, eq=False):
     cycle: float
     unit: float
     cruise: Array = field(default_factory=lambda: np.empty((0, 2)))
+    jobs: int = 1
 
 
 class Grid(Struct, frozen=True, eq=False):

@@ -29,10 +29,10 @@ HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 
 
 def check_constraints(
-    joints: JointPath, progress: Callable[[int], None] | None = None
+    joints: JointPath, progress: Callable[[int], None] | None = None, jobs: int = 1
 ) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check of a contour: :func:`check_limits`, the clearances of the machine file, and the keep-out boxes."""
-    bounds, findings = check_limits(joints, progress)
+    bounds, findings = check_limits(joints, progress, jobs)
     for model in clearances(joints):
         if model.names:
             findings += check_clearance(joints, model)

@@ -6,6 +6,7 @@ way the largest derivatives of the joints are collected, which stop-to-stop prof
 """
 
 from collections.abc import Callable
+from itertools import tee
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,7 @@ from msgspec import Struct
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable
+from verne_post.base.processes import map_in_order
 from verne_post.base.rows import row_max
 from verne_post.base.tolerances import LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, chunk_elements, cover_elements
@@ -57,13 +59,17 @@ class JointBounds(Struct, frozen=True, eq=False):
     axis_error_deg: float
 
 
-def check_limits(joints: JointPath, progress: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
+def check_limits(
+    joints: JointPath, progress: Callable[[int], None] | None = None, jobs: int = 1
+) -> tuple[JointBounds, list[Finding]]:
     """Check every element of a contour.
 
     Parameters
     ----------
     progress : callable, optional
         Called with the number of elements that have been checked.
+    jobs : int
+        Processes that look for what is far from every limit.
 
     Returns
     -------
@@ -75,12 +81,12 @@ def check_limits(joints: JointPath, progress: Callable[[int], None] | None = Non
     contour = joints.contour
     limits = _LimitCheck(joints)
     every = GrowingTable(**dict.fromkeys(("first", "second", "third"), (float, len(joints.machine.columns))))
-    for chunk in chunk_elements(len(contour)):
-        derivatives = _Derivatives(joints, chunk)
-        for part in cover_elements(contour, chunk):
+    chunks, ahead = tee(chunk_elements(len(contour)))
+    for chunk, parts in zip(chunks, map_in_order(limits.open_spans, ahead, jobs), strict=True):
+        derivatives = _Derivatives(joints, chunk, limits.needs_derivatives(chunk))
+        for part in parts:
             # of an element that cannot be reached, and has more spans than are checked together, the rest tells nothing
             part = part.take(~limits.is_unreachable(part.element))
-            part = part.take(derivatives.wants(part.element) | ~limits.are_surely_legal(part))
             while len(part):
                 part = part.halve(limits.check(part, derivatives))
         every.extend(**derivatives.largest)
@@ -97,21 +103,17 @@ class _Derivatives:
     ----------
     chunk : ndarray of int, shape (n,)
         Consecutive elements.
+    wanted : ndarray of bool, shape (n,)
+        Those among them.
     """
 
-    def __init__(self, joints: JointPath, chunk: Ints) -> None:
-        contour = joints.contour
-        wanted = ~contour.continuous[contour.section[chunk]]
+    def __init__(self, joints: JointPath, chunk: Ints, wanted: Mask) -> None:
         count = np.cumsum(wanted)
         shape = (int(count[-1]), len(joints.machine.columns))
         self.joints, self._first = joints, int(chunk[0])
         self.largest = {name: np.zeros(shape) for name in ("first", "second", "third")}
         #: Row of each element in the bounds; -1: none.
         self._row = np.where(wanted, count - 1, -1)
-
-    def wants(self, element: Ints) -> Mask:
-        """Elements (n,) whose derivatives are collected."""
-        return np.asarray(self._row[element - self._first] >= 0)
 
     def collect(self, part: Spans, values: Array) -> None:
         """Take spans (n,) with their samples (NODES, n, n_joints); very short ones by a longer stretch around them."""
@@ -138,7 +140,7 @@ class _LimitCheck:
 
     def __init__(self, joints: JointPath) -> None:
         machine = joints.machine
-        self.joints = joints
+        self.joints, self._continuous = joints, joints.contour.continuous
         self.checks = machine_checks(machine)
         self.worst = [Worst() for _ in self.checks]
         #: Columns of the axis error, of either sign, and the largest error so far, degrees.
@@ -173,6 +175,18 @@ class _LimitCheck:
         halve[kept] = self._check_quantities(part.take(kept), quantities, derivatives)
         halve |= self._check_table(part, solved)
         return halve & ~self.is_unreachable(part.element)
+
+    def open_spans(self, chunk: Ints) -> list[Spans]:
+        """First spans of elements (n,), but for those that few samples show to be legal, and whose derivatives nobody needs."""
+        contour = self.joints.contour
+        return [
+            part.take(self.needs_derivatives(part.element) | ~self.are_surely_legal(part))
+            for part in cover_elements(contour, chunk)
+        ]
+
+    def needs_derivatives(self, element: Ints) -> Mask:
+        """Elements (n,) of sections from stop to stop."""
+        return np.asarray(~self._continuous[self.joints.contour.section[element]])
 
     def are_surely_legal(self, part: Spans) -> Mask:
         """Spans (n,) that few samples show to be legal, as :meth:`check` would: short ones, farther from limits than they move.
@@ -215,7 +229,7 @@ class _LimitCheck:
         coarse = row_max(tail[:, :n_joints] - self.tails) > 0.0
         deep = part.depth >= MAX_DEPTH
         halve = coarse & ~deep
-        fine = (~coarse | deep) & derivatives.wants(part.element)
+        fine = (~coarse | deep) & self.needs_derivatives(part.element)
         if fine.any():
             derivatives.collect(part.take(fine), values[:, fine, :n_joints])
         lower, upper = spans.enclosure(values)

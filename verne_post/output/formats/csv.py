@@ -11,8 +11,7 @@ from verne_post.output.spool import WrittenRows
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write what ``verify`` reads."""
     yield csv_header(rows.columns, rows.format.drives).encode()
-    for block in rows.blocks():
-        yield csv_rows(block).encode()
+    yield from rows.written_by(lambda block: csv_rows(block).encode())
 
 
 FORMAT: Final = FileFormat(write, ".csv")

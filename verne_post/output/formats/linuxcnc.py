@@ -10,8 +10,7 @@ from verne_post.output.spool import WrittenRows
 
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write fixed-point text."""
-    for block in rows.blocks():
-        yield format_rows(block.written.T, rows.format.decimals, " ").encode()
+    return rows.written_by(lambda block: format_rows(block.written.T, rows.format.decimals, " ").encode())
 
 
 FORMAT: Final = FileFormat(write, ".txt")
