@@ -25,7 +25,7 @@ processes.WORTH_STARTING = -1.0
 def work(item):
     time.sleep(0.05)
     return os.getpid()
-for pid in processes.map_in_order(work, iter(int, 1), 2):
+for pid in processes.map_in_order(work, iter(int, 1), 3):
     print(pid, flush=True)
 """
 
@@ -43,12 +43,11 @@ def test_results_keep_the_order_of_the_items() -> None:
         time.sleep(0.02 * (item % 3))
         return item + offset, os.getpid()
 
-    values, pids = zip(*map_in_order(work, range(12), 2), strict=True)
-    assert values == tuple(range(1000, 1012))
+    values, pids = zip(*map_in_order(work, range(13), 3), strict=True)
+    assert values == tuple(range(1000, 1013))
     assert pids[0] == os.getpid()  # the first one shows whether others are worth it
-    others = set(pids[1:])
-    assert len(others) == 2
-    assert os.getpid() not in others
+    assert pids[1:] == pids[1:4] * 4
+    assert len(set(pids)) == 3
     assert multiprocessing.active_children() == []
 
 
@@ -70,15 +69,18 @@ def test_items_are_not_taken_far_ahead() -> None:
 
     results = map_in_order(lambda item: -item, items(), 2)
     assert [next(results) for _ in range(100)] == [-item for item in range(100)]
-    assert len(taken) <= 100 + processes.SEEN_ITEMS + 2 * processes.WAITING_ITEMS
+    assert len(taken) <= 100 + processes.SEEN_ITEMS
     results.close()  # type: ignore[attr-defined]
     assert multiprocessing.active_children() == []
 
 
 @pytest.mark.usefixtures("_always_worth")
 def test_an_error_comes_when_its_item_is_reached(capfd: pytest.CaptureFixture[str]) -> None:
+    here = os.getpid()
+
     def work(item: int) -> int:
-        print("said")  # noqa: T201 - another process has nowhere to say it
+        if os.getpid() != here:
+            print("said")  # noqa: T201 - another process has nowhere to say it
         if item == 5:
             raise SolverError(finding("VP420", "too fast", line=7))
         return item
@@ -87,7 +89,7 @@ def test_an_error_comes_when_its_item_is_reached(capfd: pytest.CaptureFixture[st
     with pytest.raises(SolverError) as caught:
         done.extend(map_in_order(work, range(1, 9), 2))
     assert caught.value.findings[0].line == 7
-    assert capfd.readouterr().out.count("said") == 1
+    assert capfd.readouterr().out == ""
     results = map_in_order(work, range(1, 9), 2)
     assert [next(results) for _ in range(4)] == [1, 2, 3, 4]
     with pytest.raises(SolverError):
@@ -96,8 +98,10 @@ def test_an_error_comes_when_its_item_is_reached(capfd: pytest.CaptureFixture[st
 
 @pytest.mark.usefixtures("_always_worth")
 def test_a_killed_process_is_named() -> None:
+    here = os.getpid()
+
     def work(item: int) -> int:
-        if item == 3:
+        if item >= 5 and os.getpid() != here:
             os.kill(os.getpid(), signal.SIGKILL)
         return item
 

@@ -5,25 +5,25 @@ import signal
 import sys
 import threading
 import warnings
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import partial
 from itertools import chain, islice
 from time import perf_counter
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 #: So many items are looked at before processes are started: with fewer to come, or quick ones, it does not pay.
 SEEN_ITEMS: Final = 32
-#: Work that is expected to take less, s, is done by this process: to start and end others takes 15 to 25 ms.
-WORTH_STARTING: Final = 0.08
-#: Items for each process that wait for it, or whose results wait to be taken; more would only take memory.
-WAITING_ITEMS: Final = 3
-
-#: What a process that :func:`map_in_order` started does with items.
-_function: Callable[[Any], Any]
+#: Work that is expected to take less, s, is done by this process: to start and end another one takes some 5 ms.
+WORTH_STARTING: Final = 0.05
+#: Bytes of results that wait to be taken, from each process: as many as the system gives everybody.
+WAITING_BYTES: Final = 1 << 20
 
 
 def can_fork() -> bool:
@@ -32,10 +32,10 @@ def can_fork() -> bool:
 
 
 def map_in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: int) -> Iterator[Result]:
-    """Results of a function for each item, in their order, by so many processes; by this one where ``jobs`` is 1.
+    """Results of a function for each item, in their order, by so many processes, of which this one is the first.
 
-    The function may hold anything: a process knows what this one knows when it is started. Items and results are pickled.
-    An error of the function is raised here when its item is reached.
+    Each process takes every so many-th item, and makes all of them as this one would: functions and items may hold anything.
+    Results are pickled. An error of the function is raised here when its item is reached.
 
     Raises
     ------
@@ -54,41 +54,58 @@ def map_in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs
 
 
 def _map_by_processes(jobs: int, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-    # imported where they are needed: they take as long as a short program
-    from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
+    # not on every system, and slow to import
+    import fcntl
     from multiprocessing import get_context
 
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("fork"), initializer=_prepare, initargs=(function,))
-    waiting: deque[Any] = deque()
+    context = get_context("fork")
+    others = []
     try:
-        for item in items:
+        for index in range(1, jobs):
+            receiver, sender = context.Pipe(duplex=False)
+            with suppress(OSError):  # less does, with more waiting for each other
+                fcntl.fcntl(sender, fcntl.F_SETPIPE_SZ, WAITING_BYTES)
+            process = context.Process(
+                target=_work, args=(function, islice(items, index, None, jobs), sender), daemon=True
+            )
             with warnings.catch_warnings():
-                # forking beside threads: those of the linear algebra rest meanwhile
+                # of forking beside threads: those of the linear algebra rest meanwhile
                 warnings.simplefilter("ignore", DeprecationWarning)
-                waiting.append(pool.submit(_apply, item))
-            if len(waiting) >= WAITING_ITEMS * jobs:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    except BrokenProcessPool:
+                process.start()
+            others.append((process, receiver))
+            sender.close()
+        for index, item in enumerate(items):
+            if index % jobs == 0:
+                yield function(item)
+                continue
+            error, result = others[index % jobs - 1][1].recv()
+            if error is not None:
+                raise error
+            yield result
+    except EOFError:
         raise ChildProcessError(None, "was killed, perhaps for want of memory", "a process of --jobs") from None
     finally:
-        pool.shutdown(cancel_futures=True)
+        for process, receiver in others:
+            receiver.close()
+            process.terminate()
+            process.join()
 
 
-def _prepare(function: Callable[[Any], Any]) -> None:
-    """In a new process: leave alone what belongs to the one that started it, its streams, its signals and its files."""
-    global _function
-    _function = function
-    sys.stdout = sys.stderr = None  # what they hold is written by the other process
+def _work(function: Callable[[Item], Result], items: Iterable[Item], sender: "Connection") -> None:
+    """In a new process: send the results, up to the first error."""
+    # what belongs to the process that started this one is left alone: its streams, its signals and its files
+    sys.stdout = sys.stderr = None
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes; the other one says so
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
     end_with_parent()
-
-
-def _apply(item: Any) -> Any:
-    return _function(item)
+    try:
+        for item in items:
+            sender.send((None, function(item)))
+    except BrokenPipeError:  # nobody wants any more
+        pass
+    except Exception as error:
+        sender.send((error, None))
 
 
 def end_with_parent(tidy_up: Callable[[], None] | None = None) -> None:
