@@ -1,16 +1,20 @@
 """Make every picture of README and docs again: python docs/make_pictures.py [NAME ...] [--check].
 
 A picture is made by a script of docs/pictures, run from the repository's root. With ``--check`` they are made in a folder of their own and
-compared with those that are committed. Needs the extras docs, report and test; report.py and tutorial.py also chromium
+compared with those that are committed. error_field.png is made by the commands of its page (make_transcripts.py). Needs the extras docs, report and test; report.py and tutorial.py also chromium
 and chromedriver.
 """
 
-import subprocess
+import contextlib
+import runpy
 import sys
 import tempfile
 from pathlib import Path
+from unittest import mock
 
+import matplotlib
 import numpy as np
+from matplotlib import pyplot
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -30,8 +34,15 @@ def find_scripts() -> list[Path]:
 
 
 def make(script: Path, root: Path) -> None:
-    """Run a script in a root of the repository's layout."""
-    subprocess.run([sys.executable, str(script)], cwd=root, check=True, stdout=subprocess.DEVNULL)
+    """Run a script in a root of the repository's layout; in this process, where matplotlib is loaded once."""
+    with (
+        contextlib.chdir(root),
+        contextlib.redirect_stdout(None),
+        mock.patch.object(sys, "path", [str(script.parent), *sys.path]),
+        matplotlib.rc_context(),
+    ):
+        runpy.run_path(str(script), run_name="__main__")
+    pyplot.close("all")
 
 
 def share_of_other_cells(made: Path, committed: Path) -> float:
@@ -53,10 +64,14 @@ def find_stale(script: Path, folder: Path) -> list[str]:
     for name in ("gcode_samples", "machine_configs"):
         (folder / name).symlink_to(ROOT / name)
     make(script, folder)
-    made = sorted((folder / "docs" / "pictures").glob("*.png"))
-    shares = {file.name: share_of_other_cells(file, PICTURES / file.name) for file in made}
-    return [f"{name}: {100 * share:.1f} % of the picture are not as {script.name} makes them" for name, share in shares.items()
-            if share > SHARES.get(script.stem, SHARE)]  # fmt: skip
+    return find_others(folder / "docs" / "pictures", script.name, SHARES.get(script.stem, SHARE))
+
+
+def find_others(made: Path, maker: str, largest: float = SHARE) -> list[str]:
+    """Pictures in a folder that are not as committed."""
+    shares = {file.name: share_of_other_cells(file, PICTURES / file.name) for file in sorted(made.glob("*.png"))}
+    return [f"{name}: {100 * share:.1f} % of the picture are not as {maker} makes them" for name, share in shares.items()
+            if share > largest]  # fmt: skip
 
 
 def main(words: list[str]) -> int:

@@ -4,12 +4,16 @@ A transcript is a block of kind ``console``: lines that begin with ``$ `` are co
 standard output and standard error. The blocks of a page run one after the other, in one folder that holds the samples and the
 machine files. ``$ cat NAME`` of a file that does not exist makes it, with the text below. A comment ``<!-- run: COMMAND -->``
 before a block is run too, unseen. A line ``...`` stands for lines that are left out, ``...`` inside a line for anything.
-With ``--check`` nothing is written; the exit status says whether all pages are as committed.
+``$PICTURES`` is the folder of the pictures. With ``--check`` nothing is written; the exit status says whether all pages are as
+committed.
 """
 
+import contextlib
+import io
 import math
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -17,6 +21,9 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
+
+from verne_post.cli.main import main as run_command
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
@@ -24,6 +31,8 @@ PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
 RELATIVE, ABSOLUTE = 1e-4, 0.005
 #: What the commands may use, beside the samples themselves.
 FOLDERS = ("gcode_samples", "machine_configs", "tests/reference")
+#: A command of verne-post that needs no shell: it is run in this process, which has loaded the modules.
+_PLAIN = re.compile(r"verne-post [^$`;&|<>()*?~#\\]+")
 _PARTS = re.compile(r"^<!-- run: (?P<hidden>.*?) -->$|^```console\n(?P<block>.*?)^```$", re.DOTALL | re.MULTILINE)
 _WORDS = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?|[^\W\d]+|[^\w\s]")
 
@@ -55,18 +64,33 @@ def steps_of(text: str) -> Iterator[Step]:
             yield Step(command, end - len(printed), end, printed)
 
 
-def run_step(step: Step, folder: Path) -> str:
-    """What a command prints in a folder."""
+def run_step(step: Step, folder: Path, pictures: Path) -> str:
+    """What a command prints in a folder; pictures of the docs go into one of their own."""
     made = re.fullmatch(r"cat (\S+)", step.command)
     if made and not (folder / made[1]).exists():
         (folder / made[1]).write_text(step.printed, encoding="utf-8")
         return step.printed
-    done = subprocess.run(
-        ["bash", "-c", step.command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
-        encoding="utf-8", env={**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-                               "VERNE_POST_CEILING": str(folder.parent), "NO_COLOR": "1"},
-    )  # fmt: skip
-    return done.stdout if not done.stdout or done.stdout.endswith("\n") else done.stdout + "\n"
+    settings = {
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "PICTURES": str(pictures),
+        "VERNE_POST_CEILING": str(folder.parent), "NO_COLOR": "1",
+    }  # fmt: skip
+    with mock.patch.dict(os.environ, settings):
+        said = (_run_here if _PLAIN.fullmatch(step.command) else _run_in_shell)(step.command, folder)
+    return said if not said or said.endswith("\n") else said + "\n"
+
+
+def _run_in_shell(command: str, folder: Path) -> str:
+    return subprocess.run(
+        ["bash", "-c", command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, encoding="utf-8"
+    ).stdout  # fmt: skip
+
+
+def _run_here(command: str, folder: Path) -> str:
+    raw = io.BytesIO()
+    both = io.TextIOWrapper(raw, encoding="utf-8", write_through=True)
+    with contextlib.chdir(folder), contextlib.redirect_stdout(both), contextlib.redirect_stderr(both):
+        run_command(shlex.split(command)[1:])
+    return raw.getvalue().decode("utf-8")
 
 
 def same_words(one: str, other: str) -> bool:
@@ -130,8 +154,8 @@ def refresh(printed: str, said: str) -> str:
     return "".join(line + "\n" for line in out)
 
 
-def refresh_page(text: str, only_compare: bool = False) -> tuple[str, list[str]]:
-    """A page with what its commands print now, and what was wrong with it."""
+def refresh_page(text: str, pictures: Path, only_compare: bool = False) -> tuple[str, list[str]]:
+    """A page with what its commands print now, and what was wrong with it; its pictures are put into a folder."""
     wrong = []
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "here"
@@ -141,7 +165,7 @@ def refresh_page(text: str, only_compare: bool = False) -> tuple[str, list[str]]
             shutil.copy(sample, folder)
         made, moved = text, 0
         for step in steps_of(text):
-            said = run_step(step, folder)
+            said = run_step(step, folder, pictures)
             if step.is_hidden or fill_in(step.printed, said) is not None:
                 continue
             wrong.append(f"$ {step.command}\n{said}")
@@ -159,7 +183,8 @@ def main(arguments: list[str]) -> int:
     status = 0
     for page in named or PAGES:
         text = page.read_text(encoding="utf-8")
-        made, wrong = refresh_page(text, check)
+        with tempfile.TemporaryDirectory() as scratch:
+            made, wrong = refresh_page(text, Path(scratch) if check else ROOT / "docs" / "pictures", check)
         if wrong:
             status = 1
             print(f"{page.relative_to(ROOT)}: {len(wrong)} transcripts {'are stale' if check else 'written again'}")  # noqa: T201

@@ -1,8 +1,11 @@
 """What tests of several folders build alike: machines, programs, tool axes, setpoints, and the rod equations of the paper."""
 
+import importlib.util
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -30,6 +33,17 @@ LENGTHS = {
     "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,
     "L2": 950.0, "L3": 950.0,
 }  # fmt: skip
+
+
+def load_maker(name: str) -> ModuleType:
+    """A script beside the pages; docs are no package."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # where its dataclasses are looked up
+    spec.loader.exec_module(module)
+    return module
 
 
 def two_machines(cycle: float) -> dict[str, Machine]:

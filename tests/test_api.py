@@ -1,7 +1,6 @@
 """The Python API: what it takes, what it says of misuse, and that its page and its types are true."""
 
 import doctest
-import importlib.util
 import inspect
 import subprocess
 import sys
@@ -14,6 +13,8 @@ import pytest
 import verne_post as vp
 from verne_post import api
 from verne_post.model import options
+
+from .builders import load_maker
 
 ROOT = Path(__file__).resolve().parents[1]
 POCKET = ROOT / "gcode_samples" / "pocket_3axis.nc"
@@ -139,12 +140,7 @@ def test_examples_of_the_docstrings(module: Any) -> None:
 
 
 def test_the_page_is_made_from_the_docstrings() -> None:
-    spec = importlib.util.spec_from_file_location("make_api", ROOT / "docs" / "make_api.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    assert module.page() == (ROOT / "docs" / "api.md").read_text("utf-8"), "run python docs/make_api.py"
+    assert load_maker("make_api").page() == (ROOT / "docs" / "api.md").read_text("utf-8"), "run python docs/make_api.py"
 
 
 CLIENT = """

@@ -1,7 +1,6 @@
 """The docs are true: tests that are named as proof exist, and links lead somewhere."""
 
 import ast
-import importlib.util
 import os
 import re
 import subprocess
@@ -9,12 +8,13 @@ import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 from verne_post.model.codes import CODES
+
+from .builders import load_maker
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
@@ -61,18 +61,8 @@ def test_links_between_pages_lead_somewhere(page: Path) -> None:
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
-def _reference() -> ModuleType:
-    """The script beside the pages; docs are no package."""
-    spec = importlib.util.spec_from_file_location("make_reference", ROOT / "docs" / "make_reference.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[..., Any]) -> None:
-    made = _reference()
+    made = load_maker("make_reference")
     page, man = made.options_page(), made.man_page().replace("\\-", "-")
     shown = set(
         re.findall(
@@ -91,7 +81,7 @@ def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[
 
 
 def test_reference_has_every_key_of_the_shipped_machine_file() -> None:
-    page = _reference().keys_page()
+    page = load_maker("make_reference").keys_page()
     machine = tomllib.loads((ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8"))
     keys = {*machine, *(key for group in ("spindle", "table", "home", "accuracy", "control") for key in machine[group])}
     assert not {key for key in keys if f"`{key}`" not in page}

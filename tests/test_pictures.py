@@ -1,26 +1,21 @@
 """The pictures of README and docs are those that their scripts make now."""
 
-import importlib.util
+import re
 import shutil
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-PICTURES = Path(__file__).resolve().parents[1] / "docs" / "pictures"
+from .builders import ROOT, load_maker
+
+PICTURES = ROOT / "docs" / "pictures"
 
 
 @pytest.fixture(scope="module")
 def maker() -> ModuleType:
     pytest.importorskip("matplotlib")
-    spec = importlib.util.spec_from_file_location("make_pictures", PICTURES.parent / "make_pictures.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return load_maker("make_pictures")
 
 
 @pytest.mark.parametrize("script", sorted(PICTURES.glob("[!_]*.py")), ids=lambda script: script.stem)
@@ -36,6 +31,9 @@ def test_a_picture_is_what_its_script_makes(maker: ModuleType, script: Path, tmp
 def test_every_picture_has_a_script(maker: ModuleType) -> None:
     """A picture that nothing makes goes stale unseen."""
     texts = "".join(script.read_text("utf-8") for script in PICTURES.glob("*.py"))
+    texts += "".join(
+        re.findall(r"\$PICTURES/\S+", "".join(page.read_text("utf-8") for page in PICTURES.parent.glob("*.md")))
+    )
     assert [picture.name for picture in sorted(PICTURES.glob("*.png")) if picture.name not in texts] == []
 
 

@@ -1,34 +1,25 @@
 """Commands print what README and docs say: every transcript is run again, as `python docs/make_transcripts.py` does."""
 
-import importlib.util
-import sys
+import re
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from .builders import ROOT, load_maker
 
-
-def _maker() -> ModuleType:
-    """The script beside the pages; docs are no package."""
-    spec = importlib.util.spec_from_file_location("make_transcripts", ROOT / "docs" / "make_transcripts.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-MAKER = _maker()
+MAKER = load_maker("make_transcripts")
 TEXTS = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in MAKER.PAGES}
 
 
 @pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if any(MAKER.steps_of(text))])
-def test_commands_print_what_the_page_says(page: str) -> None:
-    _made, wrong = MAKER.refresh_page(TEXTS[page], only_compare=True)
+def test_commands_print_what_the_page_says(page: str, tmp_path: Path) -> None:
+    """And its pictures are those that its commands draw."""
+    _made, wrong = MAKER.refresh_page(TEXTS[page], tmp_path, only_compare=True)
     assert not wrong, "\n".join(wrong)
+    pictures = re.findall(r"\$PICTURES/(\w+\.png)", TEXTS[page])
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(pictures)
+    if pictures:
+        assert load_maker("make_pictures").find_others(tmp_path, page) == []
 
 
 def test_every_transcript_is_run() -> None:

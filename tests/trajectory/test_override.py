@@ -81,17 +81,22 @@ def off_the_path(plain: Program, table: np.ndarray) -> float:
     of = np.repeat(every, samples)
     at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
     on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line()[of]])  # by line: passes may run along each other
-    found = cKDTree(on).query(np.column_stack([q, 1e3 * line]), k=40)[1]
+    tree, wanted = cKDTree(on), np.column_stack([q, 1e3 * line])
     gap = np.full(len(q), np.inf)
-    for near in found.T:
+    for which in ([1], range(2, 41)):  # the nearest sample is mostly of the right element
         rest = np.flatnonzero(gap >= 1e-9)
-        element, w = of[near[rest]], at[near[rest]]
-        for _ in range(8):  # Gauss-Newton for the nearest place of the element
-            here, step = joints.q(element, w), np.where(w < 0.5, 1e-6, -1e-6)
-            slope = (joints.q(element, w + step) - here) / step[:, None]
-            off = ((q[rest] - here) * slope).sum(1)
-            w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
-        gap[rest] = np.minimum(gap[rest], np.abs(q[rest] - joints.q(element, w)).max(axis=1))
+        for near in tree.query(wanted[rest], k=which)[1].T:
+            left = gap[rest] >= 1e-9
+            row, element, w = rest[left], of[near[left]], at[near[left]]
+            for _ in range(9):  # Gauss-Newton for the nearest place of the element, until it is near enough
+                here = joints.q(element, w)
+                gap[row] = np.minimum(gap[row], np.abs(q[row] - here).max(axis=1))
+                left = gap[row] >= 1e-9
+                row, element, w, here = row[left], element[left], w[left], here[left]
+                step = np.where(w < 0.5, 1e-6, -1e-6)
+                slope = (joints.q(element, w + step) - here) / step[:, None]
+                off = ((q[row] - here) * slope).sum(1)
+                w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
     return float(gap.max())
 
 

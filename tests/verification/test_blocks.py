@@ -78,8 +78,8 @@ HOW: dict[str, Callable[..., Table]] = {
     "under the later line": early, "under the earlier line": late,
 }  # fmt: skip
 SOURCES = {
-    "stops": (LOOPS, OPTIONS),
-    "rounded": (ROUNDED, OPTIONS),
+    "stops": (LOOPS, OPTIONS.changed(cycle=0.002)),
+    "rounded": (ROUNDED, OPTIONS.changed(cycle=0.002)),
     "0.05 s a row": (ROUNDED, OPTIONS.changed(cycle=0.05)),
 }
 
