@@ -320,6 +320,10 @@ def in_root(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
 
 
+#: Tip of the first pose of each sample, as `dump poses` shows it.
+FIRST_POSES: dict[Path, list[float]] = {}
+
+
 @pytest.mark.parametrize("smoothing", ["off", "blend", "spline"])
 @named(GOOD)
 def test_good_sample(
@@ -335,7 +339,8 @@ def test_good_sample(
     assert verified.out == ""
 
     moves = [json.loads(line) for line in run("dump", "moves", name, *arguments).out.splitlines()]
-    poses = run("dump", "poses", name, *arguments).out.splitlines()
+    if sample not in FIRST_POSES:  # as programmed, whatever the smoothing
+        FIRST_POSES[sample] = json.loads(run("dump", "poses", name, *arguments).out.partition("\n")[0])["tip"]
     rows = Rows.read(answer.out, machine_file, tool_length(sample), work_offset(sample, machine_file))
     assert answer.out.startswith(HEADER + "\n")
     cycle, limits = machine_file["control"]["cycle_s"], machine_file["limits"]
@@ -347,7 +352,7 @@ def test_good_sample(
     assert (rows.q[:, :3] <= high).all()
     assert (np.abs(rows.q[:, 3]) <= limits["a_deg"][1]).all()
     # the file begins where the program does; half a unit of the last decimal moves the tip by less than 1e-6 mm
-    assert rows.tip[0] == pytest.approx(json.loads(poses[0])["tip"], abs=1e-6)
+    assert rows.tip[0] == pytest.approx(FIRST_POSES[sample], abs=1e-6)
 
     judgement = judged(rows, machine_file, moves)
     if smoothing == "off":
