@@ -24,7 +24,6 @@ from verne_post.toolpath.corner_shapes import (
     shape_slope,
     shape_value,
 )
-from verne_post.toolpath.elements import NARROW_MM
 
 from .polylines import contour_of, ends_of_blends, flat, jumps, program_of, shares_of_tolerance
 
@@ -330,18 +329,20 @@ def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
 
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 def test_every_blend_ends_at_the_end_of_an_element(mode: str) -> None:
-    """A grid made of elements must see a corner blend of 0.01 mm on the longest segment."""
-    seen = 0
-    for shape in (uneven, noisy_cam, five_axis):
-        contour = contour_of(program_of(shape(np.random.default_rng(4)), 0.02), mode)
+    """A grid made of elements must see the narrowest corner blend on the longest segment."""
+    steps = [uneven, noisy_cam, five_axis]
+    programs = [program_of(shape(np.random.default_rng(4)), tolerance) for shape in steps for tolerance in (1e-3, 0.02)]
+    # 5 micrometres of blend beside 30 mm: less than a thousandth of the move
+    programs.append(program_of(flat(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 0.01], [0.0, 0.02]])), 0.01))
+    for program in programs:
+        contour = contour_of(program, mode)
         assert contour.corners is not None
         ends = np.append(0.0, np.cumsum(contour.length))
-        wide = contour.corners.reach >= NARROW_MM
-        seen += int(wide.sum())
-        for s, reach in zip(contour.corners.s[wide], contour.corners.reach[wide], strict=True):
+        blended = contour.corners.reach > 0
+        assert blended.any()
+        for s, reach in zip(contour.corners.s[blended], contour.corners.reach[blended], strict=True):
             for at in (s - reach, s + reach):
                 assert np.abs(ends - at).min() <= 2 * corners.SEGMENTS * 1e-3 * reach + 1e-9
-    assert seen > 20
 
 
 def test_reversals_are_stops_and_what_turns_less_is_not() -> None:

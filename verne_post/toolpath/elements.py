@@ -13,10 +13,10 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.corners import find_breakpoints
 
 #: An element shorter than this share of the corner blends that bound it is given to its neighbour: only there does the
-#: contour bend so little on it that it is smooth across both. Corner blends narrower than ``NARROW_MM`` are over within a
-#: few control cycles: they need no element of less than this share of their segment, and motion profiles do better without.
+#: contour bend so little on it that it is smooth across both. A share of the segment instead hides narrow blends on long
+#: segments: the grid of planning then takes a corner and the way after it for one smooth function, and the profile slows down
+#: a second time where its next point is.
 MIN_SHARE: Final = 1e-3
-NARROW_MM: Final = 0.01
 
 
 def split_into_elements(path: ToolPath, corners: Corners) -> dict[str, Any]:
@@ -27,7 +27,7 @@ def split_into_elements(path: ToolPath, corners: Corners) -> dict[str, Any]:
     n = len(path)
     inner, at, width = find_breakpoints(corners)
     u = (at - corners.s[inner]) / path.length[inner]
-    least = MIN_SHARE * np.where(width < NARROW_MM, 1.0, width / path.length[inner])
+    least = MIN_SHARE * width / path.length[inner]
     inside = (u > least) & (u < 1.0 - least)
     inner, u, least = inner[inside], u[inside], least[inside]
     # begin of every element: the start of its segment, then the breakpoints; one that is too short joins the one before
