@@ -19,8 +19,9 @@ pytestmark = pytest.mark.skipif(not processes.can_fork(), reason="a process of t
 
 #: Maps until it is killed, and says which processes do it.
 MAPPING = """
-import os, time
+import os, signal, time
 from verne_post.base import processes
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have started the tests without
 processes.WORTH_STARTING = -1.0
 def work(item):
     time.sleep(0.05)
