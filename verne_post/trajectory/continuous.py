@@ -82,7 +82,7 @@ def plan_continuous(
     first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, jobs)
     bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, jobs)
     planned = _plan_with_effort(task, first.profile, bound, effort)
-    if effort is tuning.NORMAL and (planned.rows is None or len(planned.rows) <= tuning.SHORT_ROWS):
+    if effort is tuning.NORMAL and _may_gain(planned, cycle):
         other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)
         if other.rows is not None and (planned.rows is None or len(other.rows) < len(planned.rows)):
             planned = other
@@ -96,6 +96,13 @@ def plan_continuous(
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
     return ContinuousProfile(repair_or_slow_down(task, rows), bound)
+
+
+def _may_gain(planned: _PlannedSection, cycle: float) -> bool:
+    """Whether another effort may do better: over few rows it is a matter of luck, and repair should cost next to nothing."""
+    if planned.rows is None or len(planned.rows) <= tuning.SHORT_ROWS:
+        return True
+    return (len(planned.rows) - 1) * cycle > tuning.REPAIRED_RATIO * planned.times.total
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:

@@ -104,6 +104,8 @@ OTHER: Final = replace(
     ),
 )  # fmt: skip
 SHORT_ROWS: Final = 200
+#: And longer ones whose rows take so many times the profile that they repair: one of 239 random sections.
+REPAIRED_RATIO: Final = 1.01
 
 _WHOLE: Final = (1.0, 1.0, 1.0)
 #: No margin, more passes, every row and a small gap: practically the optimum, to compare with. Its CPU is many times that of
