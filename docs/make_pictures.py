@@ -1,8 +1,8 @@
 """Make every picture of README and docs again: python docs/make_pictures.py [NAME ...] [--check].
 
-A picture is made by a script of docs/pictures, run from the repository's root. With ``--check`` they are made in a folder of their own and
-compared with those that are committed. error_field.png is made by the commands of its page (make_transcripts.py). Needs the extras docs, report and test; report.py and tutorial.py also chromium
-and chromedriver.
+A picture is made by a script of docs/pictures, run from the repository's root. With ``--check`` they are made in a folder of
+their own and compared with those that are committed. error_field.png is made by the commands of its page
+(make_transcripts.py). Needs the extras docs, report and test; report.py and tutorial.py also chromium and chromedriver.
 """
 
 import contextlib

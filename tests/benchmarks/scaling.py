@@ -1,9 +1,10 @@
 """How time and memory grow with a program: 10^3 to 10^6 lines of the blade, with every corner rounded.
 
 Run from the repository's root: python tests/benchmarks/scaling.py [--most 1000000] [--write]
-With --write the tables go into docs/performance.md, and docs/pictures/scaling.py draws the first. Each size is read, and converted by
-the command line, in processes of their own. The second table has the time that passes with one and with two processes of --jobs. CPU seconds of one thread; memory as the system counts it for that process alone: what getrusage
-tells begins with that of the process which has started it.
+With --write the tables go into docs/performance.md, and docs/pictures/scaling.py draws the first. Each size is read, and
+converted by the command line, in processes of their own: CPU seconds of one thread, and memory as the system counts it for
+that process alone (what getrusage tells begins with that of the process which has started it). The second table has the
+time that passes with one and with two processes of --jobs.
 """
 
 import argparse

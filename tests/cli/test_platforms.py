@@ -1,4 +1,4 @@
-"""The same bytes on every platform and by any number of processes, nothing read from outside the folder, and what is said where toppra is missing."""
+"""The same bytes on every platform and by any number of processes, nothing read from outside the folder, toppra missing."""
 
 import importlib.util
 import subprocess
