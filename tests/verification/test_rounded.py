@@ -148,6 +148,16 @@ def test_what_is_left_out_between_two_rows_is_seen(what: str, cycle: float) -> N
     assert where in [item.message for item in verdict.findings if item.code == "VP412"]
 
 
+def test_rows_beyond_the_end_of_a_segment_are_seen() -> None:
+    """The tool goes too far by 0.05 mm, straight on, on a line of 10 mm, and comes back on the next one."""
+    options = OPTIONS.changed(smoothing="off")
+    values, line = made(program("G1 X10.05 F1500\nX10\nY5"), options)
+    line = np.minimum(line, 4)
+    verdict = verify_rows(program("G1 X10 F1500\nY5"), values, line, options)
+    found = [item.message for item in verdict.findings if item.code == "VP413"]
+    assert any("lies beyond the ends of the segment of line 3" in message for message in found)
+
+
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])
 @pytest.mark.parametrize("tilt", [1e-4, 2e-3, 0.05])
 def test_great_circles_beside_the_pole_pass(tilt: float, mode: str) -> None:
