@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
-from pydantic import BaseModel
+from msgspec import NODEFAULT, Struct
+from msgspec.structs import FieldInfo, fields
 
 from verne_post import __version__
+from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.main import cli
 from verne_post.cli.options import GroupedCommand, GroupedOption
 
@@ -94,39 +96,38 @@ def keys_page() -> str:
     ):  # fmt: skip
         out += ["", f"## {model.__name__.removesuffix('File')}", "", " ".join((model.__doc__ or "").split()).replace("``", "`"),
                 "", "| key | type | bounds | default |", "|---|---|---|---|"]  # fmt: skip
-        for name, field in model.model_fields.items():
-            default = (
-                "needed"
-                if field.is_required()
-                else "none"
-                if field.default is None
-                else f"`{field.get_default(call_default_factory=True)}`"
-            )
-            out.append(cells(f"`{field.alias or name}`", _type(field.annotation), _bounds(field.metadata), default))
+        for field in fields(model):
+            out.append(cells(f"`{field.encode_name}`", _type(field.type), _bounds(field.type), _default(field)))
     return "\n".join(out) + "\n"
 
 
-def _type(annotation: Any) -> str:
+def _default(field: FieldInfo) -> str:
+    if field.required:
+        return "needed"
+    value = field.default if field.default_factory is NODEFAULT else field.default_factory()
+    return "none" if value is None else f"`{value}`"
+
+
+def _type(kind: Any) -> str:
     """A type as people say it."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return "table"
-    origin = get_origin(annotation)
-    if origin in (list, dict):
-        return {list: "list", dict: "table"}[origin]
-    kinds = [one for one in get_args(annotation) if one is not type(None)]
-    if origin is Annotated:
-        return _type(kinds[0])
-    if kinds:
-        return " or ".join(dict.fromkeys(f'"{one}"' if isinstance(one, str) else _type(one) for one in kinds))
-    names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
-    return names.get(annotation, "see the machine file")
+    kinds = [bare(one)[0] for one in alternatives(kind) if one is not type(None)]
+    return " or ".join(dict.fromkeys(_name_of(one) for one in kinds))
 
 
-def _bounds(metadata: list[Any]) -> str:
-    """Bounds of a number."""
+def _name_of(kind: Any) -> str:
+    origin = get_origin(kind)
+    if origin is Literal:
+        return " or ".join(f'"{one}"' if isinstance(one, str) else str(one) for one in get_args(kind))
+    names = {list: "list", dict: "table", float: "number", int: "whole number", str: "text", bool: "true or false"}
+    table = isinstance(kind, type) and issubclass(kind, Struct)
+    return "table" if table else names.get(origin or kind, "see the machine file")
+
+
+def _bounds(kind: Any) -> str:
+    """Bounds of a number, or of the length of a list."""
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<=", "min_length": "length >=", "max_length": "length <="}
-    return ", ".join(f"{sign} {getattr(one, key):g}" for one in metadata for key, sign in signs.items()
-                     if getattr(one, key, None) is not None)  # fmt: skip
+    meta = bare(next(one for one in alternatives(kind) if one is not type(None)))[1]
+    return ", ".join(f"{sign} {getattr(meta, key):g}" for key, sign in signs.items() if getattr(meta, key) is not None)
 
 
 def man_page() -> str:

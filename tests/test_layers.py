@@ -176,7 +176,7 @@ def loaded_after(statement: str) -> set[str]:
     return set(done.stdout.split())
 
 
-HEAVY = {"numpy", "scipy", "pydantic", "msgspec", "click", "ruckig", "toppra", "matplotlib", "tomllib"}
+HEAVY = {"numpy", "scipy", "msgspec", "click", "ruckig", "toppra", "matplotlib", "tomllib"}
 
 
 def test_importing_the_package_is_cheap():

@@ -18,7 +18,8 @@ import pytest
 
 import verne_post
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.schema import Group, Positive
+from verne_post.config.schema import Positive
+from verne_post.config.sentences import Table
 from verne_post.model.options import Options
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
@@ -208,7 +209,7 @@ def test_machine_command_knows_them(run: Callable[..., Any]) -> None:
 # --- a machine that only this file knows --------------------------------------------------------------
 
 
-class ToyFile(Group):
+class ToyFile(Table, frozen=True, kw_only=True):
     """[module] of the toy."""
 
     height: Positive

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import verne_post as vp
-from verne_post.model.options import Options, about, key_of
+from verne_post.model.options import OPTIONS, Options, about, key_of
 from verne_post.model.part_setup import Cylinder
 
 CASES = 10_000
@@ -405,7 +405,7 @@ class Cases:
 
     def values(self) -> dict[str, Any]:
         """One to four options."""
-        pick, names = self.pick, list(Options.model_fields)
+        pick, names = self.pick, list(OPTIONS)
         values = {}
         for name in pick.sample(names, pick.choice([1, 1, 1, 2, 3, 4])):
             given = self.misspelt(name) if pick.random() < 0.08 else name
@@ -437,7 +437,7 @@ def contains(value: Any, kinds: tuple[type, ...]) -> bool:
 
 
 def test_every_option_has_a_meaning_here() -> None:
-    assert set(MEANING) == set(Options.model_fields)
+    assert set(MEANING) == set(OPTIONS)
 
 
 def test_options_are_used_as_meant_or_refused() -> None:

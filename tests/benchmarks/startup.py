@@ -37,7 +37,7 @@ _BASE = "numpy, scipy.linalg"
 SCRIPTS = {
     "import os": _IMPORT.format("os"),
     f"import {_BASE}": _IMPORT.format(_BASE),
-    f"import {_BASE}, pydantic, click": _IMPORT.format(f"{_BASE}, pydantic.main, click"),
+    f"import {_BASE}, msgspec, click": _IMPORT.format(f"{_BASE}, msgspec, click"),
     f"verne-post {SAMPLE.name}": _CONVERT,
 }
 
@@ -63,7 +63,7 @@ def main() -> None:
             for name, script in SCRIPTS.items():
                 least[name] = min(least[name], measure(script, folder))
     base = least[f"import {_BASE}"]
-    versions = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "pydantic", "click"))
+    versions = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "msgspec", "click"))
     text = "\n".join(
         [
             f"{platform.machine()}, Python {platform.python_version()}, {versions}, {datetime.now(UTC):%Y-%m-%d}:",

@@ -358,15 +358,18 @@ def test_the_response_told_is_what_happens(file: Path, run: Callable[..., Any]) 
 
 def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) -> None:
     groups = {
-        "limits": {**schema.limits_file("rho", True).model_fields, **schema.limits_file("xyz", False).model_fields},
-        "module": schema.VerneModuleFile.model_fields,
-        "spindle": schema.SpindleFile.model_fields,
-        "table": schema.TableFile.model_fields,
-        "home": schema.HomeFile.model_fields,
-        "rods": schema.RodsFile.model_fields,
-        "clearance": schema.ClearanceFile.model_fields,
-        "control": schema.ControlFile.model_fields,
-        "accuracy": schema.AccuracyFile.model_fields,
+        "limits": {
+            *schema.limits_file("rho", True).__struct_fields__,
+            *schema.limits_file("xyz", False).__struct_fields__,
+        },
+        "module": schema.VerneModuleFile.__struct_fields__,
+        "spindle": schema.SpindleFile.__struct_fields__,
+        "table": schema.TableFile.__struct_fields__,
+        "home": schema.HomeFile.__struct_fields__,
+        "rods": schema.RodsFile.__struct_fields__,
+        "clearance": schema.ClearanceFile.__struct_fields__,
+        "control": schema.ControlFile.__struct_fields__,
+        "accuracy": schema.AccuracyFile.__struct_fields__,
     }
     options = run("convert", "--help").out
     for code, text in PARAMETERS.items():

@@ -90,10 +90,10 @@ def test_a_machine_with_rods_says_how_flat_they_may_be():
     [
         ("xyz_mm = [[-400.0, 400.0],", "xyz_mm = [[400.0, -400.0],", ["limits.xyz_mm", "lower end 400", "below"]),
         ("xyz_mm = [[-400.0, 400.0],", "xyz_mm = [", ["limits.xyz_mm", "3"]),
-        ("xyz_jerk = 80000.0", "xyz_jerk = -1.0", ["limits.xyz_jerk = -1.0", "greater than 0"]),
+        ("xyz_jerk = 80000.0", "xyz_jerk = -1.0", ["limits.xyz_jerk = -1.0", "above 0"]),
         ("xyz_jerk = 80000.0", "xyz_jerk = [1.0, 2.0]", ["limits.xyz_jerk = [1.0, 2.0]", "3"]),
         ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0]", ["module.zero", "3"]),
-        ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0, nan]", ["module.zero.2", "finite"]),
+        ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0, nan]", ["module.zero.2 = nan", "a number: -1e+12 to 1e+12"]),
         ("zero = [0.0, 0.0, 1050.0]", "", ["module.zero is missing"]),
     ],
 )
@@ -114,7 +114,7 @@ def test_wrong_values_of_a_serial_machine(old, new, says):
         ("[0.0, 120.0, 240.0]", "[0.0, 120.0, 359.5]", ["legs 1 and 3", "359.5", "1 degree or more apart"]),
         ("[0.0, 120.0, 240.0]", "[0.0, 480.0, 120.0]", ["legs 2 and 3"]),
         ("[0.0, 120.0, 240.0]", "[0.0, 120.0]", ["module.leg_angles_deg", "3"]),
-        ("rod_length = 900.0", "rod_length = 0.0", ["module.rod_length = 0.0", "greater than 0"]),
+        ("rod_length = 900.0", "rod_length = 0.0", ["module.rod_length = 0.0", "above 0"]),
     ],
 )
 def test_wrong_values_of_a_linear_delta(old, new, says):

@@ -37,7 +37,7 @@ def test_the_file_sets_what_the_command_line_does_not(folder: Path, run: Callabl
     [
         ("tolerance = -1", "options.tolerance = -1: expected 1e-06 to 10 mm"),
         ("tolerence = 0.1", "options.tolerence: this is no option of a settings file; did you mean tolerance?"),
-        ('smoothing = "bogus"', "options.smoothing = 'bogus': expected 'spline', 'blend' or 'off'"),
+        ('smoothing = "bogus"', "options.smoothing = 'bogus': expected one of spline, blend, off"),
         ("from_line = 3", "options.from_line: this is no option of a settings file"),
         ('wcs = {G54 = [0, 0, 1]}', "options.wcs: this is no option of a settings file"),
     ],

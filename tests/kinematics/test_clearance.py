@@ -249,7 +249,7 @@ def test_clearances_are_part_of_the_verdict_on_a_program(bodied):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"rods.diameter_mm": -1.0}, ["rods.diameter_mm", "-1.0", "greater than 0"]),
+        ({"rods.diameter_mm": -1.0}, ["rods.diameter_mm", "-1.0", "above 0"]),
         ({"rods.weight": 1.0}, ["rods.weight", "not a key"]),
         ({"clearance.minimum_mm": "wide"}, ["clearance.minimum_mm", "number"]),
         ({"rods.cone_centre": None}, ["cone_centre", "belong together"]),

@@ -4,12 +4,12 @@ import math
 from typing import Final
 
 import numpy as np
-from pydantic import ValidationError
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.calibration.data import Readings
 from verne_post.calibration.table import read_number, read_table, refuse_mistakes
 from verne_post.config.kinds import KINDS
+from verne_post.config.sentences import WrongTableError, check_table
 from verne_post.model.findings import Finding, InputError, finding
 
 #: Columns of a pose besides those of the actuators; the tilt comes in one of two units, or not at all.
@@ -87,8 +87,7 @@ def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...
 def refused_lengths(kind: str, lengths: dict[str, float]) -> str | None:
     """Why a machine file of a kind would refuse these lengths as its [module]; None when it takes them."""
     try:
-        KINDS[kind].schema.model_validate(lengths)
-    except ValidationError as error:
-        first = error.errors()[0]
-        return ".".join(str(part) for part in first["loc"]) + (": " if first["loc"] else "") + first["msg"]
+        check_table(KINDS[kind].schema, lengths, f"[module] of kind {kind!r}")
+    except WrongTableError as error:
+        return error.sentences[0]
     return None

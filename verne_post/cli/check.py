@@ -16,7 +16,7 @@ from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, ve
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
-    from verne_post.config.settings import SettingsFile
+    from verne_post.config.settings import Settings
     from verne_post.model.machine import Machine
     from verne_post.model.verdict import Severity
     from verne_post.output.findings import Report
@@ -164,7 +164,7 @@ def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
 
 
 def _policy_of(
-    files: RunFiles, settings: "SettingsFile | None", fail_level: "Severity | None", select: str | None, ignore: str | None, severity: tuple[str, ...],
+    files: RunFiles, settings: "Settings | None", fail_level: "Severity | None", select: str | None, ignore: str | None, severity: tuple[str, ...],
     baseline: Path | None,
 ) -> "tuple[Policy, Severity]":  # fmt: skip
     """Which findings count, and from which gravity: options and environment before the settings file."""

@@ -8,24 +8,22 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from types import UnionType
-from typing import TYPE_CHECKING, Any, Final, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args, get_origin
 
 import click
 from msgspec import Struct
 
 from verne_post.base.printable import printable
+from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
 from verne_post.cli.setups import Placed, place_options
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import check_box, system_number
-from verne_post.model.options import About, Group, Options, about
+from verne_post.model.options import OPTIONS, About, Group, Option, Options, about
 from verne_post.model.part_setup import SYSTEM_NAMES, Box
 
 if TYPE_CHECKING:
-    from pydantic.fields import FieldInfo
-
-    from verne_post.config.settings import SettingsFile
+    from verne_post.config.settings import Settings
 
 
 class _FileName(click.Path):
@@ -121,7 +119,7 @@ class GroupedCommand(click.Command):
 
 def program_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Every option of a program, for the commands that read one, but for those that mean nothing to a command."""
-    names = [name for name in Options.model_fields if about(name).flag != "" and name not in (*WRITING, *without)]
+    names = [name for name in OPTIONS if about(name).flag != "" and name not in (*WRITING, *without)]
     made = [*(_file_option(one) for one in FILES), *(_option(name) for name in names)]
     return lambda command: _decorate(command, made)
 
@@ -140,7 +138,7 @@ def _decorate(command: Callable[..., Any], options: list[Callable[..., Any]]) ->
 
 def flag_of(name: str) -> str:
     """How an option of the model is written on the command line."""
-    if name not in Options.model_fields:
+    if name not in OPTIONS:
         return name
     return about(name).flag or f"--{name.replace('_', '-')}"
 
@@ -155,14 +153,15 @@ def _file_option(one: FileOption) -> Callable[..., Any]:
 
 def _option(name: str) -> Callable[..., Any]:
     """The click option of a field; its default is None, so that the model's default holds where nothing is given."""
-    field, shown = Options.model_fields[name], about(name)
-    kind = _click_type(field, shown)
+    option = OPTIONS[name]
+    shown, default = option.about, option.default()
+    kind = _click_type(option)
     settings: dict[str, Any] = (
         {"is_flag": True} if kind is bool else {"type": kind, "metavar": shown.metavar or _metavar(kind, shown)}
     )
     help_text = shown.help
-    if kind is not bool and field.default not in (None, "", ()) and not field.default_factory:
-        help_text += f"  [default: {field.default}]"
+    if kind is not bool and default not in (None, "", (), {}):
+        help_text += f"  [default: {default}]"
     flags = [shown.short] if shown.short else []
     return click.option(
         *flags, flag_of(name), name, cls=GroupedOption, group=shown.group, default=None, multiple=name in ("wcs", "keep_out"),
@@ -170,11 +169,12 @@ def _option(name: str) -> Callable[..., Any]:
     )  # fmt: skip
 
 
-def _click_type(field: "FieldInfo", shown: About) -> Any:
-    """The type of a field for click: a choice, a number, a flag, or text that is parsed here."""
+def _click_type(option: Option) -> Any:
+    """The type of an option for click: a choice, a number, a flag, or text that is parsed here."""
+    shown = option.about
     if shown.choices is not None:
         return click.Choice(shown.choices())
-    kinds = [one for one in _alternatives(field.annotation) if one is not type(None)]
+    kinds = [bare(one)[0] for one in alternatives(option.kind) if one is not type(None)]
     if get_origin(kinds[0]) is Literal:
         return click.Choice(get_args(kinds[0]))
     if kinds == [bool]:
@@ -182,13 +182,6 @@ def _click_type(field: "FieldInfo", shown: About) -> Any:
     if len(kinds) > 1 or shown.metavar == "auto|N":
         return click.STRING
     return {float: click.FLOAT, int: click.INT}.get(kinds[0], click.STRING)
-
-
-def _alternatives(annotation: Any) -> tuple[Any, ...]:
-    """The types of a union; a type alone."""
-    return (
-        get_args(annotation) if isinstance(annotation, UnionType) or get_origin(annotation) is Union else (annotation,)
-    )
 
 
 def _metavar(kind: Any, shown: About) -> str | None:
@@ -223,12 +216,10 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
     settings = settings_of(files, given.get("settings"), tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
-        values = {**settings.options, "remap": dict(settings.remap), "control": settings.control}
+        values = {**settings.file.options, "remap": dict(settings.file.remap), "control": settings.control}
     placed = place_options(files, given, program, settings)
     given = placed.given
-    values |= {
-        key: value for key, value in given.items() if key in Options.model_fields and value not in (None, (), [])
-    }
+    values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
         values |= _parse_texts(values, given) | _from_files(files, given)
         values |= _bodies(values, settings, placed)
@@ -294,9 +285,9 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _bodies(values: dict[str, Any], settings: "SettingsFile | None", placed: Placed) -> dict[str, Any]:
+def _bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed) -> dict[str, Any]:
     """Fixtures and stock: those of the command line before those of the same name in the set-up, and these before the settings file's."""
-    files = {**({} if settings is None else settings.keep_out), **placed.keep_out}
+    files = {**({} if settings is None else settings.file.keep_out), **placed.keep_out}
     fixtures = {name: file.box(name) for name, file in files.items()}
     named = set()
     for text in values.get("keep_out", ()):
@@ -308,7 +299,7 @@ def _bodies(values: dict[str, Any], settings: "SettingsFile | None", placed: Pla
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
         named.add(name)
         fixtures[name] = _box(name, system, corners, f"--keep-out {text}")
-    stock_file = placed.stock or (None if settings is None else settings.stock)
+    stock_file = placed.stock or (None if settings is None else settings.file.stock)
     stock = None if stock_file is None else stock_file.box("the stock")
     if (text := values.get("stock")) is not None:
         system, equals, corners = text.rpartition("=")
@@ -354,7 +345,7 @@ def numbers_of(text: str, what: str) -> list[float]:
     return values
 
 
-def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "SettingsFile | None":
+def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "Settings | None":
     """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
     found = _nearest_settings(Path.cwd()) if path is None else path
     if found is None:
@@ -370,7 +361,7 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
     return settings
 
 
-def _what_is_hidden(settings: "SettingsFile") -> list[str]:
+def _what_is_hidden(settings: "Settings") -> list[str]:
     """What [check] of a settings file takes out of the findings of `check`."""
     check, found = settings.check, []
     if check.select:

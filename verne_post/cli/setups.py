@@ -12,7 +12,7 @@ from verne_post.cli.files import RunFiles, is_dash, shown_name
 if TYPE_CHECKING:
     from verne_post.config.box_file import BoxFile
     from verne_post.config.program_setup import ProgramSetup
-    from verne_post.config.settings import SettingsFile
+    from verne_post.config.settings import Settings
 
 #: The value of --setup that leaves every set-up out.
 NONE: Final = "none"
@@ -42,7 +42,7 @@ class Placed(Struct, frozen=True):
     source: str = ""
 
 
-def place_options(files: RunFiles, given: dict[str, Any], program: str, settings: "SettingsFile | None") -> Placed:
+def place_options(files: RunFiles, given: dict[str, Any], program: str, settings: "Settings | None") -> Placed:
     """Put the set-ups of a program below the values of the command line.
 
     Parameters
@@ -85,9 +85,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     return Placed(placed, keep_out, stock, ", ".join(setup.name for setup in setups))
 
 
-def _setups(
-    files: RunFiles, asked: str | None, program: str, settings: "SettingsFile | None"
-) -> "Iterator[ProgramSetup]":
+def _setups(files: RunFiles, asked: str | None, program: str, settings: "Settings | None") -> "Iterator[ProgramSetup]":
     """The set-ups of a program, the weaker first: tables of the settings file, then the file of the program."""
     if asked == NONE:
         return

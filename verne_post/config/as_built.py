@@ -5,12 +5,11 @@ from collections.abc import Callable
 from typing import Annotated, Any, Final
 
 import numpy as np
+from msgspec import Meta
 from msgspec.structs import replace
-from pydantic import Field, StringConstraints, ValidationError
 
 from verne_post.base.units import MILLI
-from verne_post.config.schema import Group
-from verne_post.config.sentences import describe_mistakes
+from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.as_built.soundness import find_fault
 from verne_post.kinematics.five_axis import HybridMachine
@@ -22,21 +21,21 @@ from verne_post.model.machine import Limits
 LARGEST_MM: Final = 20.0
 LARGEST_MRAD: Final = 20.0
 
-_Place = Annotated[float, Field(ge=-LARGEST_MM, le=LARGEST_MM, allow_inf_nan=False)]
-_Direction = Annotated[float, Field(ge=-LARGEST_MRAD, le=LARGEST_MRAD, allow_inf_nan=False)]
-_Point = Annotated[list[_Place], Field(min_length=3, max_length=3)]
-_Pair = Annotated[list[_Place], Field(min_length=2, max_length=2)]
-_Angles = Annotated[list[_Direction], Field(min_length=2, max_length=2)]
+_Place = Annotated[float, Meta(ge=-LARGEST_MM, le=LARGEST_MM)]
+_Direction = Annotated[float, Meta(ge=-LARGEST_MRAD, le=LARGEST_MRAD)]
+_Point = Annotated[list[_Place], Meta(min_length=3, max_length=3)]
+_Pair = Annotated[list[_Place], Meta(min_length=2, max_length=2)]
+_Angles = Annotated[list[_Direction], Meta(min_length=2, max_length=2)]
 
 
-class AsBuiltFile(Group):
+class AsBuiltFile(Table, frozen=True, kw_only=True):
     """[as_built]: deviations from the nominal machine, mm and mrad; absent means zero."""
 
-    source: Annotated[str, StringConstraints(min_length=1)]
-    platform_ends_mm: Annotated[list[_Point], Field(min_length=6, max_length=6)] | None = None
-    slider_ends_mm: Annotated[list[_Point], Field(min_length=6, max_length=6)] | None = None
-    rod_lengths_mm: Annotated[list[_Place], Field(min_length=6, max_length=6)] | None = None
-    guides_mrad: Annotated[list[_Angles], Field(min_length=3, max_length=3)] | None = None
+    source: Annotated[str, Meta(min_length=1)]
+    platform_ends_mm: Annotated[list[_Point], Meta(min_length=6, max_length=6)] | None = None
+    slider_ends_mm: Annotated[list[_Point], Meta(min_length=6, max_length=6)] | None = None
+    rod_lengths_mm: Annotated[list[_Place], Meta(min_length=6, max_length=6)] | None = None
+    guides_mrad: Annotated[list[_Angles], Meta(min_length=3, max_length=3)] | None = None
     tilt_axis_mm: _Pair | None = None
     tilt_axis_mrad: _Angles | None = None
     rotary_axis_mm: _Pair | None = None
@@ -90,10 +89,9 @@ def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -
     if not isinstance(table, dict):
         raise _mistake(file_name, f"as_built = {table!r}: expected a table of keys")
     try:
-        return AsBuiltFile.model_validate(table), raw
-    except ValidationError as error:
-        mistakes = describe_mistakes(error, AsBuiltFile, table, "[as_built]", "as_built")
-        raise InputError(*(finding("VP501", f"{file_name}: {text}") for text in mistakes)) from None
+        return check_table(AsBuiltFile, table, "[as_built]", "as_built"), raw
+    except WrongTableError as error:
+        raise InputError(*(finding("VP501", f"{file_name}: {text}") for text in error.sentences)) from None
 
 
 def build_as_built(

@@ -6,13 +6,13 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.config.schema import (
-    Group,
     LinearDeltaModuleFile,
     RodsFile,
     SerialModuleFile,
     VerneModuleFile,
     VerneRodsFile,
 )
+from verne_post.config.sentences import Table
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
 from verne_post.kinematics.modules.serial import SerialModule
 from verne_post.kinematics.modules.verne.module import VerneModule
@@ -25,7 +25,7 @@ class Kind(Struct, frozen=True):
 
     Attributes
     ----------
-    schema : type of Group
+    schema : type of Table
         Of [module]; its fields are handed to ``build``.
     build : callable
         Makes the module.
@@ -38,7 +38,7 @@ class Kind(Struct, frozen=True):
         Schema of [rods], and what its places become; None where the kind does not know its rods as bodies.
     """
 
-    schema: type[Group]
+    schema: type[Table]
     build: Callable[..., ParallelModule]
     group: str
     rods: bool

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from pydantic import ValidationError
+from msgspec.structs import asdict
 
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
@@ -17,7 +17,6 @@ from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
     DriveFile,
-    Group,
     HomeFile,
     LimitsFile,
     MachineFile,
@@ -26,7 +25,7 @@ from verne_post.config.schema import (
     VibrationFile,
     limits_file,
 )
-from verne_post.config.sentences import describe_mistakes
+from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
 
     from verne_post.kinematics.as_built.bodies import VerneRods
 
-_Schema = TypeVar("_Schema", bound=Group)
+_Schema = TypeVar("_Schema", bound=Table)
 
 
 def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], None] | None = None) -> Machine:
@@ -86,7 +85,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         from verne_post.config.as_built import build_as_built, read_as_built  # few machines have it
 
         as_built = read_as_built(content.as_built, file_name, read)
-    module = kind.build(**module_file.model_dump())
+    module = kind.build(**asdict(module_file))
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
         rotary_offset=np.array(content.table.rotary_offset),
@@ -105,7 +104,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
     threshold = accuracy.uncorrected_axis_deg or math.inf
     nominal = HybridMachine(module, table, content.spindle.nose_offset_mm)
     five_axis: FiveAxis = nominal
-    provenance = {key: value for key, value in content.provenance.model_dump().items() if value is not None}
+    provenance = {key: value for key, value in asdict(content.provenance).items() if value is not None}
     if as_built is not None:
         _require_places(content, places, file_name)
         assert places is not None
@@ -219,7 +218,7 @@ def _home(file: HomeFile) -> Home:
 
 
 def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
-    values = file.model_dump()
+    values = asdict(file)
 
     def actuators(value: float | list[float]) -> list[float]:
         return list(value) if isinstance(value, list) else [value] * n
@@ -246,7 +245,7 @@ def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits
     )  # fmt: skip
 
 
-def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, Group, LimitsFile, RodsFile | None]:
+def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, Table, LimitsFile, RodsFile | None]:
     """The file against its schemas: the whole, and the groups whose keys depend on the kind.
 
     Raises
@@ -258,11 +257,9 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, G
 
     def checked(schema: type[_Schema], part: dict[str, Any], prefix: str = "", kind: str = "") -> _Schema | None:
         try:
-            return schema.model_validate(part)
-        except ValidationError as error:
-            of_kind = f"a machine file{f' of kind {kind!r}' if kind else ''}"
-            texts = describe_mistakes(error, schema, part, of_kind, prefix)
-            mistakes.extend(finding("VP501", f"{file_name}: {text}") for text in texts)
+            return check_table(schema, part, f"a machine file{f' of kind {kind!r}' if kind else ''}", prefix)
+        except WrongTableError as error:
+            mistakes.extend(finding("VP501", f"{file_name}: {text}") for text in error.sentences)
             return None
 
     content = checked(MachineFile, data)
@@ -298,7 +295,7 @@ def _places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
     if rods is None or kind.rod_places is None:
         return None
     return kind.rod_places[1](
-        **{key: value for key, value in rods.model_dump().items() if key not in RodsFile.model_fields}
+        **{key: value for key, value in asdict(rods).items() if key not in RodsFile.__struct_fields__}
     )
 
 

@@ -5,14 +5,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from msgspec import Struct, field
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from msgspec import Meta, Struct, field
 
+from verne_post.base.type_words import LARGEST
 from verne_post.config.box_file import BoxFile
 from verne_post.config.option_table import find_wrong_options
-from verne_post.config.sentences import describe_mistakes
+from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.model.findings import InputError, finding
-from verne_post.model.options import Options, about
+from verne_post.model.options import OPTIONS, about
 
 #: Keys that name files, relative to the folder of the set-up.
 FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shapes", "parameters")
@@ -20,16 +20,14 @@ FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shape
 TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths")
 _OWN: Final = ("wcs", "keep_out", "stock")
 
-_Number = Annotated[float, Field(allow_inf_nan=False)]
+_Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 
 
-class SetupFile(BaseModel):
+class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
-
-    wcs: dict[str, Annotated[list[_Number], Field(min_length=3, max_length=4)]] = Field(default_factory=dict)
-    keep_out: dict[str, BoxFile] = Field(default_factory=dict)
+    wcs: dict[str, Annotated[list[_Number], Meta(min_length=3, max_length=4)]] = field(default_factory=dict)
+    keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
     tool_table: str | None = None
     tool_lengths: str | None = None
@@ -96,18 +94,18 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
     InputError
         With one finding (VP503) a mistake.
     """
-    own = {key: value for key, value in data.items() if key in SetupFile.model_fields}
+    own = {key: value for key, value in data.items() if key in SetupFile.__struct_fields__}
     rest = {key: value for key, value in data.items() if key not in own}
     sentences: list[str] = []
     try:
-        file = SetupFile.model_validate(own)
-    except ValidationError as error:
+        file = check_table(SetupFile, own, "a set-up", prefix)
+    except WrongTableError as error:
         file = SetupFile()
-        sentences = describe_mistakes(error, SetupFile, own, "a set-up", prefix)
+        sentences = error.sentences
     place = f"{prefix}." if prefix else ""
     sentences += [
         f"{place}{text}"
-        for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.model_fields], "a set-up")
+        for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.__struct_fields__], "a set-up")
     ]
     if sentences:
         raise InputError(*(finding("VP503", f"{name}: {text}") for text in sentences))
@@ -119,4 +117,4 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
 
 def options_of_a_setup() -> list[str]:
     """Names of the options that may stand in a set-up: those of the command line that are no keys of their own."""
-    return [name for name in Options.model_fields if about(name).flag != "" and name not in _OWN]
+    return [name for name in OPTIONS if about(name).flag != "" and name not in _OWN]

@@ -2,49 +2,33 @@
 
 from functools import cache
 from itertools import combinations, pairwise
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal, cast
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    StringConstraints,
-    create_model,
-    field_validator,
-    model_validator,
-)
+from msgspec import Meta, defstruct
 
+from verne_post.config.sentences import Checks, Table
 from verne_post.model.drives import STEEPEST_ERROR
 from verne_post.model.vibration import Shaper
 
 #: No length, limit or count of a machine is larger: squares and products of such numbers stay finite.
 _LARGEST: Final = 1e12
-Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False)]
-Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
-Pose = Annotated[list[Number], Field(min_length=5, max_length=5)]
-Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
+Number = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
+Positive = Annotated[float, Meta(gt=0, le=_LARGEST)]
+NotNegative = Annotated[float, Meta(ge=0, le=_LARGEST)]
+Point = Annotated[list[Number], Meta(min_length=3, max_length=3)]
+Pose = Annotated[list[Number], Meta(min_length=5, max_length=5)]
+Range = Annotated[list[Number], Meta(min_length=2, max_length=2)]
 Sense = Literal["workpiece", "tool"]
-Source = Annotated[str, StringConstraints(pattern=r"^(identified|assumed|measured|specified)\b")]
+Source = Annotated[str, Meta(pattern=r"^(identified|assumed|measured|specified)\b")]
 
 
-class Group(BaseModel):
-    """A table of the file: no unknown keys, no numbers in quotes."""
-
-    #: Schemas are built when a file is first read with them: a command needs few of them.
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
-
-
-def ordered(value: list[float]) -> list[float]:
+def check_range(value: list[float] | None) -> None:
     """A range has its smaller value first."""
-    if value[0] >= value[1]:
+    if value is not None and value[0] >= value[1]:
         raise ValueError(f"the lower end {value[0]:g} must be below the upper end {value[1]:g}")
-    return value
 
 
-class VerneModuleFile(Group):
+class VerneModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "verne"."""
 
     leg1_x_offset: Number
@@ -57,16 +41,14 @@ class VerneModuleFile(Group):
     L2: Positive
     L3: Positive
 
-    @model_validator(mode="after")
-    def _uncrossed(self) -> "VerneModuleFile":
+    def check_together(self) -> None:
         if self.r1 >= self.R1:
             raise ValueError(
                 f"r1 = {self.r1:g} must be smaller than R1 = {self.R1:g}, or the rods of leg I always cross"
             )
-        return self
 
 
-class SerialModuleFile(Group):
+class SerialModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "serial"."""
 
     zero: Point
@@ -76,7 +58,7 @@ class SerialModuleFile(Group):
 LEG_SEPARATION_DEG: Final = 1.0
 
 
-class LinearDeltaModuleFile(Group):
+class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
     """[module] of kind "linear_delta"."""
 
     platform_radius: Positive
@@ -84,8 +66,7 @@ class LinearDeltaModuleFile(Group):
     rod_length: Positive
     leg_angles_deg: Point
 
-    @model_validator(mode="after")
-    def _stands_on_three_legs(self) -> "LinearDeltaModuleFile":
+    def check_together(self) -> None:
         if self.platform_radius >= self.base_radius:
             raise ValueError(
                 f"platform_radius = {self.platform_radius:g} must be smaller than base_radius = {self.base_radius:g}"
@@ -102,16 +83,15 @@ class LinearDeltaModuleFile(Group):
                     f"leg_angles_deg: legs {i} and {j} stand at {one:g} and {other:g} degrees, "
                     f"they must be {LEG_SEPARATION_DEG:g} degree or more apart"
                 )
-        return self
 
 
-class SpindleFile(Group):
+class SpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
     nose_offset_mm: Number
 
 
-class TableFile(Group):
+class TableFile(Table, frozen=True, kw_only=True):
     """[table]."""
 
     pivot: Point
@@ -122,7 +102,7 @@ class TableFile(Group):
     c_positive: Sense = "workpiece"
 
 
-class HomeFile(Group):
+class HomeFile(Table, frozen=True, kw_only=True):
     """[home]."""
 
     g28: Pose
@@ -130,20 +110,24 @@ class HomeFile(Group):
     park: Pose | None = None
 
 
-PerActuator = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
-PerActuatorRange = Range | Annotated[list[Range], Field(min_length=3, max_length=3)]
+PerActuator = Positive | Annotated[list[Positive], Meta(min_length=3, max_length=3)]
+#: One range for all, or three.
+PerActuatorRange = Annotated[list[Number | Range], Meta(min_length=2, max_length=3)]
 
 
-def ranges_ordered(value: object) -> object:
-    """One range or a list of them: each has its smaller value first."""
-    if isinstance(value, list):
-        for item in value if isinstance(value[0], list) else [value]:
-            ordered(item)
-    return value
+def check_ranges(value: list[Any]) -> None:
+    """One range or three: each has its smaller value first."""
+    lists = [item for item in value if isinstance(item, list)]
+    if (lists and not len(lists) == len(value) == 3) or (not lists and len(value) != 2):
+        raise ValueError("expected 2 numbers, [lower, upper], or 3 such pairs")
+    for item in lists or [value]:
+        check_range(item)
 
 
-class LimitsFile(Group):
+class LimitsFile(Table, frozen=True, kw_only=True):
     """[limits] of the table; :func:`limits_file` adds the actuators of a kind."""
+
+    checks: ClassVar[Checks] = {"a_deg": check_range, "c_deg": check_range}
 
     a_deg: Range
     c_deg: Range | None = None
@@ -153,11 +137,6 @@ class LimitsFile(Group):
     c_velocity: Positive
     c_acceleration: Positive
     c_jerk: Positive
-
-    @field_validator("a_deg", "c_deg")
-    @classmethod
-    def _ordered(cls, value: object) -> object:
-        return ranges_ordered(value)
 
 
 @cache
@@ -173,20 +152,20 @@ def limits_file(group: str, rods: bool) -> type[LimitsFile]:
         True where a rod can come close to the horizontal, so that serial_singularity_mm is needed and
         parallel_singularity allowed.
     """
-    fields: dict[str, Any] = {f"{group}_mm": (PerActuatorRange, ...)}
-    fields |= {f"{group}_{kind}": (PerActuator, ...) for kind in ("velocity", "acceleration", "jerk")}
+    fields: list[Any] = [(f"{group}_mm", PerActuatorRange)]
+    fields += [(f"{group}_{what}", PerActuator) for what in ("velocity", "acceleration", "jerk")]
     if rods:
-        fields["serial_singularity_mm"] = (NotNegative, ...)
-        fields["parallel_singularity"] = (Positive | None, None)
-    checks: dict[str, Any] = {"_ordered_actuators": field_validator(f"{group}_mm")(ranges_ordered)}
-    return create_model("LimitsFile", __base__=LimitsFile, __validators__=checks, **fields)
+        fields += [("serial_singularity_mm", NotNegative), ("parallel_singularity", Positive | None, None)]
+    checks = {**LimitsFile.checks, f"{group}_mm": check_ranges}
+    made = defstruct("LimitsFile", fields, bases=(LimitsFile,), namespace={"checks": checks}, frozen=True, kw_only=True)
+    return cast("type[LimitsFile]", made)
 
 
-PerLeg = Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
-Cone = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
+PerLeg = Positive | Annotated[list[Positive], Meta(min_length=3, max_length=3)]
+Cone = Annotated[float, Meta(gt=0, lt=180)]
 
 
-class RodsFile(Group):
+class RodsFile(Table, frozen=True, kw_only=True):
     """[rods] of every kind: sizes of rods and ball joints; a kind adds where its rods are."""
 
     diameter_mm: PerLeg | None = None
@@ -194,15 +173,13 @@ class RodsFile(Group):
     platform_cone_deg: Cone | None = None
     cone_centre: Point | None = None
 
-    @model_validator(mode="after")
-    def _cones_have_a_middle(self) -> "RodsFile":
+    def check_together(self) -> None:
         cones = self.slider_cone_deg is not None or self.platform_cone_deg is not None
         if cones != (self.cone_centre is not None):
             raise ValueError("cone_centre and slider_cone_deg or platform_cone_deg belong together")
-        return self
 
 
-class VerneRodsFile(RodsFile):
+class VerneRodsFile(RodsFile, frozen=True, kw_only=True):
     """[rods] of kind "verne"."""
 
     leg1_slider_x: Number
@@ -210,7 +187,7 @@ class VerneRodsFile(RodsFile):
     leg23_spacing: Positive
 
 
-class TolerancesFile(Group):
+class TolerancesFile(Table, frozen=True, kw_only=True):
     """[tolerances]: standard deviations of the parts as made, mm and mrad; a key of [as_built] for parts of their own."""
 
     lengths_mm: Positive = 0.05
@@ -226,47 +203,47 @@ class TolerancesFile(Group):
     spindle_axis_mrad: Positive | None = None
 
 
-class ClearanceFile(Group):
+class ClearanceFile(Table, frozen=True, kw_only=True):
     """[clearance]: smallest distance between bodies, and the bodies other than rods."""
 
     minimum_mm: NotNegative
     spindle_diameter_mm: Positive | None = None
     spindle_top_mm: NotNegative = 0.0
     tool_diameter_mm: Positive | None = None
-    platform_ends_mm: Annotated[list[Point], Field(min_length=2, max_length=2)] | None = None
+    platform_ends_mm: Annotated[list[Point], Meta(min_length=2, max_length=2)] | None = None
     platform_diameter_mm: Positive | None = None
 
-    @model_validator(mode="after")
-    def _platform_whole(self) -> "ClearanceFile":
+    def check_together(self) -> None:
         if (self.platform_ends_mm is None) != (self.platform_diameter_mm is None):
             raise ValueError("platform_ends_mm and platform_diameter_mm belong together")
-        return self
 
 
-class DriveFile(Group):
+def check_lead_error(value: list[list[float]] | None) -> None:
+    """Places rise, and errors change little between them."""
+    for (low, error_low), (high, error_high) in pairwise(value or []):
+        if high <= low:
+            raise ValueError(f"places rise from row to row; {high:g} follows {low:g}")
+        if abs(error_high - error_low) > STEEPEST_ERROR * (high - low):
+            raise ValueError(
+                f"between {low:g} and {high:g} the error changes by more than {STEEPEST_ERROR:g} of the way: [place, error], "
+                "both in mm or degrees"
+            )
+
+
+class DriveFile(Table, frozen=True, kw_only=True):
     """[drives.JOINT]: how one drive counts."""
 
-    unit: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
+    checks: ClassVar[Checks] = {"lead_error": check_lead_error}
+
+    unit: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
     sign: Literal[1, -1] = 1
     zero: Number = 0.0
     scale: Positive = 1.0
     integer: bool = False
-    lead_error: Annotated[list[Range], Field(min_length=2)] | None = None
-
-    @field_validator("lead_error")
-    @classmethod
-    def _rises(cls, value: list[list[float]] | None) -> list[list[float]] | None:
-        for (low, error_low), (high, error_high) in pairwise(value or []):
-            if high <= low:
-                raise ValueError(f"places rise from row to row; {high:g} follows {low:g}")
-            if abs(error_high - error_low) > STEEPEST_ERROR * (high - low):
-                raise ValueError(
-                    f"between {low:g} and {high:g} the error changes by more than {STEEPEST_ERROR:g} of the way: [place, error], both in mm or degrees"
-                )
-        return value
+    lead_error: Annotated[list[Range], Meta(min_length=2)] | None = None
 
 
-class AccuracyFile(Group):
+class AccuracyFile(Table, frozen=True, kw_only=True):
     """[accuracy]."""
 
     tip_mm: Positive = 0.01
@@ -279,31 +256,32 @@ LOWEST_MODE: Final = 1.0
 MOST_DAMPING: Final = 0.5
 
 
-class VibrationFile(Group):
+def check_modes(value: list[list[float]]) -> None:
+    """Each is a vibration that an input shaper can be made for."""
+    for frequency, damping in value:
+        if not (frequency >= LOWEST_MODE and 0.0 <= damping <= MOST_DAMPING):
+            raise ValueError(
+                f"[{frequency:g}, {damping:g}] is no mode: [frequency in Hz, at least {LOWEST_MODE:g}; "
+                f"damping ratio, 0 to {MOST_DAMPING:g}]"
+            )
+
+
+class VibrationFile(Table, frozen=True, kw_only=True):
     """[vibration]: modes as [frequency in Hz, damping ratio], and the input shaper for them."""
 
-    modes: Annotated[list[Range], Field(min_length=1, max_length=4)]
+    checks: ClassVar[Checks] = {"modes": check_modes}
+
+    modes: Annotated[list[Range], Meta(min_length=1, max_length=4)]
     shaper: Shaper | None = None
 
-    @field_validator("modes")
-    @classmethod
-    def _are_modes(cls, value: list[list[float]]) -> list[list[float]]:
-        for frequency, damping in value:
-            if not (frequency >= LOWEST_MODE and 0.0 <= damping <= MOST_DAMPING):
-                raise ValueError(
-                    f"[{frequency:g}, {damping:g}] is no mode: [frequency in Hz, at least {LOWEST_MODE:g}; "
-                    f"damping ratio, 0 to {MOST_DAMPING:g}]"
-                )
-        return value
 
-
-class ControlFile(Group):
+class ControlFile(Table, frozen=True, kw_only=True):
     """[control]."""
 
-    cycle_s: Annotated[float, Field(ge=1e-4, le=1.0, allow_inf_nan=False)]
+    cycle_s: Annotated[float, Meta(ge=1e-4, le=1.0)]
 
 
-class ProvenanceFile(Group):
+class ProvenanceFile(Table, frozen=True, kw_only=True):
     """[provenance]: each begins with identified, assumed, measured or specified."""
 
     module: Source
@@ -320,18 +298,11 @@ class ProvenanceFile(Group):
     vibration: Source | None = None
 
 
-def known_schema(value: object) -> object:
-    """The version of the file's schema."""
-    if type(value) is not int or value != 1:
-        raise ValueError("this version reads schema = 1")
-    return value
-
-
-class MachineFile(Group):
+class MachineFile(Table, frozen=True, kw_only=True):
     """The file as a whole; ``module`` and ``limits`` are checked against the schemas of its ``kind``."""
 
-    schema_version: Annotated[int, Field(alias="schema"), BeforeValidator(known_schema)]
-    name: Annotated[str, Field(min_length=1)]
+    schema: Literal[1]
+    name: Annotated[str, Meta(min_length=1)]
     kind: str
     module: dict[str, object]
     spindle: SpindleFile
@@ -348,9 +319,7 @@ class MachineFile(Group):
     control: ControlFile
     provenance: ProvenanceFile
 
-    @model_validator(mode="after")
-    def _optional_groups_have_a_source(self) -> "MachineFile":
+    def check_together(self) -> None:
         for group in ("home", "accuracy", "rods", "tolerances", "clearance", "drives", "vibration"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
-        return self

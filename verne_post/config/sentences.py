@@ -1,67 +1,135 @@
-"""What a validator found in a file, as sentences: key, value, and what would be right."""
+"""Tables of files against their schemas: the values, or what is wrong in one sentence a key: key, value, what would be right."""
 
 import difflib
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from msgspec import Struct, ValidationError, convert
+from msgspec.structs import fields
+
+from verne_post.base.type_words import alternatives, bare, describe, has_shape
+
+#: Keys from the top of the table on, and what follows them in a sentence.
+_Mistake = tuple[tuple[int | str, ...], str]
 
 
-def describe_mistakes(
-    error: ValidationError, schema: type[BaseModel], data: dict[str, Any], kind_of_file: str, prefix: str = ""
-) -> list[str]:
-    """Describe what is wrong with the table ``data`` of a file in one sentence a key.
+#: Key of a table -> what checks its value, where its type does not say all; raises ValueError.
+Checks = Mapping[str, Callable[[Any], None]]
+
+
+class Table(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table of a file: no unknown keys, no numbers in quotes.
+
+    Attributes
+    ----------
+    checks : Checks
+    """
+
+    checks: ClassVar[Checks] = {}
+
+    def __post_init__(self) -> None:
+        """Check what types do not say.
+
+        Raises
+        ------
+        ValueError
+        """
+        for key, check in self.checks.items():
+            check(getattr(self, key))
+        self.check_together()
+
+    def check_together(self) -> None:
+        """Refuse values that do not fit together.
+
+        Raises
+        ------
+        ValueError
+        """
+
+
+_Schema = TypeVar("_Schema", bound=Table)
+
+
+class WrongTableError(ValueError):
+    """A table that does not fit its schema; ``sentences`` say why."""
+
+    def __init__(self, sentences: list[str]) -> None:
+        super().__init__("; ".join(sentences))
+        self.sentences = sentences
+
+
+def check_table(schema: type[_Schema], data: Any, kind_of_file: str, prefix: str = "") -> _Schema:
+    """The table ``data`` of a file as its schema has it.
 
     Parameters
     ----------
-    schema : type of BaseModel
-        That the table does not fit.
-    data : dict
     kind_of_file : str
         What the keys are keys of, in words.
     prefix : str
         Name of the table in its file.
+
+    Raises
+    ------
+    WrongTableError
+        With every mistake.
     """
-    sentences: dict[str, str] = {}
-    for item in error.errors():
-        place = _place(item["loc"], data)
-        key = ".".join(str(part) for part in [*([prefix] if prefix else []), *place])
-        what = item["msg"].removeprefix("Value error, ")
-        if item["type"] == "missing":
-            text = " is missing"
-        elif item["type"] == "extra_forbidden":
-            text = f" is not a key of {kind_of_file}{_nearest(schema, place, data)}"
-        elif item["type"] == "value_error" and isinstance(item["input"], dict):
-            text = f": {what}" if key else what
-        else:
-            what = "expected a table of keys" if item["type"] == "model_type" else f"{what[:1].lower()}{what[1:]}"
-            text = f" = {item['input']!r}: {what}"
-        sentences[key] = f"{sentences[key]}; or{text}" if key in sentences else f"{key}{text}"
-    return list(sentences.values())
+    try:
+        return convert(data, schema)
+    except ValidationError as error:
+        mistakes = dict(_mistakes_of_a_table(schema, data, kind_of_file, ())) or {(): f": {error}"}
+    start = (prefix,) if prefix else ()
+    places = (".".join(str(part) for part in (*start, *place)) for place in mistakes)
+    texts = zip(places, mistakes.values(), strict=True)
+    raise WrongTableError([f"{key}{text}" if key else text.removeprefix(": ") for key, text in texts]) from None
 
 
-def _place(loc: tuple[int | str, ...], data: Any) -> list[int | str]:
-    """The keys of a mistake, without the tags that the validator puts between them."""
-    place: list[int | str] = []
-    for index, part in enumerate(loc):
-        here = isinstance(data, dict) and part in data
-        inside = isinstance(data, list) and isinstance(part, int) and part < len(data)
-        if here or inside:
-            place.append(part)
-            data = data[part]
-        elif isinstance(data, dict) and index == len(loc) - 1:
-            place.append(part)  # a missing key
-    return place
+def _mistakes_of_a_table(
+    schema: type[Table], data: dict[str, Any], kind_of_file: str, place: tuple[int | str, ...]
+) -> Iterator[_Mistake]:
+    known = {field.encode_name: field for field in fields(schema)}
+    found: list[_Mistake] = []
+    for key, value in data.items():
+        here = (*place, key)
+        if key not in known:
+            found.append((here, f" is not a key of {kind_of_file}{_nearest(key, list(known), data)}"))
+            continue
+        wrong = list(_mistakes_of_a_value(known[key].type, value, kind_of_file, here))
+        if not wrong and key in schema.checks:
+            wrong = [(here, f" = {value!r}: {why}")] if (why := _complaint(schema.checks[key], value)) else []
+        found += wrong
+    found += [((*place, key), " is missing") for key, field in known.items() if field.required and key not in data]
+    if not found and (why := _complaint(lambda one: convert(one, schema), data)):
+        found = [(place, f": {why}")]
+    yield from found
 
 
-def _nearest(schema: type[BaseModel], place: list[int | str], data: Any) -> str:
+def _mistakes_of_a_value(kind: Any, value: Any, kind_of_file: str, place: tuple[int | str, ...]) -> Iterator[_Mistake]:
+    """Mistakes in the innermost places that do not fit; of a union the type that the value looks like counts."""
+    fitting = next((one for one in alternatives(kind) if has_shape(one, value)), None)
+    base = bare(fitting)[0]
+    found: list[_Mistake] = []
+    if isinstance(base, type) and issubclass(base, Table):
+        found = list(_mistakes_of_a_table(base, value, kind_of_file, place))
+    elif get_origin(base) in (list, dict) and fitting is not None:
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        inner = get_args(base)[-1]
+        found = [one for key, item in items for one in _mistakes_of_a_value(inner, item, kind_of_file, (*place, key))]
+    if not found and _complaint(lambda one: convert(one, kind), value):
+        found = [(place, f" = {value!r}: expected {describe(kind if fitting is None else fitting)}")]
+    yield from found
+
+
+def _complaint(check: Callable[[Any], object], value: object) -> str:
+    """What a check says about a value; empty where it takes it."""
+    try:
+        check(value)
+    except (ValueError, ValidationError) as error:  # msgspec's error hides that of a table behind it
+        return str(error.__cause__ or error)
+    return ""
+
+
+def _nearest(word: str, keys: list[str], data: Mapping[str, object]) -> str:
     """What a wrong key may have been meant for: a key that its table lacks before one that it has."""
-    for part in place[:-1]:
-        data = data[part]
-        field: Any = schema.model_fields.get(str(part))
-        kinds = [field.annotation, *getattr(field.annotation, "__args__", ())] if field else []
-        # an entry of a dictionary has a name of its own, and the schema that was found above it
-        schema = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), schema)
-    word, keys = str(place[-1]), list(schema.model_fields)
     lacking = [key for key in keys if key not in data]
     close = difflib.get_close_matches(word, lacking, n=1) or difflib.get_close_matches(word, keys, n=1)
     return f"; did you mean {close[0]}?" if close else ""

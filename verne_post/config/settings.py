@@ -6,68 +6,76 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from verne_post.config.box_file import BoxFile
 from verne_post.config.files import read_file
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.program_setup import ProgramSetup, setup_of
-from verne_post.config.sentences import describe_mistakes
+from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.gcode.codes import RS274
 from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.findings import InputError, finding
 from verne_post.model.option_checks import CODE, Meaning
-from verne_post.model.options import Options, about
+from verne_post.model.options import OPTIONS
 
 #: Looked for in the current folder and those above it.
 FILE_NAME: Final = "verne-post.toml"
 PROJECT_FILE: Final = "pyproject.toml"
 
 
-class CheckFile(BaseModel):
+class CheckFile(Table, frozen=True, kw_only=True):
     """[check]: which findings count; ``baseline`` is relative to the folder of the settings file."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
-
-    select: list[str] = Field(default_factory=list)
-    ignore: list[str] = Field(default_factory=list)
-    severity: dict[str, Literal["error", "warning", "note"]] = Field(default_factory=dict)
+    select: list[str] = field(default_factory=list)
+    ignore: list[str] = field(default_factory=list)
+    severity: dict[str, Literal["error", "warning", "note"]] = field(default_factory=dict)
     fail_level: Literal["error", "warning"] | None = None
     baseline: str | None = None
 
 
-class SettingsFile(BaseModel):
+class SettingsFile(Table, frozen=True, kw_only=True):
     """Content of the file."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
-
-    options: dict[str, Any] = Field(default_factory=dict)
-    remap: dict[str, Meaning] = Field(default_factory=dict)
-    siemens: dict[str, Any] = Field(default_factory=dict)
-    heidenhain: dict[str, Any] = Field(default_factory=dict)
-    keep_out: dict[str, BoxFile] = Field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
+    remap: dict[str, Meaning] = field(default_factory=dict)
+    siemens: dict[str, Any] = field(default_factory=dict)
+    heidenhain: dict[str, Any] = field(default_factory=dict)
+    keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
-    check: CheckFile = Field(default_factory=CheckFile)
-    setup: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    _setups: dict[str, ProgramSetup] = PrivateAttr(default_factory=dict)
-    _folder: Path = PrivateAttr(default_factory=Path)
+    check: CheckFile = field(default_factory=CheckFile)
+    setup: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    @property
-    def control(self) -> dict[str, dict[str, Any]]:
-        """Keys by controller dialect, as the option ``control`` has them."""
-        return {dialect: getattr(self, dialect) for dialect in KEYS}
 
-    @property
-    def setups(self) -> dict[str, ProgramSetup]:
-        """[setup.GLOB]: set-ups of programs, by patterns of their paths from the folder of the settings file."""
-        return self._setups
+class Settings(Struct, frozen=True):
+    """What a settings file gives.
+
+    Attributes
+    ----------
+    file : SettingsFile
+    folder : Path
+        Of the file: paths of programs in patterns count from it.
+    check : CheckFile
+        With the path of the baseline as the process finds it.
+    control : mapping
+        Keys by controller dialect, as the option ``control`` has them.
+    setups : mapping
+        [setup.GLOB]: set-ups of programs, by patterns of their paths.
+    """
+
+    file: SettingsFile
+    folder: Path
+    check: CheckFile
+    control: dict[str, dict[str, Any]]
+    setups: dict[str, ProgramSetup]
 
     def setups_of(self, program: Path) -> list[ProgramSetup]:
         """The set-ups whose pattern fits a program, in the order of the file."""
         path = program.resolve()
-        inside = path.relative_to(self._folder) if path.is_relative_to(self._folder) else None
+        inside = path.relative_to(self.folder) if path.is_relative_to(self.folder) else None
         return [
-            setup for glob, setup in self._setups.items()
+            setup for glob, setup in self.setups.items()
             if fnmatch(path.name, glob) or (inside is not None and fnmatch(inside.as_posix(), glob))
         ]  # fmt: skip
 
@@ -83,7 +91,7 @@ def find_settings(folder: Path) -> Path | None:
     return None
 
 
-def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> SettingsFile:
+def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Settings:
     """The settings in a file, of which ``read`` gives the bytes.
 
     Raises
@@ -95,33 +103,34 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
         data = tomllib.loads(read(path).decode("utf-8"))
         if path.name == PROJECT_FILE:
             data = data.get("tool", {}).get("verne-post", {})
-        settings = SettingsFile.model_validate(data)
+        file = check_table(SettingsFile, data, "a settings file")
     except OSError as error:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
-    except ValidationError as error:
-        texts = describe_mistakes(error, SettingsFile, data, "a settings file")
-        raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in texts)) from None
+    except WrongTableError as error:
+        raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in error.sentences)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
-    settings._folder = path.resolve().parent
-    if settings.check.baseline is not None:
-        settings.check.baseline = str(path.parent / settings.check.baseline)
-    wrong = [finding("VP503", f"{path.name}: {why}") for code in settings.remap if (why := _mistake(code))]
-    allowed = [name for name in Options.model_fields if about(name).in_settings]
-    wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(settings.options, allowed)]
-    for glob, table in settings.setup.items():
+    wrong = [finding("VP503", f"{path.name}: {why}") for code in file.remap if (why := _mistake(code))]
+    allowed = [name for name, option in OPTIONS.items() if option.about.in_settings]
+    wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(file.options, allowed)]
+    setups = {}
+    for glob, table in file.setup.items():
         try:
-            settings.setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}")
+            setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}")
         except InputError as error:
             wrong += error.findings
-    for dialect, keys in settings.control.items():
+    control = {dialect: getattr(file, dialect) for dialect in KEYS}
+    for dialect, keys in control.items():
         try:
             read_keys(KEYS[dialect], keys)
         except ValueError as error:
             wrong.append(finding("VP503", f"{path.name}: {dialect}.{error}"))
     if wrong:
         raise InputError(*wrong)
-    return settings
+    check = file.check
+    if check.baseline is not None:
+        check = replace(check, baseline=str(path.parent / check.baseline))
+    return Settings(file, path.resolve().parent, check, control, setups)
 
 
 def _mistake(code: str) -> str | None:

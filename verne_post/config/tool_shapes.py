@@ -3,38 +3,32 @@
 import tomllib
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from msgspec import Meta
 
-from verne_post.config.sentences import describe_mistakes
+from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.model.findings import InputError, finding
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 
-Size = Annotated[float, Field(gt=0, le=1e4)]
+Size = Annotated[float, Meta(gt=0, le=1e4)]
 
 
-class PartFile(BaseModel):
+class PartFile(Table, frozen=True, kw_only=True):
     """One cylinder; without a length it goes up to the gauge line."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     diameter: Size
     length: Size | None = None
 
 
-class ToolFile(BaseModel):
+class ToolFile(Table, frozen=True, kw_only=True):
     """[tool.N], parts from the tip upwards."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     cutter: PartFile
     shank: PartFile | None = None
     holder: PartFile | None = None
 
 
-class ShapesFile(BaseModel):
+class ShapesFile(Table, frozen=True, kw_only=True):
     """Content of the file."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
 
     tool: dict[str, ToolFile]
 
@@ -49,10 +43,9 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
     """
     try:
         data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
-        file = ShapesFile.model_validate(data)
-    except ValidationError as error:
-        texts = describe_mistakes(error, ShapesFile, data, "a file of tool shapes")
-        raise InputError(*(finding("VP504", f"{name}: {text}") for text in texts)) from None
+        file = check_table(ShapesFile, data, "a file of tool shapes")
+    except WrongTableError as error:
+        raise InputError(*(finding("VP504", f"{name}: {text}") for text in error.sentences)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
     shapes = {}

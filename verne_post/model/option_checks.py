@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from mmap import mmap
 from typing import Any, Final, Literal, get_args
 
-from pydantic import AfterValidator
+from msgspec import Struct
 
+from verne_post.base.type_words import LARGEST
 from verne_post.model.findings import UsageError
 from verne_post.model.part_setup import (
     MAX_PLACE,
@@ -25,7 +26,6 @@ from verne_post.model.part_setup import (
 
 #: A G or M code without leading zeros.
 CODE: Final = re.compile(r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})")
-_LARGEST: Final = math.nextafter(math.inf, 0.0)
 #: What a user-defined code may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
 
@@ -43,17 +43,25 @@ def work_offsets(**given: "tuple[float, ...]") -> dict[int, WorkOffset]:
         raise UsageError("wcs", str(error)) from None
 
 
-def one_of(names: Callable[[], tuple[str, ...]]) -> AfterValidator:
-    def check(value: str) -> str:
+class Checked(Struct, frozen=True):
+    """Metadata of an option whose type does not say what it takes: ``check`` returns its value, or raises ValueError."""
+
+    check: Callable[[Any], Any]
+
+
+def one_of(names: Callable[[], tuple[str, ...]]) -> Checked:
+    """Takes one of some names."""
+
+    def check(value: object) -> object:
         if value not in names():
             raise ValueError(_expected(value, names()))
         return value
 
-    return AfterValidator(check)
+    return Checked(check)
 
 
-def _expected(value: str, names: tuple[str, ...]) -> str:
-    near = difflib.get_close_matches(value, names, n=1)
+def _expected(value: object, names: tuple[str, ...]) -> str:
+    near = difflib.get_close_matches(str(value), names, n=1)
     return f"expected one of {', '.join(names)}" + (f"; did you mean {near[0]}?" if near else "")
 
 
@@ -63,7 +71,7 @@ def _numbers(value: object, counts: tuple[int, ...], what: str, bound: float) ->
     if len(found) not in counts:
         raise ValueError(f"expected {what}, got {len(found)} numbers")
     for one in found:
-        if isinstance(one, bool) or not isinstance(one, int | float) or not abs(one) <= _LARGEST:
+        if isinstance(one, bool) or not isinstance(one, int | float) or not abs(one) <= LARGEST:
             raise ValueError(f"expected {what}; {one!r} is not a finite number")
         if abs(one) > bound:
             raise ValueError(f"{one:g} is beyond {bound:g}")
@@ -196,11 +204,12 @@ def check_place(value: object) -> str | tuple[float, ...] | None:
     return _numbers(given, (max(len(given), 1),), "home, or joint values", math.inf)
 
 
-def check_override(value: float) -> float:
-    if not 0.05 <= value <= 1.0:
-        hint = f"; {value:g} % is {value / 100:g}" if 5 <= value <= 100 else ""
+def check_override(value: object) -> float:
+    (share,) = _numbers((value,), (1,), "a share from 0.05 to 1", math.inf)
+    if not 0.05 <= share <= 1.0:
+        hint = f"; {share:g} % is {share / 100:g}" if 5 <= share <= 100 else ""
         raise ValueError(f"expected a share from 0.05 to 1{hint}")
-    return value
+    return share
 
 
 def check_texts(value: object) -> dict[str, bytes]:

@@ -9,30 +9,21 @@ import difflib
 import hashlib
 import importlib.util
 from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
 
-from annotated_types import Ge, Le
-from msgspec import Struct
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    InstanceOf,
-    ValidationError,
-    model_validator,
-)
-from pydantic.functional_validators import ModelWrapValidatorHandler  # in pydantic itself only since 2.10
+from msgspec import Meta, Struct, ValidationError, convert
 
 from verne_post.base.modules import names_of_modules
 from verne_post.base.processes import can_fork
+from verne_post.base.type_words import LARGEST, alternatives, bare, bounds_in_words, describe, has_shape
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
+    Checked,
     check_box,
     check_boxes,
     check_override,
@@ -108,14 +99,15 @@ def dialects() -> tuple[str, ...]:
     return ("auto", *names_of_modules([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
 
 
-Finite = Field(allow_inf_nan=False)
+Finite = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
-Tolerance = Field(ge=1e-6, le=10.0)
+Tolerance = Annotated[float, Meta(ge=1e-6, le=10.0)]
 #: More processes than this are a mistake.
 MAX_JOBS: Final = 256
 
 
-class Options(BaseModel):
+@dataclass(kw_only=True)
+class Options:
     """What a user may choose for one program.
 
     Lengths in mm, times in s, angles in degrees where the name says so. Every option has the meaning of the command-line
@@ -132,18 +124,16 @@ class Options(BaseModel):
     {1: WorkOffset(origin_mm=(-10.0, 15.0, 60.0), turn_deg=0.0)}
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True)
-
     # fmt: off
     # --- set-up ---
-    tool_length: Annotated[float | None, Finite, Field(ge=0, le=MAX_TOOL), About(
+    tool_length: Annotated[Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None, About(
         "Gauge line to tip; holds throughout the program.", Group.SETUP, unit="mm")] = None
-    tools: Annotated[dict[int, InstanceOf[Tool]] | None, BeforeValidator(check_tools), About(
+    tools: Annotated[dict[int, Tool] | None, Checked(check_tools), About(
         "Tool table by number.", Group.SETUP, flag="", in_settings=False)] = None
-    wcs: Annotated[dict[int, InstanceOf[WorkOffset]], BeforeValidator(check_work_offsets), About(
+    wcs: Annotated[dict[int, WorkOffset], Checked(check_work_offsets), About(
         "Work offset on the table in mm, and the part's turn in degrees; repeatable.", Group.SETUP,
-        metavar="G54=X,Y,Z[,C]", in_settings=False)] = Field(default_factory=dict)
-    cycle: Annotated[float | None, Finite, Field(ge=1e-4, le=1.0), About(
+        metavar="G54=X,Y,Z[,C]", in_settings=False)] = field(default_factory=dict)
+    cycle: Annotated[Annotated[float, Meta(ge=1e-4, le=1.0)] | None, About(
         "Control cycle, in place of the machine file's.", Group.SETUP, unit="s")] = None
 
     # --- reading the program ---
@@ -151,24 +141,24 @@ class Options(BaseModel):
         "Controller dialect; auto: as its first lines show, else rs274.", Group.PROGRAM, choices=dialects)] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
     optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
-    subroutines: Annotated[dict[str, Any], BeforeValidator(check_texts), About(
+    subroutines: Annotated[dict[str, Any], Checked(check_texts), About(
         "Text of the files that calls may name, by name without ending, in lower case.", Group.PROGRAM, flag="",
-        in_settings=False)] = Field(default_factory=dict)
-    parameters: Annotated[dict[int, Annotated[float, Finite]], About(
-        "Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False)] = Field(default_factory=dict)
+        in_settings=False)] = field(default_factory=dict)
+    parameters: Annotated[dict[int, Finite], About(
+        "Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False)] = field(default_factory=dict)
     parameter_units: Annotated[Literal["mm", "inch"], About(
         "Unit of the lengths in the parameter file.", Group.PROGRAM)] = "mm"
-    remap: Annotated[dict[str, str], BeforeValidator(check_remap), About(
-        "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = Field(
+    remap: Annotated[dict[str, str], Checked(check_remap), About(
+        "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = field(
         default_factory=dict)
-    control: Annotated[dict[str, dict[str, Any]], BeforeValidator(check_control), About(
+    control: Annotated[dict[str, dict[str, Any]], Checked(check_control), About(
         "What builders of machines choose, by controller dialect: [siemens] and [heidenhain] of the settings file.", Group.PROGRAM, flag="",
-        in_settings=False)] = Field(default_factory=dict)
-    max_repeats: Annotated[int, Field(ge=0), About(
+        in_settings=False)] = field(default_factory=dict)
+    max_repeats: Annotated[int, Meta(ge=0), About(
         "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000
-    max_megabytes: Annotated[int, Field(ge=1), About(
+    max_megabytes: Annotated[int, Meta(ge=1), About(
         "Size of a program beyond which it is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB")] = 4096
-    max_rows: Annotated[int, Field(ge=2), About(
+    max_rows: Annotated[int, Meta(ge=2), About(
         "Rows beyond which a program is refused: at a cycle of 1 ms the default is 28 hours, and 6 GB as CSV.", Group.PROGRAM,
         Changes.CHECKS, metavar="N")] = 100_000_000
 
@@ -176,10 +166,10 @@ class Options(BaseModel):
     smoothing: Annotated[Literal["spline", "blend", "off"], About(
         "Corners under G64. spline: blended, along short moves several together; blend: blended, each by itself; off: the "
         "tool stops at each and keeps the exact path.", Group.CONTOURING)] = "spline"
-    tolerance: Annotated[float | None, Finite, Tolerance, About(
+    tolerance: Annotated[Tolerance | None, About(
         "How far the tip may leave the path at corners under a G64 without P, in place of the machine file's.",
         Group.CONTOURING, unit="mm")] = None
-    orientation_tolerance_deg: Annotated[float | None, Finite, Tolerance, About(
+    orientation_tolerance_deg: Annotated[Tolerance | None, About(
         "How far the tool axis may leave the programmed one at corners under G64, in place of the machine file's.",
         Group.CONTOURING, metavar="DEG", flag="--orientation-tolerance")] = None
     shaper: Annotated[Literal["off", "zv", "zvd", "ei"] | None, About(
@@ -203,41 +193,41 @@ class Options(BaseModel):
         "For a tool that is vertical throughout: turn the part to where the smallest margin is largest.", Group.TABLE)] = False
 
     # --- approach, departure, restart ---
-    approach: Annotated[str | tuple[float, ...] | None, BeforeValidator(check_place), About(
+    approach: Annotated[str | tuple[float, ...] | None, Checked(check_place), About(
         "Where the machine is before the program: home, or joint values in the file's units. Adds a checked approach.",
         Group.APPROACH, flag="--from", metavar="home|Q1,Q2,...", in_settings=False)] = None
     departure: Annotated[Literal["home", "park"] | None, About(
         "Where the machine goes after the program: [home] g28 or park of the machine file.", Group.APPROACH, flag="--to")] = None
-    from_line: Annotated[int | None, Field(ge=1), About(
+    from_line: Annotated[Annotated[int, Meta(ge=1)] | None, About(
         "Block search: start the program at this line; needs --from.", Group.APPROACH, metavar="N", in_settings=False)] = None
     split_at_stops: Annotated[bool, About(
         "Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index.", Group.APPROACH,
         Changes.ROWS)] = False
 
     # --- fixtures, dry runs ---
-    keep_out: Annotated[tuple[InstanceOf[Box], ...], BeforeValidator(check_boxes), About(
+    keep_out: Annotated[tuple[Box, ...], Checked(check_boxes), About(
         "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
         metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
-    stock: Annotated[InstanceOf[Box] | None, AfterValidator(lambda box: None if box is None else check_box(box)), About(
+    stock: Annotated[Box | None, Checked(lambda box: None if box is None else check_box(box)), About(
         "The stock as a box: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
         metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = None
-    tool_shapes: Annotated[dict[int, Any], BeforeValidator(check_shapes), About(
-        "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = Field(
+    tool_shapes: Annotated[dict[int, Any], Checked(check_shapes), About(
+        "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = field(
         default_factory=dict)
-    air: Annotated[float, Finite, Field(ge=0, le=1000.0), About(
+    air: Annotated[float, Meta(ge=0, le=1000.0), About(
         "Dry run: lift the whole program by so much.", Group.SAFETY, unit="mm", in_settings=False)] = 0.0
     air_along: Annotated[Literal["tool", "table"], About(
         "Lift it along the tool axis, or along the table's normal.", Group.SAFETY, in_settings=False)] = "tool"
-    override: Annotated[float, Finite, AfterValidator(check_override), About(
+    override: Annotated[float, Checked(check_override), About(
         "Feed override: execute the planned motion at this share of its speed, 0.05 to 1; dwells keep their length.",
         Group.SAFETY, Changes.TIMING, metavar="SHARE")] = 1.0
-    slow_start: Annotated[float, Finite, Field(ge=0, le=3600.0), About(
+    slow_start: Annotated[float, Meta(ge=0, le=3600.0), About(
         "Begin at a tenth of the speed and reach it within so many seconds.", Group.SAFETY, Changes.TIMING, unit="s")] = 0.0
 
     # --- setpoints ---
     units: Annotated[Literal["joint", "drive"], About(
         "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.OUTPUT)] = "joint"
-    decimals: Annotated[int | None, Field(ge=0, le=12), About(
+    decimals: Annotated[Annotated[int, Meta(ge=0, le=12)] | None, About(
         "Decimals of every column; default: chosen per column, so that rounding stays below 1 % of the jerk limit.",
         Group.OUTPUT, Changes.ROWS, metavar="auto|N")] = None
     accept_rounding: Annotated[bool, About(
@@ -250,7 +240,7 @@ class Options(BaseModel):
     quality: Annotated[bool, About(
         "Plan the motion finely: practically the shortest time, for many times the computing.", Group.ADVANCED,
         Changes.TIMING)] = False
-    jobs: Annotated[int, Field(ge=1, le=MAX_JOBS), About(
+    jobs: Annotated[int, Meta(ge=1, le=MAX_JOBS), About(
         "Processes that plan a long program and make its rows, which are the same whatever the number; more than one on Linux "
         "alone.", Group.ADVANCED, Changes.NOTHING, metavar="N", short="-j")] = 1
     source_name: Annotated[str, About(
@@ -259,16 +249,18 @@ class Options(BaseModel):
         "Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False)] = ""
     # fmt: on
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _explain(cls, value: object, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Turn the validator's complaint into a UsageError about the first option that is wrong."""
-        try:
-            options = handler(value)
-        except ValidationError as error:
-            raise usage_error(error, cls) from None
-        options._check_together()
-        return options
+    if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass
+
+        def __init__(self, **given: Any) -> None:
+            """Check what is given; the rest are defaults."""
+            for name in given:
+                if name not in OPTIONS:
+                    near = difflib.get_close_matches(name, OPTIONS, n=1)
+                    raise UsageError(name, "there is no such option" + (f"; did you mean {near[0]}?" if near else ""))
+            for name, option in OPTIONS.items():
+                # plain attributes cannot be set from outside
+                self.__dict__[name] = _checked(name, option, given[name]) if name in given else option.default()
+            self._check_together()
 
     def _check_together(self) -> None:
         """Refuse options that mean nothing without, or beside, another."""
@@ -294,6 +286,10 @@ class Options(BaseModel):
         """Refuse: options are frozen."""
         raise UsageError(name, "options cannot be changed; make others with changed()")
 
+    def __delattr__(self, name: str) -> None:
+        """Refuse, as with another value."""
+        self.__setattr__(name, None)
+
     def changed(self, **values: Any) -> "Options":
         """These options with other values for some; validated like new ones.
 
@@ -301,7 +297,7 @@ class Options(BaseModel):
         ------
         UsageError
         """
-        return Options(**{**{name: getattr(self, name) for name in self.model_fields_set}, **values})
+        return Options(**{**self.__dict__, **values})
 
     # --- what other packages derive from them ---
 
@@ -325,14 +321,57 @@ class Options(BaseModel):
 
         Keys are the names, with the unit where the option has one: ``tolerance_mm``.
         """
-        values = {name: getattr(self, name) for name in Options.model_fields if name not in _WITHOUT_EFFECT}
+        values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
         return {key_of(name): _as_json(value) for name, value in values.items()}
 
 
+class Option(Struct, frozen=True):
+    """What :class:`Options` says of one option.
+
+    Attributes
+    ----------
+    kind : type
+        With bounds.
+    about : About
+    check : callable or None
+        Checks the value in place of the type.
+    default : callable
+        Makes the value where none is given.
+    """
+
+    kind: Any
+    about: About
+    check: Callable[[Any], Any] | None
+    default: Callable[[], Any]
+
+
+def _option(kind: Any, default: Callable[[], Any]) -> Option:
+    kind, *notes = get_args(kind)
+    bounds = next((one for one in notes if isinstance(one, Meta)), None)
+    check = next((one.check for one in notes if isinstance(one, Checked)), None)
+    return Option(
+        kind if bounds is None else Annotated[kind, bounds],
+        next(one for one in notes if isinstance(one, About)),
+        check,
+        default,
+    )
+
+
+def _constant(value: Any) -> Callable[[], Any]:
+    return lambda: value
+
+
+#: Name -> option, in the order of the class.
+OPTIONS: Final = {
+    one.name: _option(one.type, _constant(one.default) if one.default_factory is MISSING else one.default_factory)
+    for one in fields(Options)
+}
+
+
 def about(name: str) -> About:
     """How an option is shown."""
-    return next(one for one in Options.model_fields[name].metadata if isinstance(one, About))
+    return OPTIONS[name].about
 
 
 def key_of(name: str) -> str:
@@ -341,33 +380,38 @@ def key_of(name: str) -> str:
     return f"{name}_{unit}" if unit else name
 
 
-def usage_error(error: ValidationError, model: type[BaseModel]) -> UsageError:
-    """What a validator complains about first, as a UsageError."""
-    item = error.errors()[0]
-    name = str(item["loc"][0]) if item["loc"] else "options"
-    if item["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(name, model.model_fields, n=1)
-        return UsageError(name, "there is no such option" + (f"; did you mean {near[0]}?" if near else ""))
-    shown = repr(item["input"])
-    if len(item["loc"]) == 1 and item["type"] in _BOUNDS:
-        return UsageError(name, f"{shown}: expected {_range(name)}")
-    reason = item["msg"].removeprefix("Value error, ").replace("Input should be", "expected")
-    return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason[:1].lower()}{reason[1:]}")
+def _checked(name: str, option: Option, value: Any) -> Any:
+    """The value of an option as the program uses it.
+
+    Raises
+    ------
+    UsageError
+    """
+    if option.check is not None:
+        try:
+            return option.check(value)
+        except ValueError as error:
+            raise _refusal(name, value, str(error)) from None
+    fitting = next((one for one in alternatives(option.kind) if has_shape(one, value)), None)
+    if fitting is not None:  # msgspec fails for some values that only look like a mapping
+        try:
+            return convert(
+                float(value) if isinstance(value, float) else value, option.kind
+            )  # a number of numpy is a float
+        except ValidationError:
+            pass
+    unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
+    words = bounds_in_words(bare(fitting)[1]) or describe(option.kind)
+    raise _refusal(name, value, f"expected {words} {unit}".rstrip())
+
+
+def _refusal(name: str, value: object, reason: str) -> UsageError:
+    shown = repr(value)
+    return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason}")
 
 
 #: Options that change nothing in what is made.
 _WITHOUT_EFFECT: Final = ("source_name", "setup_source", "jobs")
-#: Complaints about a number that is outside its bounds.
-_BOUNDS: Final = ("greater_than_equal", "less_than_equal")
-
-
-def _range(name: str) -> str:
-    """The bounds of an option's number, in words."""
-    low = next((one.ge for one in Options.model_fields[name].metadata if isinstance(one, Ge)), None)
-    high = next((one.le for one in Options.model_fields[name].metadata if isinstance(one, Le)), None)
-    unit = about(name).unit or ("degrees" if name.endswith("_deg") else "")
-    bounds = f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
-    return f"{bounds} {unit}".rstrip()
 
 
 def _as_json(value: object) -> object:

@@ -9,7 +9,7 @@ from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.options import Changes, Options, about, key_of
+from verne_post.model.options import OPTIONS, Changes, Options, about, key_of
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
 from verne_post.output.cells import finite_or_none
@@ -137,7 +137,7 @@ def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, opti
     if side_car["machine"]["sha256"] != machine.sha256:
         texts.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")
     now = options.record()
-    for name in Options.model_fields:
+    for name in OPTIONS:
         key = key_of(name)
         if about(name).changes == Changes.MOTION and key in now:
             texts += _differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
