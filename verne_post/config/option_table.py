@@ -1,9 +1,9 @@
 """A table of options in a file: what is wrong with it."""
 
-import difflib
 from collections.abc import Sequence
 from typing import Any
 
+from verne_post.base.suggestions import suggest
 from verne_post.model.findings import UsageError
 from verne_post.model.options import Options
 
@@ -22,8 +22,7 @@ def find_wrong_options(
     """
     for name in given:
         if name not in allowed:
-            near = difflib.get_close_matches(name, [*allowed, *others], n=1)
-            return [f"{name}: this is no option of {kind}" + (f"; did you mean {near[0]}?" if near else "")]
+            return [f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}"]
     values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
     try:
         Options(**values)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct, field
 
-from verne_post.base.type_words import LARGEST
+from verne_post.base.type_words import Finite
 from verne_post.config.box_file import BoxFile
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
@@ -20,13 +20,11 @@ FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shape
 TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths")
 _OWN: Final = ("wcs", "keep_out", "stock")
 
-_Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
-
 
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
-    wcs: dict[str, Annotated[list[_Number], Meta(min_length=3, max_length=4)]] = field(default_factory=dict)
+    wcs: dict[str, Annotated[list[Finite], Meta(min_length=3, max_length=4)]] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
     tool_table: str | None = None

@@ -1,12 +1,12 @@
 """Tables of files against their schemas: the values, or what is wrong in one sentence a key: key, value, what would be right."""
 
-import difflib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar, TypeVar, get_args, get_origin
 
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import fields
 
+from verne_post.base.suggestions import suggest
 from verne_post.base.type_words import alternatives, bare, describe, has_shape
 
 #: Keys from the top of the table on, and what follows them in a sentence.
@@ -91,7 +91,9 @@ def _mistakes_of_a_table(
     for key, value in data.items():
         here = (*place, key)
         if key not in known:
-            found.append((here, f" is not a key of {kind_of_file}{_nearest(key, list(known), data)}"))
+            # a key that the table lacks goes before one that it has
+            nearest = suggest(key, [one for one in known if one not in data], known)
+            found.append((here, f" is not a key of {kind_of_file}{nearest}"))
             continue
         wrong = list(_mistakes_of_a_value(known[key].type, value, kind_of_file, here))
         if not wrong and key in schema.checks:
@@ -126,10 +128,3 @@ def _complaint(check: Callable[[Any], object], value: object) -> str:
     except (ValueError, ValidationError) as error:  # msgspec's error hides that of a table behind it
         return str(error.__cause__ or error)
     return ""
-
-
-def _nearest(word: str, keys: list[str], data: Mapping[str, object]) -> str:
-    """What a wrong key may have been meant for: a key that its table lacks before one that it has."""
-    lacking = [key for key in keys if key not in data]
-    close = difflib.get_close_matches(word, lacking, n=1) or difflib.get_close_matches(word, keys, n=1)
-    return f"; did you mean {close[0]}?" if close else ""

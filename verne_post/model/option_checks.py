@@ -1,6 +1,5 @@
 """Checks of the values of single options; each returns the value as the program uses it, or says what would be right."""
 
-import difflib
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -9,6 +8,7 @@ from typing import Any, Final, Literal, get_args
 
 from msgspec import Struct
 
+from verne_post.base.suggestions import suggest
 from verne_post.base.type_words import LARGEST
 from verne_post.model.findings import UsageError
 from verne_post.model.part_setup import (
@@ -54,15 +54,10 @@ def one_of(names: Callable[[], tuple[str, ...]]) -> Checked:
 
     def check(value: object) -> object:
         if value not in names():
-            raise ValueError(_expected(value, names()))
+            raise ValueError(f"expected one of {', '.join(names())}{suggest(str(value), names())}")
         return value
 
     return Checked(check)
-
-
-def _expected(value: object, names: tuple[str, ...]) -> str:
-    near = difflib.get_close_matches(str(value), names, n=1)
-    return f"expected one of {', '.join(names)}" + (f"; did you mean {near[0]}?" if near else "")
 
 
 def _numbers(value: object, counts: tuple[int, ...], what: str, bound: float) -> tuple[float, ...]:

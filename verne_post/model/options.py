@@ -5,7 +5,6 @@ help (``cli.options``), the defaults, the ``[options]`` table of the settings fi
 ``batch`` (:meth:`Options.record`), and the checks of the Python API.
 """
 
-import difflib
 import hashlib
 import importlib.util
 from collections.abc import Callable, Mapping
@@ -18,7 +17,8 @@ from msgspec import Meta, Struct, ValidationError, convert
 
 from verne_post.base.modules import names_of_modules
 from verne_post.base.processes import can_fork
-from verne_post.base.type_words import LARGEST, alternatives, bare, bounds_in_words, describe, has_shape
+from verne_post.base.suggestions import suggest
+from verne_post.base.type_words import Finite, alternatives, bare, bounds_in_words, describe, has_shape
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
@@ -99,7 +99,6 @@ def dialects() -> tuple[str, ...]:
     return ("auto", *names_of_modules([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
 
 
-Finite = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 Tolerance = Annotated[float, Meta(ge=1e-6, le=10.0)]
 #: More processes than this are a mistake.
@@ -255,8 +254,7 @@ class Options:
             """Check what is given; the rest are defaults."""
             for name in given:
                 if name not in OPTIONS:
-                    near = difflib.get_close_matches(name, OPTIONS, n=1)
-                    raise UsageError(name, "there is no such option" + (f"; did you mean {near[0]}?" if near else ""))
+                    raise UsageError(name, f"there is no such option{suggest(name, OPTIONS)}")
             for name, option in OPTIONS.items():
                 # plain attributes cannot be set from outside
                 self.__dict__[name] = _checked(name, option, given[name]) if name in given else option.default()

@@ -1,0 +1,10 @@
+"""What a wrong name may have been meant for, as the end of a message."""
+
+import difflib
+from collections.abc import Iterable
+
+
+def suggest(word: str, *names: Iterable[str]) -> str:
+    """The nearest name of the first group that has one near, as "; did you mean NAME?"; empty where none has."""
+    near = next((found for group in names if (found := difflib.get_close_matches(word, list(group), n=1))), None)
+    return f"; did you mean {near[0]}?" if near else ""
