@@ -36,8 +36,9 @@ print(2 * taken[1] - taken[2])
 _BASE = "numpy, scipy.linalg"
 SCRIPTS = {
     "import os": _IMPORT.format("os"),
+    "import numpy": _IMPORT.format("numpy"),
     f"import {_BASE}": _IMPORT.format(_BASE),
-    f"import {_BASE}, msgspec, click": _IMPORT.format(f"{_BASE}, msgspec, click"),
+    "import numpy, msgspec, click": _IMPORT.format("numpy, msgspec, click"),
     f"verne-post {SAMPLE.name}": _CONVERT,
 }
 

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks
+from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.rows import row_norm
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
@@ -170,8 +171,6 @@ def _smooth(values: Array, s: Array, held: Mask, lam: float) -> Array:
     1 where a value may move. The second derivatives are ``g = (G + lam D M D^T)^-1 D y``, the change is ``-lam M D^T g``.
     scipy's smoothing spline makes a basis point by point, which takes 20 times as long.
     """
-    from scipy.linalg import solveh_banded
-
     h = np.diff(s)
     steps = np.stack([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])  # D, row i over values i to i + 2
     weight = np.where(held, 0.0, lam)
@@ -181,7 +180,9 @@ def _smooth(values: Array, s: Array, held: Mask, lam: float) -> Array:
     band[1, :-1] = h[1:-1] / 6 + sum(steps[k + 1, :-1] * steps[k, 1:] * weight[k + 1 : k + n] for k in range(2))
     band[2, :-2] = steps[2, :-2] * steps[0, 2:] * weight[2:n]
     bends = sum(steps[k][:, None] * values[k : k + n] for k in range(3))
-    bends = solveh_banded(band, bends, lower=True)
+    factor, info = pbtrf(band, lower=1)
+    assert info == 0, "G is positive definite, and what is added to it is no less than 0"
+    bends, _info = pbtrs(factor, bends, lower=1)
     change = np.zeros_like(values)
     for k in range(3):
         change[k : k + n] -= steps[k][:, None] * bends

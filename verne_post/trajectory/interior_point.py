@@ -13,17 +13,14 @@ half-bandwidth 3 whatever the number of joints. Primal-dual steps with Mehrotra'
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
-from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.arrays import Array
+from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.trajectory import tuning
 
 #: Constraints, row by row, in single precision: memory traffic is what an iteration costs, and 1e-7 of a limit is far below
 #: what a constraint may be off by. Coefficients, normal matrix and points are in double precision.
 Rows = NDArray[np.float32]
-
-
-_PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 
 
 class Problem(Struct, frozen=True, eq=False):
@@ -195,7 +192,7 @@ class _Iteration:
                 band[k - i, i : i + self.n] += parts[row]
                 row += 1
         band[0, self.problem.held] = tuning.FIXED_DIAGONAL
-        factor, info = _PBTRF(band, lower=1, overwrite_ab=1)
+        factor, info = pbtrf(band, lower=1, overwrite_ab=1)
         return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
     def direction(self, root_slope: Array, factor: Array, push: Rows) -> Array:
@@ -209,7 +206,7 @@ class _Iteration:
         pull[2] = -_dot(jerk, self.jerk[2])
         rhs = self.gathered(pull)
         rhs[self.problem.held] = 0.0
-        change, _info = _PBTRS(factor, rhs, lower=1)
+        change, _info = pbtrs(factor, rhs, lower=1)
         change = change.reshape(-1)
         change[self.problem.held] = 0.0
         return change

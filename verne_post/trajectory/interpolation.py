@@ -3,11 +3,10 @@
 from typing import Final
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.lapack import gbsv
 
-(_GBSV,) = get_lapack_funcs(("gbsv",), dtype=np.float64)
 #: Degree of the splines; through fewer than six samples it is that of the polynomial.
 _DEGREE: Final = 5
 
@@ -25,7 +24,7 @@ def interpolate(x: Array, y: Array, at: Array) -> Array:
     for k, weight in enumerate(weights):
         column = piece - degree + k
         band[2 * degree + np.arange(len(x)) - column, column] = weight
-    coefficients = _GBSV(degree, degree, band, y, overwrite_ab=1)[2].reshape(-1)
+    coefficients = gbsv(degree, degree, band, y, overwrite_ab=1)[2].reshape(-1)
     piece, weights = _basis(knots, degree, at)
     total = np.zeros(len(at))
     for k, weight in enumerate(weights):

@@ -6,9 +6,9 @@ Least squares on the excess, damped by the jerk that the shifts make, one banded
 from typing import Final
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max, row_sum
 from verne_post.trajectory import tuning
@@ -21,7 +21,6 @@ HELD_ROWS: Final = REST_ROWS + 1
 #: over this share of the section's length, far above rounding.
 SLOPE_STEP: Final = 1e-2
 SLOPE_LENGTH: Final = 1e-9
-_PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 _DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
 
 
@@ -148,10 +147,10 @@ class _LinearModel:
             weight = self.weight[rows]
             _add_to_normal_equations(band, rhs, rows, [weight, -weight], -self.forward[rows])
             rhs[self.edge] = 0.0
-            factor, info = _PBTRF(band, lower=1, overwrite_ab=1)
+            factor, info = pbtrf(band, lower=1, overwrite_ab=1)
             if info != 0:
                 break
-            solution, _info = _PBTRS(factor, rhs, lower=1)
+            solution, _info = pbtrs(factor, rhs, lower=1)
             change = solution.reshape(-1)
             change[self.edge] = 0.0
         return change if np.isfinite(change).all() else np.zeros(n)

@@ -5,14 +5,13 @@ from typing import Final
 
 import numpy as np
 from msgspec import Struct
-from scipy.linalg import get_lapack_funcs
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory
+from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import basis
 
-_PBTRF, _PBTRS = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 #: Resting samples at both ends of a profile: a quintic spline begins and ends with all derivatives zero.
 _REST: Final = 6
 #: Samples that a spline is solved with on each side of a part: the last one counts for less than rounding, 0.43 to this power.
@@ -109,8 +108,8 @@ def _interpolating(values: Array) -> Array:
     for end, inner in ((0, 1), (-1, -2)):
         rhs[end] -= 27.0 / 120 * values[end]
         rhs[inner] -= 1.0 / 120 * values[end]
-    factor, _info = _PBTRF(band, lower=1, overwrite_ab=1)
-    coefficients, _info = _PBTRS(factor, rhs, lower=1)
+    factor, _info = pbtrf(band, lower=1, overwrite_ab=1)
+    coefficients, _info = pbtrs(factor, rhs, lower=1)
     return np.asarray(coefficients.reshape(-1))
 
 
