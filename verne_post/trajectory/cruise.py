@@ -12,7 +12,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
-from verne_post.trajectory.interpolation import lowest_around, mean_around
+from verne_post.trajectory.interpolation import hold_ends, lowest_around, mean_around
 from verne_post.trajectory.reachability import jerk_caps
 from verne_post.trajectory.section_path import Grid, SectionTask
 from verne_post.trajectory.spline_profile import Profile
@@ -100,5 +100,5 @@ def _follow_feed(
         at = 0
         for begin, end in group:
             lowest = lowest_around(every[at : at + end - begin], 2 * reach + 3)
-            yield np.pad(mean_around(mean_around(lowest, reach), reach), (1, 2), mode="edge")
+            yield hold_ends(mean_around(mean_around(lowest, reach), reach), 1, 2)
             at += end - begin + 1

@@ -16,6 +16,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import Problem
+from verne_post.trajectory.interpolation import hold_ends
 from verne_post.trajectory.section_path import Section, SectionTask, joints_at
 from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
@@ -80,7 +81,7 @@ class Layout(Struct, frozen=True, eq=False):
 
     def start(self) -> Array:
         """Coefficients (n + 3,) to start from; in the gaps those of the window before go on."""
-        filled = [np.pad(window.start, (0, self.gap - TIED), mode="edge") for window in self.windows]
+        filled = [hold_ends(window.start, 0, self.gap - TIED) for window in self.windows]
         return np.concatenate(filled)[: self.n + TIED]
 
     def held(self) -> NDArray[np.bool_]:
