@@ -254,6 +254,13 @@ CODES: Final[dict[str, Code]] = _table(
         "At its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate in another unit.",
         "Correct F or the dwell; where the program is meant to take so long, raise --max-rows.",
     ),
+    (
+        "VP036",
+        "A or C not named before the first cut",
+        "warning",
+        "The program cuts before it names A or C, and names them later with another angle than 0: the table is taken to stand there from the start.",
+        "Name A and C in a G0 before the first cut: G0 A0 C0 where the table is to be level. Where it really stands at the angle of the message, name that one.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
