@@ -22,6 +22,7 @@ def warnings(length="", more="", **options):
         ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}, "", "", []),
         ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}, "", "G55 X0\n", [("VP033", 5)]),
         ({"tool_length": 80.0}, "G10 L2 P1 X0 Y0 Z-400", "", []),  # the program places it
+        ({"tool_length": 80.0}, "G10 L2 P1 X0 Y0 Z-550", "", []),  # at the rotary centre, where it is without words
         ({"tools": TOOLS, "wcs": {"G54": (0, 0, 30)}}, "G43 H1", "", []),
         ({"tools": TOOLS, "wcs": {"G54": (0, 0, 30)}}, "G49", "", [("VP034", 4)]),
         ({"tool_length": 0.0, "wcs": {"G54": (0, 0, 30)}}, "", "", []),

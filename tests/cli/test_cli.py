@@ -554,6 +554,17 @@ def test_verify_takes_the_options_of_the_conversion(good: Path, run: Callable[..
     assert run("verify", axes, "--against", good, *PLACE, "--from", "home").code == 1
 
 
+def test_verify_says_fails_where_the_program_touches_a_fixture(
+    good: Path, run: Callable[..., Any], tmp_path: Path
+) -> None:
+    axes = tmp_path / "axes.csv"
+    assert run(good, *PLACE, "-o", axes).code == 0
+    for box, code, word in (("500,500,500,510,510,510", 0, "passes"), ("-100,-100,-100,100,100,200", 1, "FAILS")):
+        answer = run("verify", axes, "--against", good, *PLACE, "--keep-out", f"vise={box}")
+        assert (answer.code, "VP215" in answer.err) == (code, code == 1)
+        assert f"axes.csv {word}: " in answer.err.splitlines()[-1]
+
+
 def test_verify_missing_or_unreadable_inputs_are_2(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
     for axes, against in ((tmp_path / "no.csv", good), (tmp_path, good), (good, tmp_path / "no.nc")):
         answer = run("verify", axes, "--against", against, *PLACE)

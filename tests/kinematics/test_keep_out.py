@@ -324,6 +324,30 @@ def test_the_stock_is_for_feeding_cutters() -> None:
         assert [(item.code, item.line) for item in found] == [("VP216", line)], (broken, found)
 
 
+#: A hole drilled in pecks, each with a full retract to 2 mm above the stock.
+PECKS = "G21 G90 G61.1\nG0 X0 Y0 Z70 A0 C0\nG98 G83 X10 Z35 R62 Q8 F900\nG80\nG0 Z80\n{after}M2\n"
+THIN = {1: (Cylinder("cutter", 6.0, 60.0),), 2: (Cylinder("cutter", 6.0, 60.0),)}
+
+
+@pytest.mark.parametrize(
+    ("after", "line"),
+    [
+        ("", None),
+        ("G0 X10 Z62\nG1 Z30 F900\nG0 Z62\nZ30\nG1 Z25\nG0 Z80\n", None),
+        ("G1 X20 Z50 F900\nG0 Z70\nG0 Z50\nG1 X30\nG0 Z80\n", None),  # back to where a slanting cut ended
+        ("G0 X10 Z62\nG1 Z30 F900\nG0 Z62\nZ29.9\nG0 Z80\n", 10),  # deeper than it has drilled
+        ("G0 X10 Z62\nG1 Z30 F900\nG0 Z62\nX11\nG0 Z31\nG0 Z80\n", 11),  # beside the hole
+        ("T2 M6\nG43 H2\nG0 X10 Z62\nG0 Z40\nG0 Z80\n", 10),  # another tool
+    ],
+)
+def test_a_drill_goes_back_into_its_own_hole(after: str, line: int | None) -> None:
+    tools = {number: Tool(number, number, (0.0, 0.0, 100.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
+    source = PECKS.format(after=after).replace("Z70", "Z70 G43 H1")
+    found = check(source, stock=STOCK, tool_shapes=THIN, split_at_stops=True, tools=tools, tool_length=None)
+    assert [(item.code, item.line) for item in found] == ([("VP216", line)] if line else [])
+    assert all("in a rapid traverse" in item.message for item in found)
+
+
 def test_holders_keep_out_of_the_stock_and_thin_shanks_follow() -> None:
     deep = POCKET.replace("Z50", "Z30")  # cutter 25 mm, shank 20 mm: the shank is 5 mm in, the holder 15 mm above
     assert check(deep, stock=STOCK) == []

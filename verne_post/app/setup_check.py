@@ -26,7 +26,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     unplaced: dict[int, int] = {}  # system -> first move that uses it
     for index, at in sorted(systems.items(), key=lambda item: item[1]):
         frame = moves.frames[index]
-        if frame.system not in options.wcs and not frame.part_turn and not any(machine.origin_on_table(frame)):
+        placed = frame.system in options.wcs or frame.system in moves.placed_systems or frame.part_turn
+        if not placed and not any(machine.origin_on_table(frame)):
             unplaced.setdefault(frame.system, at)
     found = [missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:

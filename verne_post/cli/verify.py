@@ -132,9 +132,9 @@ def command(
         raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
     print_findings(shown_name(against), findings, quiet=quiet)
-    if not quiet:
-        say(verdict_line(name, verdict, program.machine) + "\n")
     status = status_of(findings)
+    if not quiet:
+        say(verdict_line(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if log is not None and measured is not None:
         followed, source_lines = log
         click.echo(

@@ -246,6 +246,7 @@ class FrameCodes:
     def _store_frame(self, frame: Frame) -> None:
         """A work system gets a new origin; the active one at once."""
         self.state.systems[frame.system] = replace(frame, g92=ZERO9)
+        self.recorder.placed.add(frame.system)
         if frame.system == self.state.frame.system:
             self._set_frame(frame)
 

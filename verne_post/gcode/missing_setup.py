@@ -69,7 +69,9 @@ def missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
     for index, at in zip(*np.unique(moves.frame, return_index=True), strict=True):
         frame = moves.frames[index]
         given = setup.frames.get(frame.system)
-        placed = frame.system in setup.given_systems or given is None or frame.origin != given.origin
+        placed = (
+            frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
+        )
         if setup.machine and not placed:
             found.setdefault(frame.system, missing_offset(frame.system, int(moves.line[at])))
     return list(found.values())

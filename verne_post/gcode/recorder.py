@@ -119,6 +119,8 @@ class Recorder(Struct):
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
+    #: Work systems to which the program has given an origin.
+    placed: set[int] = field(default_factory=set)
     stock: Stock | None = None
     count: int = 0
     #: Rows and arcs that no longer change, and their numbers.
@@ -316,5 +318,6 @@ class Recorder(Struct):
         return Moves(
             arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
+            placed_systems=frozenset(self.placed),
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

@@ -360,7 +360,7 @@ CODES: Final[dict[str, Code]] = _table(
         "VP216",
         "in the stock",
         "error",
-        "The cutter enters the stock box, or moves inside it, in a rapid traverse other than a retract along its axis; or holder, "
+        "The cutter enters the stock box, or moves inside it, in a rapid traverse other than along its axis: a retract, or the way back into a hole that it is drilling; or holder, "
         "spindle, platform or a shank thicker than the cutter reaches into it.",
         "Move the rapid traverse above the stock, or make the box as small as the rest of the stock.",
     ),

@@ -248,6 +248,8 @@ class Moves(Struct, frozen=True):
         that is; None where the program leaves C open.
     start : ndarray, shape (9,)
         Where the program starts, program coordinates of ``start_frame``.
+    placed_systems : frozenset of int
+        Work systems to which the program gives an origin.
     parameters : mapping
         What a parameter file would keep after the program.
     findings : tuple of Finding
@@ -277,6 +279,7 @@ class Moves(Struct, frozen=True):
     start: Array
     start_frame: Frame
     fixes_c: int | None = None
+    placed_systems: frozenset[int] = frozenset()
     parameters: Mapping[int, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))

@@ -67,9 +67,9 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     ]  # fmt: skip
 
 
-def verdict_line(name: str, verdict: Verification, machine: Machine) -> str:
-    """Say in one sentence what ``verify`` found in a file."""
-    word = "passes" if verdict.ok else "FAILS"
+def verdict_line(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
+    """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
+    word = "passes" if passes else "FAILS"
     return (
         f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_worst_ratios(verdict, machine)}, "
         f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg "

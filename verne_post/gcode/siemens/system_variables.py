@@ -71,6 +71,7 @@ class SystemVariables:
             origin = list(frame.origin)
             origin[axis] = value
             state.systems[frame.system] = replace(frame, origin=vector9(origin), g92=ZERO9)
+            self.to.recorder.placed.add(frame.system)
             return
         if name in _TOOL_DATA or name in _NO_WEAR:
             self._write_tool(name, index, value, cursor, at)

@@ -105,7 +105,7 @@ class KeepOut:
         listed = [(body, box) for box in self.boxes for body in self.bodies_known]
         self.pairs = listed
         self.names: tuple[Margin, ...] = tuple(
-            Margin(f"distance of the {body} from {box.name}", "VP216" if box.stock else "VP215", None, "mm",
+            Margin(f"distance of the {body} from {box.name}{_when(body, box)}", "VP216" if box.stock else "VP215", None, "mm",
                    box.distance, box.distance)
             for body, box in listed
         )  # fmt: skip
@@ -235,7 +235,12 @@ def build_keep_out(
     for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
         _fits(int(one), shape, in_force if np.isnan(by_itself) else by_itself)
-    return KeepOut(standing, shapes, lengths, index, _entering(path), machine.bodies, machine.five_axis)
+    return KeepOut(standing, shapes, lengths, index, _entering(path, index), machine.bodies, machine.five_axis)
+
+
+def _when(body: str, box: Placed) -> str:
+    """When a body has to keep out of a box, where that is not always."""
+    return " in a rapid traverse" if box.stock and body == "cutter" else ""
 
 
 def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> None:
@@ -288,12 +293,23 @@ def _fits(number: int, shape: ToolShape, length: float) -> None:
         raise InputError(finding("VP018", text))
 
 
-def _entering(path: ToolPath) -> Mask:
-    """Rapids in which a cutter must keep out of the stock: all but a straight retract along the tool axis."""
+def _entering(path: ToolPath, tool: Ints) -> Mask:
+    """Rapids in which a cutter must keep out of the stock, of segments with these tools (n,).
+
+    All but straight ones along the tool axis that retract, or go back down into a hole which the tool has just drilled.
+    """
     delta = path.end - path.start
     axis = axis_of_angles(path.start[:, 3], path.start[:, 4])
     up = (delta[:, :3] * axis).sum(1)
     aside = np.linalg.norm(delta[:, :3] - up[:, None] * axis, axis=1)
     turned = (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
-    retract = (path.kind == SegmentKind.LINE) & (up > 0) & (aside < ZERO_LENGTH_MM) & ~turned
-    return np.asarray((path.feed_time == 0) & ~retract)
+    axial = (path.kind == SegmentKind.LINE) & (aside < ZERO_LENGTH_MM) & ~turned
+    rapid = path.feed_time == 0
+    entering = rapid & ~(axial & (up > 0))
+    run = np.cumsum(~axial | (np.diff(tool, prepend=tool[:1]) != 0))  # up and down one line with one tool
+    height = np.cumsum(up)
+    for one in np.unique(run[entering & axial]):
+        rows = slice(*np.searchsorted(run, [one, one + 1]))
+        drilled = np.minimum.accumulate(np.where(rapid[rows], np.inf, height[rows]))
+        entering[rows] &= ~axial[rows] | (height[rows] < drilled - ZERO_LENGTH_MM)
+    return np.asarray(entering)
