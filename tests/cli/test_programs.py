@@ -227,9 +227,8 @@ def test_check_quotes_the_line_of_an_error(run: Callable[..., Any], program: Any
     assert lines[3].startswith("    = word without a use: ")
     assert lines[5].startswith("  3 | ...aaa")
     assert lines[5][lines[6].index("^") :].startswith("Q7")
-    assert run("convert", file, *PLACE).err.splitlines() == lines[:-1], (
-        "convert says what check says, but for the verdict"
-    )
+    lines[-1] += "; nothing was written"
+    assert run("convert", file, *PLACE).err.splitlines() == lines, "convert says what check says"
 
 
 # --- hook and completion --------------------------------------------------------------------------------

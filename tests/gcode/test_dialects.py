@@ -54,8 +54,8 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("G0 X#1 (SUPA)\nTRAORI", "rs274"), ("N5 MCALL CYCLE81 (52,50,2,-4,)", "siemens"), ("T=\"A\"", "siemens"), ("R1 = 5", "siemens"), ("G81 X1 R2 Z-3\nG80", "rs274"),
 ])  # fmt: skip
 def test_recognised_by_the_header(text, name):
-    assert choose_dialect("auto", text.encode()) is DIALECTS[name]
-    assert choose_dialect("fanuc", text.encode()) is DIALECTS["fanuc"]
+    assert choose_dialect("auto", text.encode(), "") is DIALECTS[name]
+    assert choose_dialect("fanuc", text.encode(), "") is DIALECTS["fanuc"]
     assert sum(dialect.recognise(text.encode()) for dialect in DIALECTS.values()) <= 1
 
 
@@ -72,7 +72,7 @@ def test_samples_are_recognised():
                 "two_faces_fanuc.nc": "fanuc",
                 "two_faces.mpf": "siemens",
             }.get(path.name, "rs274")
-            assert choose_dialect("auto", path.read_bytes()) is DIALECTS[wanted], path.name
+            assert choose_dialect("auto", path.read_bytes(), "") is DIALECTS[wanted], path.name
     assert set(DIALECTS) == {"rs274", "fanuc", "aptcl", "heidenhain", "siemens"}
 
 
@@ -516,3 +516,20 @@ def test_rotabl_says_on_which_side_the_table_stands(machine):
 def test_transformations_and_calls_that_are_refused(view, text, code, line):
     found = view(f"{text}\nFINI", dialect="aptcl")[1]
     assert (code, line) in [(item.code, item.line) for item in found]
+
+
+@pytest.mark.parametrize(
+    ("name", "dialect"),
+    [
+        ("a.mpf", "siemens"),
+        ("A.SPF", "siemens"),
+        ("a.h", "heidenhain"),
+        ("a.cls", "aptcl"),
+        ("a.nc", "rs274"),
+        ("mpf", "rs274"),
+    ],
+)
+def test_the_ending_of_a_file_decides_where_its_text_does_not(name, dialect):
+    assert choose_dialect("auto", b"N10 G0 X1\n", name) is DIALECTS[dialect]
+    assert choose_dialect("auto", b"BEGIN PGM A MM\n", name) is DIALECTS["heidenhain"]
+    assert choose_dialect("fanuc", b"N10 G0 X1\n", name) is DIALECTS["fanuc"]

@@ -72,7 +72,7 @@ def describe(kind: Any, several: bool = False) -> str:
         return "tables of keys" if several else "a table of keys"
     bounds = bounds_in_words(meta)
     if base is str and meta.pattern:
-        return f"text that matches {meta.pattern}"
+        return meta.description or f"text that matches {meta.pattern}"
     if base is str and meta.min_length:
         bounds = f"{meta.min_length} or more characters"
     return _NAMES[base][several] + (f": {bounds}" if bounds else "")

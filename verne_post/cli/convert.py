@@ -54,11 +54,15 @@ def command(
     except InputError as error:
         return refuse(name, error)
 
+    from verne_post.output.findings import outcome_line
     from verne_post.output.summary import summary_text
 
     with progress_line("reading", quiet=quiet) as progress:
         result, added = convert_to_files(source, machine, options, outputs, files, progress)
     print_findings(name, result.findings, source, quiet=quiet)
-    if result.ok and not quiet and result.summary is not None:
-        say(summary_text(result.summary, added))
+    if not quiet:
+        if result.ok and result.summary is not None:
+            say(summary_text(result.summary, added))
+        else:
+            say(f"{outcome_line(name, result.findings)}; nothing was written\n")
     return result.exit_code

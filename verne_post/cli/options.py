@@ -237,7 +237,7 @@ def _parse_texts(values: dict[str, Any], given: dict[str, Any]) -> dict[str, Any
             raise UsageError("wcs", f"{' '.join(given['wcs'])}: a work system is given twice")
     place = values.get("approach")
     if isinstance(place, str) and place not in ("home", "park"):
-        found["approach"] = tuple(numbers_of(place, f"--from {place}"))
+        found["approach"] = tuple(numbers_of(place, f"--from {place}", ", nor home"))
     if "decimals" in values and isinstance(text := values["decimals"], str):
         if text != "auto" and not text.isdecimal():
             raise UsageError("decimals", f"{text}: expected auto, or a whole number from 0 to 12")
@@ -334,14 +334,14 @@ def _work_offset(text: str) -> tuple[str, tuple[float, ...]]:
     return name, tuple(values)
 
 
-def numbers_of(text: str, what: str) -> list[float]:
-    """Numbers with commas between them; ``what`` names the option in errors."""
+def numbers_of(text: str, what: str, hint: str = "") -> list[float]:
+    """Numbers with commas between them; ``what`` names the option in errors, ``hint`` says what else would be right."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = [math.nan]
     if not all(math.isfinite(value) for value in values):
-        raise click.UsageError(f"{what}: {text!r} is not a list of numbers")
+        raise click.UsageError(f"{what}: {text!r} is not a list of numbers{hint}")
     return values
 
 

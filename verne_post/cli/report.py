@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import FILE, GroupedCommand, program_options
@@ -40,6 +41,7 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
     except InputError as error:
         return refuse(name, error)
 
+    from verne_post.output.findings import outcome_line
     from verne_post.report import picture
     from verne_post.report.page import page
     from verne_post.report.study import study
@@ -50,4 +52,7 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
         files.write(output, "-o", [page(name, source, machine, found)])
     if static is not None:
         files.write(static, "--static", [picture.picture_of(name, machine, found, suffix)])
+    if not quiet:
+        written = " and ".join(shown_name(str(path)) for path in (output, static) if path is not None)
+        say(f"{outcome_line(name, found.findings)}; {written} shows it\n")
     return status_of(found.findings)

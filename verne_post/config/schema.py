@@ -19,7 +19,13 @@ Point = Annotated[list[Number], Meta(min_length=3, max_length=3)]
 Pose = Annotated[list[Number], Meta(min_length=5, max_length=5)]
 Range = Annotated[list[Number], Meta(min_length=2, max_length=2)]
 Sense = Literal["workpiece", "tool"]
-Source = Annotated[str, Meta(pattern=r"^(identified|assumed|measured|specified)\b")]
+Source = Annotated[
+    str,
+    Meta(
+        pattern=r"^(identified|assumed|measured|specified)\b",
+        description="text that begins with identified, assumed, measured or specified",
+    ),
+]
 
 
 def check_range(value: list[float] | None) -> None:
@@ -235,7 +241,7 @@ class DriveFile(Table, frozen=True, kw_only=True):
 
     checks: ClassVar[Checks] = {"lead_error": check_lead_error}
 
-    unit: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
+    unit: Annotated[str, Meta(pattern=r"^[A-Za-z][A-Za-z0-9]*$", description="letters and digits, a letter first")]
     sign: Literal[1, -1] = 1
     zero: Number = 0.0
     scale: Positive = 1.0

@@ -28,12 +28,15 @@ class Dialect(Struct, frozen=True):
         Execute a text on a state until it ends or a stop condition is met.
     names_axis : callable
         (text, axis letter, setup) -> True when the text gives this axis a position.
+    endings : tuple of str
+        Of files whose text is of this dialect where no dialect recognises it, in lower case.
     """
 
     recognise: Callable[[Text], bool]
     initial_state: Callable[[Setup], State]
     execute: Callable[[Text, Setup, State, StopConditions], Execution]
     names_axis: Callable[[Text, str, Setup], bool]
+    endings: tuple[str, ...] = ()
 
 
 def dialect_of_blocks(

@@ -34,7 +34,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     InputError
         With every error that could be found (VP0xx).
     """
-    dialect = choose_dialect(setup.dialect, source)
+    dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state, unsaid = dialect.initial_state(setup), None
     if setup.machine:
         try:
@@ -58,7 +58,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
 
 def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
     """As :func:`interpret_program`, without a machine: the moves before the first error, and the errors."""
-    dialect = choose_dialect(setup.dialect, source)
+    dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state = dialect.initial_state(setup)
     start, frame = list(state.position), state.frame
     done = dialect.execute(source, setup, state, StopConditions(first_error=True))
@@ -99,7 +99,7 @@ def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
 
 def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tuple[State, Recorder]:
     """Execute a program that has been read again from its start, up to ``stop``: the state there, and what was recorded."""
-    dialect = choose_dialect(setup.dialect, source)
+    dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state = dialect.initial_state(setup)
     state.known = [True] * 9
     state.position = [float(value) for value in moves.start]

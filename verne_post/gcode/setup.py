@@ -28,6 +28,8 @@ class TextOptions(Struct, frozen=True, kw_only=True):
         So many blocks, and moves of such blocks, may loops and calls repeat.
     dialect : str
         Name of the program's dialect; "auto" recognises it.
+    source_name : str
+        Of the program's file, whose ending may say the dialect.
     control : mapping
         Keys of controls by dialect: what builders of machines choose ([siemens] of the settings file).
     """
@@ -39,6 +41,7 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     remap: Mapping[str, str] = field(default_factory=dict)
     max_repeats: int = 100_000
     dialect: str = "auto"
+    source_name: str = ""
     control: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
 

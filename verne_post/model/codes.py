@@ -99,7 +99,7 @@ CODES: Final[dict[str, Code]] = _table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (part.nc.toml); the program may say it too (G10 L1, TOOL DEF).",
+        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (INPUT.toml); the program may say it too (G10 L1, TOOL DEF).",
     ),
     (
         "VP013",
@@ -164,7 +164,7 @@ CODES: Final[dict[str, Code]] = _table(
         "O words do not match",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
-        "Close what is open, in reverse order, with the same label; define a subroutine before the program calls it.",
+        "Close what is open, in reverse order, with the same label; define a subroutine before the program calls it, or put its file beside the program or into a folder of --subroutine-path.",
     ),
     (
         "VP024",

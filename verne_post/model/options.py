@@ -137,7 +137,7 @@ class Options:
 
     # --- reading the program ---
     dialect: Annotated[str, one_of(dialects), About(
-        "Controller dialect; auto: as its first lines show, else rs274.", Group.PROGRAM, choices=dialects)] = "auto"
+        "Controller dialect; auto: as its first lines or the ending of its file show, else rs274.", Group.PROGRAM, choices=dialects)] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
     optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
     subroutines: Annotated[dict[str, Any], Checked(check_texts), About(
@@ -265,10 +265,10 @@ class Options:
         if self.from_line is not None and self.approach is None:
             raise UsageError(
                 "from_line",
-                f"{self.from_line} needs approach: the way into the middle of a program is made and checked",
+                f"{self.from_line} needs a start (--from, in Python approach): the way into the middle of a program is made and checked",
             )
         if self.air_along != "tool" and not self.air:
-            raise UsageError("air_along", f"{self.air_along} needs air, the height by which to lift")
+            raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air)")
         if self.jobs > 1 and not can_fork():
             raise UsageError(
                 "jobs", f"{self.jobs}: several processes plan a program on Linux alone; batch -j runs anywhere"

@@ -7,7 +7,7 @@ from msgspec import Struct
 from verne_post.base.printable import printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import concerns_pose, concerns_text
+from verne_post.model.verdict import concerns_pose, concerns_text, counts
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -37,6 +37,19 @@ class Report(Struct, frozen=True):
     source: "Text" = b""
     remarks: tuple[str, ...] = ()
     errors_not_counted: int = 0
+
+
+def outcome_line(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
+    """``FILE: can run: 0 errors, 1 warning``, or refused; errors that a policy does not count are named."""
+    errors, warnings = counts(findings)
+    hidden = errors_not_counted
+    not_counted = f"not refused, {_counted(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
+    verdict = "refused" if errors else not_counted if hidden else "can run"
+    return f"{printable(program)}: {verdict}: {_counted(errors, 'error')}, {_counted(warnings, 'warning')}"
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def text_line(program: str, item: Finding) -> str:
@@ -78,7 +91,8 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     begin = max(0, column - 1 - _QUOTED // 2) if len(line) > _QUOTED else 0
     number = str(at)
     blank = " " * len(number)
-    lines = [f"  {number} | {'...' if begin else ''}{line[begin : begin + _QUOTED]}"]
+    quoted = f"  {number} | {'...' if begin else ''}{line[begin : begin + _QUOTED]}"
+    lines = [quoted] if line.strip() else []
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     code = CODES[item.code]

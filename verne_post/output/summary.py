@@ -186,12 +186,15 @@ def _limits(summary: Summary) -> Facts:
     verdict = summary.verification
     if verdict is None:
         return []
-    allowed = ((verdict.velocity_ratio.max(), VELOCITY_RATIO), (verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
-               (verdict.jerk_ratio.max(), JERK_RATIO), (verdict.feed_ratio, FEED_RATIO))  # fmt: skip
+    allowed = (
+        ("velocity", verdict.velocity_ratio.max(), VELOCITY_RATIO),
+        ("acceleration", verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
+        ("jerk", verdict.jerk_ratio.max(), JERK_RATIO), ("feed", verdict.feed_ratio, FEED_RATIO),
+    )  # fmt: skip
     text = f"at most {_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f} of each"
-    if any(ratio > 1.0 for ratio, _most in allowed):
-        bounds = ", ".join(f"{most:g}" for _ratio, most in allowed)
-        text += f"; up to {bounds} is allowed, because these are differences of rounded numbers"
+    beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
+    if beyond:
+        text += f"; allowed is up to {', '.join(beyond)}: these are differences of rounded numbers"
     return [("limits", text)]
 
 

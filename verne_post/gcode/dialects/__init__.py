@@ -13,7 +13,7 @@ from verne_post.gcode.dialect import Dialect
 
 #: Stands for the dialect that the first lines show.
 _AUTO: Final = "auto"
-#: The dialect of a text that none recognises.
+#: The dialect of a text that none recognises, in a file whose ending says nothing.
 _DEFAULT: Final = "rs274"
 
 
@@ -25,8 +25,11 @@ def _find_dialects() -> dict[str, Dialect]:
 DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()
 
 
-def choose_dialect(name: str, source: Text) -> Dialect:
-    """The dialect of that name; for "auto" the one that recognises the text, else RS274/NGC."""
+def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
+    """The dialect of that name; for "auto" the one that recognises the text, else that of the file's ending, else RS274/NGC."""
     if name != _AUTO:
         return DIALECTS[name]
-    return next((dialect for dialect in DIALECTS.values() if dialect.recognise(source)), DIALECTS[_DEFAULT])
+    ending = "." + source_name.rpartition(".")[2].lower()
+    by_text = (dialect for dialect in DIALECTS.values() if dialect.recognise(source))
+    by_ending = (dialect for dialect in DIALECTS.values() if ending in dialect.endings)
+    return next(by_text, next(by_ending, DIALECTS[_DEFAULT]))

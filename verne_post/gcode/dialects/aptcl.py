@@ -46,4 +46,4 @@ def _names_axis(_source: Text, letter: str, _setup: Setup) -> bool:
     return letter in "XYZAC"
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis)
+DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis, (".cls", ".apt"))

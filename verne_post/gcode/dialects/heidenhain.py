@@ -48,4 +48,4 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     return execute_klartext(source, setup, state, stop)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, _execute, _names_axis)
+DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, _execute, _names_axis, (".h",))

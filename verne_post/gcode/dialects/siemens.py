@@ -101,4 +101,4 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis)
+DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis, (".mpf", ".spf"))

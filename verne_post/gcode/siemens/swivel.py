@@ -251,6 +251,9 @@ class Swivel:
             modes.exact = "G645"
         given.refuse_rest()
         self.to.recorder.event(
-            line, "without effect", word="CYCLE832", why="feedforward, jerk and compressor of the control"
+            line,
+            "without effect",
+            word="CYCLE832",
+            why="all but its tolerances: feedforward, jerk and compressor of the control",
         )
         self.to.set_path_control()
