@@ -44,7 +44,7 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
 
 @pytest.mark.parametrize(("text", "name"), [
-    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "rs274"), ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"), ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
+    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "fanuc"), ("O1000 (A)\nG0 X1\n", "fanuc"), ("O1000\n#<a>=1", "rs274"), ("o100 sub\no100 endsub", "rs274"), ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"), ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
     ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nO1000\nG68.2 X0", "fanuc"),
     ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG43.1 Z3", "rs274"),
     ("LISTING\n%\nO1\nG43.1 Z3 H1", "fanuc"), ("%\nO1 G90 (A)\nG0 X1", "fanuc"), ("LISTING\nO1\n%\nO1", "rs274"), ("%\nO12 sub\nG43.4", "rs274"),
@@ -533,3 +533,71 @@ def test_the_ending_of_a_file_decides_where_its_text_does_not(name, dialect):
     assert choose_dialect("auto", b"N10 G0 X1\n", name) is DIALECTS[dialect]
     assert choose_dialect("auto", b"BEGIN PGM A MM\n", name) is DIALECTS["heidenhain"]
     assert choose_dialect("fanuc", b"N10 G0 X1\n", name) is DIALECTS["fanuc"]
+
+
+FANUC_HEAD = "%\nO1\nG90 G54 G0 X0 Y0 Z50. A0 C0\n"
+
+
+def last_tip(lines, machine, **options):
+    """Where the tip ends, in G54 as given; mm."""
+    given = {"tool_length": 50.0, "wcs": {"G54": (0.0, 0.0, 0.0)}} | options
+    return read_draft(f"{FANUC_HEAD}{lines}\nM30\n%\n".encode(), machine, Options(**given)).path.end[-1, :3]
+
+
+@pytest.mark.parametrize(
+    ("lines", "x"),
+    [
+        ("#1=25.4567\nX[ROUND[#1]]", 25.457),
+        ("#1=-25.4567\nX[ROUND[#1*2]-ROUND[#1]]", -25.456),
+        ("#1=ROUND[25.4567]\nX#1", 25.0),
+        ("#1=25.4567\n#26=7.\nX#[ROUND[#1]+1]", 7.0),
+        ("G20\n#1=1.23456\nX[ROUND[#1]]", 25.4 * 1.2346),
+        ("#1=-8 MOD 3\nX#1", -2.0),
+        ("#1=7.6 MOD 3\nX#1", 2.0),
+        ("#1=8.6 MOD 3.4\nX[#1+1]", 1.0),
+        ("#1=ATAN[-1]/[1]\nX[#1/10]", 31.5),
+        ("#1=ATAN[1]/[-1]\nX[#1/10]", 13.5),
+        ("#1=ASIN[-0.5]\nX[#1/10]", 33.0),
+        ("#1=ASIN[0.5]\nX[#1/10]", 3.0),
+        ("#1=FIX[-1.5]*10+FUP[-1.5]\nX#1", -12.0),
+    ],
+)
+def test_fanuc_computes_in_its_own_way(lines, x, machine):
+    assert last_tip(lines, machine)[0] == pytest.approx(x, abs=1e-9)
+
+
+def test_fanuc_rounds_angles_to_steps_of_a_degree(machine):
+    source = f"{FANUC_HEAD}#1=12.34567\nC[ROUND[#1]]\nM30\n%\n".encode()
+    path = read_draft(source, machine, Options(tool_length=50.0, wcs={"G54": (0.0, 0.0, 0.0)})).path
+    assert np.degrees(path.end[-1, 4]) == pytest.approx(12.346, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("lines", "x"),
+    [
+        ("X10.\nG92 X100.\nX0", -90.0),
+        ("X10.\nG92 X100.\nG52 X0\nX0", -90.0),
+        ("X10.\nG92 X100.\nG52 X5.\nX0", -85.0),
+        ("X10.\nG92 X100.\nG52 X5.\nG52 X0\nX0", -90.0),
+        ("G52 X5.\nX0\nG92 X20.\nG52 X0\nX0", -15.0),  # G92 ends the local system, and holds the place
+        ("G52 X5. Y3.\nX10.\nG92 Y0\nG52 X0\nX0", 0.0),
+        ("X10.\nG92 X100.\nG52 X5.\nG92.1 X0\nX1.", 1.0),
+    ],
+)
+def test_fanuc_g52_is_a_system_inside_that_of_g92(lines, x, machine):
+    assert last_tip(lines, machine)[0] == pytest.approx(x, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("G10 P1 R90.", "VP005"),
+        ("G10 L2 P1 R90.", "VP006"),
+        ("G2 X40. R20. P3 F100.", "VP006"),
+        ("X10. F[ROUND[1.5]]", "VP002"),
+    ],
+)
+def test_fanuc_has_no_such_words(line, code, machine):
+    with pytest.raises(InputError) as caught:
+        last_tip(line, machine)
+    assert [(item.code, item.line) for item in caught.value.findings] == [(code, 4)]

@@ -108,7 +108,9 @@ def test_standard_error_has_the_documented_form(name: str, files: dict[str, Path
     answer = run(files[name], *ARGUMENTS)
     assert answer.out == ""
     *findings, outcome = [line for line in answer.err.splitlines() if not line.startswith("  ")]
-    assert re.fullmatch(re.escape(str(files[name])) + r": refused: \d errors?, \d warnings?; nothing was written", outcome)
+    assert re.fullmatch(
+        re.escape(str(files[name])) + r": refused: \d errors?, \d warnings?; nothing was written", outcome
+    )
     shown = [LINE.fullmatch(line) for line in findings]
     assert all(shown)
     assert {item["file"] for item in shown if item} == {str(files[name])}

@@ -48,7 +48,10 @@ class Values(Protocol):
 
     @property
     def custom_macro(self) -> bool:
-        """Fanuc's rules: FIX goes towards zero, FUP away from it, and an expression after ``=`` needs no brackets."""
+        """Fanuc's rules: other ranges and signs of functions and MOD, and an expression after ``=`` needs no brackets."""
+
+    def steps_of_word(self, letter: str) -> int | None:
+        """Fanuc's rules: to how many steps of a unit ROUND rounds in the word of a letter; None where controls differ."""
 
     def value(self, key: Key) -> float:
         """Value of a parameter; raises BlockError (VP025) for one that has none."""
@@ -81,6 +84,12 @@ class ValueReader:
         self.characters, self.places, self.values = characters, places, values
         self.at = 0
         self._depth = 0
+        #: Steps of a unit to which ROUND rounds at this place; None where that is not known.
+        self._steps: int | None = 1
+
+    @property
+    def _is_macro(self) -> bool:
+        return self.values is not None and self.values.custom_macro
 
     def column(self, at: int) -> int:
         """1-based column of a character."""
@@ -97,7 +106,11 @@ class ValueReader:
             end = match.end()
             if self.characters[end : end + 1] in ("+", "-", "."):
                 raise self.error("VP001", f"{letter}{self.characters[begin : end + 1]}: not a number", end)
+        if self._is_macro:
+            assert self.values is not None
+            self._steps = self.values.steps_of_word(letter)
         value = self.value(letter)
+        self._steps = 1
         if abs(value) > bound:
             raise self.error("VP007", f"{letter}{value:g}: the number is beyond any machine", begin)
         return value
@@ -127,9 +140,7 @@ class ValueReader:
 
     def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""
-        if self.values is not None and self.values.custom_macro:
-            return self._binary(1)
-        return self.read_word(owner, math.inf)
+        return self._binary(1) if self._is_macro else self.read_word(owner, math.inf)
 
     def read_bracket(self) -> float:
         """An expression in brackets."""
@@ -156,7 +167,9 @@ class ValueReader:
         if self.characters[begin : begin + 1] == "<":
             raise self.error("VP001", "the name of a parameter is not closed; expected '>'", begin)
         self._deeper(begin)
+        steps, self._steps = self._steps, 1
         value = self.value("#")
+        self._steps = steps
         self._depth -= 1
         index = round(value)
         if abs(value - index) > WHOLE_NUMBER:
@@ -195,8 +208,12 @@ class ValueReader:
             left = self._finite(self._apply(match.group(), left, right, begin), begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
-        if operator in ("AND", "OR", "XOR") and self.values is not None and self.values.custom_macro:
-            raise self.error("VP002", f"{operator}: on Fanuc controls this works on bits, which is not executed", begin)
+        if self._is_macro:
+            if operator in ("AND", "OR", "XOR"):
+                text = f"{operator}: on Fanuc controls this works on bits, which is not executed"
+                raise self.error("VP002", text, begin)
+            if operator == "MOD":  # of whole numbers, with the sign of the first
+                left, right = _round(left), _round(right)
         if operator in ("/", "MOD") and right == 0:
             raise self.error("VP007", f"{left:g} {operator} {right:g}: division by zero", begin)
         if operator == "**" and left < 0 and right != int(right):
@@ -204,7 +221,7 @@ class ValueReader:
         if operator == "**" and left == 0 and right < 0:
             raise self.error("VP007", f"0**{right:g}: zero to a negative power", begin)
         try:
-            return float(OPERATORS[operator](left, right))
+            return float((MACRO_OPERATORS if self._is_macro else OPERATORS)[operator](left, right))
         except OverflowError:
             return math.inf
 
@@ -218,14 +235,19 @@ class ValueReader:
             if self.characters[self.at : self.at + 1] != "/":
                 raise self.error("VP001", "ATAN has two arguments: ATAN[y]/[x]", self.at)
             self.at += 1
-            return math.degrees(math.atan2(argument, self.read_bracket()))
+            angle = math.degrees(math.atan2(argument, self.read_bracket()))
+            return _turned_up(angle) if self._is_macro else angle
         allowed, what = DOMAIN.get(name, (None, ""))
         if allowed is not None and not allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
-        if name in ("FIX", "FUP") and argument < 0 and self.values is not None and self.values.custom_macro:
-            name = "FUP" if name == "FIX" else "FIX"
+        if name == "ROUND" and self._is_macro:
+            if self._steps is None:
+                raise self.error(
+                    "VP002", "ROUND in this word rounds to a step that controls choose; write the number", begin
+                )
+            return _round(argument * self._steps) / self._steps
         try:
-            return float(FUNCTIONS[name](argument))
+            return float((MACRO_FUNCTIONS if self._is_macro else FUNCTIONS)[name](argument))
         except OverflowError:
             return math.inf
 
@@ -244,6 +266,11 @@ class ValueReader:
 def _round(value: float) -> float:
     """Half away from zero."""
     return math.copysign(math.floor(abs(value) + 0.5), value)
+
+
+def _turned_up(degrees: float) -> float:
+    """An angle from 0 on, below 360."""
+    return degrees + 360.0 if degrees < 0 else degrees
 
 
 OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
@@ -276,6 +303,14 @@ FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "SIN": lambda x: math.sin(math.radians(x)),
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),
+}
+#: Fanuc's custom macros: MOD has the sign of the first number, FIX goes towards zero and FUP away from it, angles of ASIN are
+#: 270 to 360 where RS274/NGC has them below 0, and those of ATAN 0 to 360 (parameter 6004, NAT, as delivered).
+MACRO_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = OPERATORS | {"MOD": math.fmod}
+MACRO_FUNCTIONS: Final = FUNCTIONS | {
+    "ASIN": lambda x: _turned_up(math.degrees(math.asin(x))),
+    "FIX": lambda x: math.floor(x) if x >= 0 else math.ceil(x),
+    "FUP": lambda x: math.ceil(x) if x >= 0 else math.floor(x),
 }
 FUNCTIONS_LONGEST_FIRST: Final = sorted([*FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
 DOMAIN: Final[dict[str, tuple[Callable[[float], bool], str]]] = {

@@ -54,7 +54,7 @@ def make_table() -> CodeTable:
         },
         refused_m={29: "rigid tapping", 97: "local subprogram calls"},
         words_of_g={
-            **RS274.words_of_g, 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "",
+            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "",
         },
         words_of_m=RS274.words_of_m,
     )  # fmt: skip

@@ -66,7 +66,7 @@ class Interpreter(ModalCodes):
         own = type(self)
         self.reads_plain_words = own.read is Interpreter.read or own.__dict__.get("plain_words", False)
         self._axes = frozenset(setup.axes)
-        straight, arcs = self._axes | {"F"}, self._axes | set("FIJKRP")
+        straight, arcs = self._axes | {"F"}, self._axes | set("F" + self.table.words_of_g[20])
         self._plain_words: dict[int | None, frozenset[str]] = {0: straight, 10: straight, 20: arcs, 30: arcs}
         self.ended = False
         self.call: Call | None = None

@@ -77,7 +77,7 @@ class ModalCodes(CycleCodes):
 
     def _dwell(self, block: Block) -> None:
         if "P" not in block.words:
-            raise BlockError("VP005", "G4 needs P, the time in seconds")
+            raise BlockError("VP005", "G4 needs P, the time")
         self._record_dwell(block, self._dwell_seconds(block))
 
     def _execute_non_modal(self, block: Block, code: int) -> None:
@@ -91,7 +91,7 @@ class ModalCodes(CycleCodes):
             self._execute_g92(block, code)
         elif code in (921, 922):
             if code == 921:
-                self.state.g92_stored = ZERO9
+                self.state.g92_stored = self.state.local_shift = ZERO9
             self._apply_shift(on=False)
         else:
             self._apply_shift(on=True)

@@ -29,6 +29,8 @@ class MotionCodes(MachineCodes):
 
     #: The entry move of cutter compensation ends beside the start of the contour, not beside its own end.
     perpendicular_entry: ClassVar[bool] = False
+    #: G41.1 and G42.1 are there, which take the diameter itself.
+    diameter_codes: ClassVar[bool] = True
     #: What gives a tool length.
     length_words: ClassVar[str] = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
 
@@ -336,7 +338,8 @@ class MotionCodes(MachineCodes):
             )  # fmt: skip
         name = tool_text(number, state.tool_names)
         if state.tools is None or number not in state.tools:
-            text = f"the diameter of {name} is not known; give --tool-table FILE, or use {g_name(code + 1)} D"
+            other = f", or use {g_name(code + 1)} D" if self.diameter_codes else ""
+            text = f"the diameter of {name} is not known; give --tool-table FILE{other}"
             raise block.error("VP012", text, "D", name)
         if state.tools[number].diameter <= 0:
             raise block.error("VP012", f"{name} has no diameter in the tool table (D)", "D", name)

@@ -25,6 +25,8 @@ _TOOL, _POSITION = 5400, 5420
 _LINEAR: Final = (0, 1, 2, 6, 7, 8)
 #: Variables of custom macros: local, common, kept.
 _MACRO_VARIABLES: Final = (range(1, 34), range(100, 200), range(500, 1000))
+#: Letters of lengths, of angles, and of whole numbers, for ROUND of custom macros.
+_LENGTHS, _ANGLES, _WHOLE = frozenset("XYZUVWIJKRQ"), frozenset("ABC"), frozenset("GMNOPHDSTL")
 
 
 class Parameters:
@@ -58,6 +60,15 @@ class Parameters:
         if 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise BlockError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
         return self.state.store.numbered.get(key, 0.0)
+
+    def steps_of_word(self, letter: str) -> int | None:
+        """To how many steps of a unit Fanuc's ROUND rounds in the word of a letter; None where controls differ.
+
+        Lengths and angles have the least input increment of most controls (IS-B).
+        """
+        if letter in _LENGTHS:
+            return 10_000 if self.state.inch else 1000
+        return 1000 if letter in _ANGLES else 1 if letter in _WHOLE else None
 
     def _macro_variable(self, key: int) -> float:
         """A variable of a custom macro: those of the control itself are not known, a vacant one is no number."""

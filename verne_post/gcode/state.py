@@ -94,6 +94,8 @@ class State(Struct):
     feed: float = 0.0  # mm/min, mm/rev or 1/min, as the mode has it
     feed_angular: float = 0.0  # the same number, never scaled by units
     g92_stored: tuple[float, ...] = (0.0,) * 9
+    #: What of it is Fanuc's G52, which has a store of its own there.
+    local_shift: tuple[float, ...] = (0.0,) * 9
     #: G92, G52 or G92.3 came last, not G92.1 or G92.2.
     g92_on: bool = False
     home: tuple[float, ...] | None = None

@@ -31,6 +31,8 @@ _NUMBER: Final = re.compile(r"(\d+\.?\d*|\.\d+)")
 _OTHER: Final = re.compile(r"[^\t\r A-Za-z0-9.+\-*/=#\[\]]")
 _BLANKS: Final = str.maketrans("", "", " \t\r")
 _LETTERS: Final = frozenset("ABCDEFGHIJKLMPQRSTUVWXYZ")
+#: What Fanuc's controls compute otherwise.
+_MACRO_NAMES: Final = ("ASIN", "ATAN", "FIX", "FUP", "ROUND")
 #: So many templates are kept.
 _KEPT: Final = 2_000
 #: Digits of a number, and products and quotients in a line: with values between 1 / MAX_NUMBER and MAX_NUMBER nothing overflows.
@@ -201,7 +203,7 @@ class _Compiler:
 
     def _function(self) -> Node:
         name = next((name for name in FUNCTIONS_LONGEST_FIRST if self.text.startswith(name, self.at)), None)
-        if name is None or name == "EXISTS" or (self.custom_macro and name in ("FIX", "FUP")):
+        if name is None or name == "EXISTS" or (self.custom_macro and name in _MACRO_NAMES):
             raise _NoTemplateError
         self.at += len(name)
         argument = self._bracket()

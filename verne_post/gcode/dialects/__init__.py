@@ -29,7 +29,6 @@ def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
     """The dialect of that name; for "auto" the one that recognises the text, else that of the file's ending, else RS274/NGC."""
     if name != _AUTO:
         return DIALECTS[name]
-    ending = "." + source_name.rpartition(".")[2].lower()
     by_text = (dialect for dialect in DIALECTS.values() if dialect.recognise(source))
-    by_ending = (dialect for dialect in DIALECTS.values() if ending in dialect.endings)
+    by_ending = (dialect for dialect in DIALECTS.values() if source_name.lower().endswith(dialect.endings))
     return next(by_text, next(by_ending, DIALECTS[_DEFAULT]))

@@ -57,7 +57,11 @@ _LISTING: Final = re.compile(
 )
 #: A header that only such controls write.
 _HEADER_LINES: Final = 200
-_OPENING: Final = re.compile(rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))", re.IGNORECASE)
+#: ``%`` and a program number, or such a number alone in its line.
+_OPENING: Final = re.compile(
+    rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
+    re.IGNORECASE,
+)
 _OWN_CODES: Final = re.compile(
     rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
@@ -84,6 +88,7 @@ class FanucInterpreter(NurbsCodes):
     keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
     perpendicular_entry: ClassVar[bool] = True
+    diameter_codes: ClassVar[bool] = False
     custom_macro: ClassVar[bool] = True
     plain_words: ClassVar[bool] = True
 
@@ -258,8 +263,9 @@ class FanucInterpreter(NurbsCodes):
     def _execute_g10(self, block: Block) -> None:
         """L2: G54 to G59; L20: G54.1 P; L10: the length of a tool, as L1 of RS274/NGC has it."""
         words = block.words
-        kind = whole(block, "L") if "L" in words else 2
-        words["L"], block.columns["L"] = float(kind), block.columns.get("L", 1)
+        if "L" not in words:
+            raise BlockError("VP005", "G10 needs L: L2 for G54 to G59, L20 for G54.1, L10 for the length of a tool")
+        kind = whole(block, "L")
         if self.state.frame.feature is not None:
             raise BlockError("VP017", "G10 under G68.2; write G69 first")
         if not self.state.absolute:
@@ -273,6 +279,8 @@ class FanucInterpreter(NurbsCodes):
             if "R" not in words:
                 raise BlockError("VP005", "G10 L10 needs R, the length")
             words["L"], words["Z"], block.columns["Z"] = 1.0, words.pop("R"), block.columns.pop("R")
+        elif kind == 2 and "R" in words:
+            raise block.error("VP006", "G10 L2 does not use R: work systems are not turned here", "R")
         elif kind != 2:
             raise block.error("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", "L")
         super()._execute_g10(block)
@@ -280,7 +288,16 @@ class FanucInterpreter(NurbsCodes):
     def _execute_g92(self, block: Block, code: int) -> None:
         if self.state.frame.feature is not None:
             raise BlockError("VP017", f"G{code / 10:g} under G68.2; write G69 first")
+        state, axes = self.state, self._named_axes(block)
+        local, outer = list(state.local_shift), np.subtract(state.frame.g92, state.local_shift)
         super()._execute_g92(block, code)
+        # G52 is a system inside that of G92, which ends it on the axes that it names
+        for axis in axes:
+            local[axis] = self._axis_value(block, axis) if code == 520 else 0.0
+        state.local_shift = tuple(local)
+        if code == 520:
+            state.g92_stored = tuple(float(value) for value in outer + local)
+            self._apply_shift(on=True)
 
     def _offset_of_tool(self, block: Block) -> Vector9:
         """H0 is no offset; without H the control takes the last one, whatever tool it was for."""
@@ -376,7 +393,7 @@ def _rotation_x(angle: float) -> np.ndarray:
 
 
 def _recognise(source: Text) -> bool:
-    """Text after ``%``, or ``%`` and an O number, unless words near the top are RS274/NGC's alone."""
+    """Text after ``%``, or an O number, with ``%`` or alone in its line, unless words near the top are RS274/NGC's alone."""
     start = FanucInterpreter.find_start(source)
     head = b"\n".join(source[start : start + (1 << 16)].split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
