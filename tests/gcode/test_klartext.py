@@ -504,3 +504,9 @@ def test_names_without_a_table_are_tools_of_their_own(view, second, codes):
     moves, findings = view(text, dialect="heidenhain", tools=None, tool_length=50.0)
     assert [item.code for item in findings] == codes
     assert codes or moves.frames[moves.frame[-1]].tool_length == 50.0
+
+
+@pytest.mark.parametrize("radius", ["R0.5", "R0,5", "R+0.5", "R 0.5"])
+def test_a_radius_below_1_needs_no_sign(run, radius):
+    moves = run("L X+10 R0 F200", f"RND {radius}", "L Y+10")
+    assert moves.end[-2, :2].tolist() == [10.0, 0.5]

@@ -224,32 +224,36 @@ class KlartextCycles(KlartextPlanes):
         self._switch_spindle(self.block.line, on=True, backwards=backwards)
 
     def _peck_universal(self, q: _Q) -> None:
-        """205: pecks with chip breaks, advanced stop distances Q258 to Q259, a deeper start Q379."""
+        """205: pecks to full retracts each Q202, chip breaks each Q257 between them, stop distances Q258 to Q259, a deeper start Q379."""
         clear, surface = self._start_height(q)
         bottom = surface + q[201]
         depth = surface - abs(q[379])
         if depth < surface:
             self._to(depth + q[200], q[253])
-        step, total, broken = q[202], max(depth - bottom, 0.0), 0.0
+        step, total = q[202], max(depth - bottom, 0.0)
         if total > 0:
             smallest = max(q[205], 0.0) if q[212] else step
-            self._check_pecks(total, min(step, smallest) or step)
+            self._check_pecks(total, min(step, smallest, q[257] or step) or step)
             count = max(math.ceil(total / step) - 1, 1)
             done = 0
             while depth - step > bottom + ZERO_LENGTH_MM:
+                self._break_chips(q, depth, depth - step)
                 depth -= step
-                broken += step
                 self._to(depth, q[206])
-                if q[257] > 0 and broken + ZERO_LENGTH_MM >= q[257]:
-                    self._to(depth + q[256], 0.0)
-                    broken = 0.0
-                else:
-                    stop = q[258] + (q[259] - q[258]) * min(done / count, 1.0)
-                    self._to(clear, q[208] or q[206])
-                    self._to(depth + stop, 0.0)
+                stop = q[258] + (q[259] - q[258]) * min(done / count, 1.0)
+                self._to(clear, q[208] or q[206])
+                self._to(depth + stop, 0.0)
                 done += 1
                 step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
+            self._break_chips(q, depth, bottom)
         self._finish_hole(q, clear, bottom)
+
+    def _break_chips(self, q: _Q, depth: float, end: float) -> None:
+        """Drill from a depth towards its end, and break the chip each Q257 before it by going up Q256."""
+        while q[257] > 0 and depth - q[257] > end + ZERO_LENGTH_MM:
+            depth -= q[257]
+            self._to(depth, q[206])
+            self._to(depth + q[256], 0.0)
 
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
