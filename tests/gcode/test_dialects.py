@@ -601,3 +601,12 @@ def test_fanuc_has_no_such_words(line, code, machine):
     with pytest.raises(InputError) as caught:
         last_tip(line, machine)
     assert [(item.code, item.line) for item in caught.value.findings] == [(code, 4)]
+
+
+def test_apt_rapid_before_a_hole_is_refused(machine):
+    source = b"PARTNO/A\nUNITS/MM\nFEDRAT/100\nRAPID\nGOTO/0,0,50\nCYCLE/DRILL,DEPTH,10,CLEAR,2\nGOTO/10,0,0\n%sGOTO/20,0,0\nCYCLE/OFF\nFINI\n"
+    given = Options(tool_length=50.0, wcs={"G54": (0.0, 0.0, 0.0)})
+    assert len(read_draft(source % b"", machine, given).path)
+    with pytest.raises(InputError) as caught:
+        read_draft(source % b"RAPID\n", machine, given)
+    assert [(item.code, item.line) for item in caught.value.findings] == [("VP017", 9)]

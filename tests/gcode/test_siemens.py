@@ -251,3 +251,20 @@ def test_work_offsets_and_places_of_the_machine(view):
         for end, frame in zip(moves.end, frames, strict=True)
     ]
     assert machine == [1.0, 101.0, 7.0, 0.0, 5.0, 4.0, 14.0]
+
+
+@pytest.mark.parametrize(
+    ("value", "whole"), [(4.5, 5), (2.5, 3), (0.5, 1), (1.5, 2), (2.4999, 2), (-1.5, -2), (6.5, 7)]
+)
+def test_int_rounds_halves_away_from_zero(view, value, whole):
+    moves, errors = view(f"DEF INT I\nI={value}\nG0 X=I", dialect="siemens")
+    assert errors == ()
+    assert moves.end[-1, 0] == whole
+
+
+def test_comments_before_the_first_header_are_no_program(view):
+    moves, errors = view("; made by hand\n\n%_N_MAIN_MPF\nG0 X7\nM30", dialect="siemens")
+    assert errors == ()
+    assert moves.end[-1, 0] == 7.0
+    moves, errors = view("G0 X3\nM30\n%_N_PART_SPF\nG0 X7\nM17", dialect="siemens")
+    assert moves.end[-1, 0] == 3.0

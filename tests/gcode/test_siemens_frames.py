@@ -374,3 +374,44 @@ def test_tools_by_name_are_shown_by_name(machine, name, shown):
     assert f'"{name}" and "MILL"' in findings[0].message
     findings = convert(program(name).replace(b"X9", b"G41 G1 X9 F99"), machine, options).findings
     assert f"the diameter of {shown}" in findings[0].message
+
+
+def ends_of(view, program, key=None):
+    """X, Y and Z of the last move, and the codes of what is wrong."""
+    control = {"siemens": {} if key is None else {"offsets_in_g91": key}}
+    moves, errors = view(program, dialect="siemens", control=control)
+    return moves.end[-1, :3].tolist(), [(item.code, item.line) for item in errors]
+
+
+@pytest.mark.parametrize(
+    ("program", "kept", "travelled"),
+    [
+        ("G0 X10 Y3\nTRANS X100\nG91 X5", -85.0, 15.0),
+        ("G0 X10 Y3\nTRANS X100\nX=IC(5)", -85.0, 15.0),
+        ("G0 X10 Y3\nTRANS X100\nTRANS X30\nG91 X5", -15.0, 15.0),
+        ("G0 X10 Y3\nTRANS X100\nG91 X5\nX5", -80.0, 20.0),  # the change is travelled once
+        ("G0 X10 Y3\nATRANS X100\nG1 F500 G91 X5", -85.0, 15.0),
+    ],
+)
+def test_incremental_values_after_a_change_of_offsets_need_a_key(view, program, kept, travelled):
+    line = next(number for number, text in enumerate(program.split("\n"), 1) if "G91" in text or "IC" in text)
+    assert ends_of(view, program)[1][0] == ("VP017", line)
+    for key, wanted in (("kept", kept), ("travelled", travelled)):
+        (x, y, _z), errors = ends_of(view, program, key)
+        assert errors == []
+        assert (x, y) == pytest.approx((wanted, 3.0))
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "G0 X10\nTRANS X100\nX1\nG91 X5",  # named in G90
+        "G0 X10 Y1\nTRANS X100\nG91 Y5",  # another axis
+        "G0 X10\nTRANS X100\nTRANS\nX7\nG91 X5",
+        "TRANS X100\nG0 X10\nX11\nX12\nX13\nX14\nX15\nX16\nX17\nX18\nX19\nX20\nG91 X5",  # executed as arrays
+        "G0 X10\nG91\nX5\nX5",
+        "G0 X10 Z30\nSUPA G0 Z100\nG91 Z5",
+    ],
+)
+def test_other_incremental_values_need_none(view, program):
+    assert ends_of(view, program)[1] == []

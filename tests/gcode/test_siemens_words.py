@@ -117,7 +117,7 @@ def test_keys(view):
 
 @pytest.mark.parametrize(("given", "part"), [
     ({"rotations": 1}, "no such key"), ({"rotation": "xyz"}, "rpy or euler"), ({"start": 5}, "text"), ({"orientation_by_group": 1}, "true"), ({"tools": {"A": "B"}}, "numbers"),
-    ({"tools": {"A": -1}}, "numbers"), ({"modulo_axes": "B"}, "A and C"),
+    ({"tools": {"A": -1}}, "numbers"), ({"modulo_axes": "B"}, "A and C"), ({"offsets_in_g91": "yes"}, "travelled"),
 ])  # fmt: skip
 def test_wrong_keys(given, part):
     with pytest.raises(ValueError, match=part):

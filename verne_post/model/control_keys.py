@@ -8,6 +8,7 @@ from msgspec import Struct, field
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
+    "offsets_in_g91": ("", "travelled", "kept"),
 }  # fmt: skip
 
 
@@ -28,6 +29,9 @@ class SiemensKeys(Struct, frozen=True):
     projected : str
         What the second angle of CYCLE800 in the mode "projected angles" is: "traces", that of the plane's line in X Z or Y Z;
         "axes", that of the projected axis of the plane. Empty: such calls are refused.
+    offsets_in_g91 : str
+        Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that change:
+        "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
     modulo_axes : str
         Rotary axes whose absolute values count within the present turn.
     tools : mapping
@@ -39,6 +43,7 @@ class SiemensKeys(Struct, frozen=True):
     orientation: Literal["words", "axes", "vector"] = "words"
     orientation_by_group: bool = False
     projected: Literal["", "traces", "axes"] = ""
+    offsets_in_g91: Literal["", "travelled", "kept"] = ""
     modulo_axes: str = ""
     tools: Mapping[str, int] = field(default_factory=dict)
 

@@ -138,7 +138,10 @@ class Translator(Struct):
         return {"g": 0.0 if self.rapid else 1.0}
 
     def _to(self, s: Statement, point: list[float]) -> Iterator[Block]:
-        if self.cycle is not None and not self.rapid:
+        if self.cycle is not None:
+            if self.rapid:
+                raise BlockError("VP017", "RAPID before a GOTO of a CYCLE: CAM systems differ in whether that place is a hole; write CYCLE/OFF before "
+                                 "a move without a hole, and no RAPID before a hole")  # fmt: skip
             with self.state.exact_path():
                 yield from self._hole(s, self.cycle, point)
             return

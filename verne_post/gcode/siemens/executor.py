@@ -155,6 +155,7 @@ class Executor:
 
     def run_cycle(self, call: Call, line: int) -> None:
         """Execute a cycle of the control."""
+        self.interpreter.note_numbers()
         if call.name == "CYCLE800":
             self.swivel.run(call, line)
         elif call.name == "CYCLE832":

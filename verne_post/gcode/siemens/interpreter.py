@@ -43,6 +43,7 @@ class SiemensInterpreter(SiemensSplines):
         for name, _column in words.no_effect:
             self.recorder.event(words.line, "without effect", word=name)
         self.end_spline(words)
+        self.note_numbers()
         if words.is_empty:  # nothing but variables
             return False
         self._set_modes_of(words)
@@ -51,6 +52,7 @@ class SiemensInterpreter(SiemensSplines):
             self._run_auxiliary(words, block)
         if not words.groups.keys() <= _OF_MOTION:
             self._run_groups(words, block)
+        self.block_numbers = []  # what follows the motion belongs to it
         named = self._run_motion(words, block)
         if words.code("exact stop of the block") is not None:
             self.set_path_control()

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import RS274, CodeTable
@@ -59,6 +60,10 @@ class SiemensMotion(Interpreter):
         self._split = Split(None)
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
+        #: Where axes stood in numbers of the program before their offsets changed, of those that no block has named since.
+        self.shifted: dict[int, float] = {}
+        #: The same of all axes when the block began.
+        self.block_numbers: list[float] = []
         state.systems = {0: Frame(0, tool=state.frame.tool), **state.systems}
 
     # --- the frame chain ------------------------------------------------------------------------------
@@ -69,6 +74,17 @@ class SiemensMotion(Interpreter):
         self._split = split(chain.total, chain.mirrored)
         base = replace(self.state.systems[self.modes.system], g92=ZERO9, tool=self.state.frame.tool)
         self._set_frame(replace(base, feature=self._plane(base, self.state.position)))
+
+    def note_numbers(self) -> None:
+        """Keep where all axes stand, before offsets may change."""
+        self.block_numbers = [self.programmed(axis) for axis in range(len(AXES))]
+
+    def _set_frame(self, frame: Frame) -> None:
+        """As all dialects change frames; keeps where axes stood, for G91."""
+        super()._set_frame(frame)
+        for axis, before in enumerate(self.block_numbers):
+            if abs(self.programmed(axis) - before) > ZERO_LENGTH_MM:
+                self.shifted.setdefault(axis, before)
 
     def _plane(self, base: Frame, position: list[float]) -> Feature | None:
         """The plane in which X, Y, Z count: of the chain, and without TRAORI of the table as it stands."""

@@ -25,6 +25,8 @@ class SiemensPlaces(SiemensMotion):
     def read_places(self, words: Words, block: Block) -> dict[int, float]:
         """Programmed places of the axes that a block names, absolute, mm and degrees."""
         places = self._read_polar(words, block)
+        for axis in places:
+            self.shifted.pop(axis, None)
         for axis, letter in enumerate(AXES):
             word = words.take(letter)
             if word is None:
@@ -41,10 +43,24 @@ class SiemensPlaces(SiemensMotion):
             raise word.error("VP017", f"{word.mode} is for rotary axes; {word.name} is a linear one")
         if word.mode == "IC" or (not word.mode and not self.modes.absolute):
             self._require_known(block, [axis], "an incremental value")
-            return self.programmed(axis) + value
+            return self._count_from(word, axis) + value
+        self.shifted.pop(axis, None)
         if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known[axis]:
             return self._rotary_place(word, axis, value)
         return value
+
+    def _count_from(self, word: Word, axis: int) -> float:
+        """What an incremental value of an axis is added to.
+
+        After a change of offsets that is where the axis stands, or the number that it had before: a choice of machine data.
+        """
+        before = self.shifted.pop(axis, None)
+        if before is None or self.keys.offsets_in_g91 == "kept":
+            return self.programmed(axis)
+        if self.keys.offsets_in_g91 == "travelled":
+            return before
+        raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: whether a control travels the change with it is "
+                         "machine data (SD42440, SD42442); write it in G90, or say so: [siemens] offsets_in_g91 of the settings file")  # fmt: skip
 
     def _rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""

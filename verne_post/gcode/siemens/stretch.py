@@ -63,6 +63,8 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     if done == row:
         return None
     to.modes.motion = _CODES[to.state.motion]
+    for axis in [axis for axis in to.shifted if chunk.lines.row[done - 1, axis] >= row]:
+        del to.shifted[axis]
     _set_heading(to, chunk.lines, row, done, start, motion)
     flow.line = line + done - row
     flow.repeats.count(flow.text, line, flow.line - 1, 0)

@@ -257,12 +257,18 @@ OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
     "B_XOR": lambda a, b: _whole(a) ^ _whole(b),
 }  # fmt: skip
 
+
+def round_half_away(value: float) -> float:
+    """ROUND, and what becomes of a number that is assigned to an INT."""
+    return math.copysign(math.floor(abs(value) + 0.5), value)
+
+
 FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., float]]]] = {
     "SIN": ((1,), lambda a: math.sin(math.radians(a))), "COS": ((1,), lambda a: math.cos(math.radians(a))),
     "TAN": ((1,), lambda a: math.tan(math.radians(a))), "ASIN": ((1,), lambda a: math.degrees(math.asin(a))),
     "ACOS": ((1,), lambda a: math.degrees(math.acos(a))), "ATAN2": ((2,), lambda y, x: math.degrees(math.atan2(y, x))),
     "SQRT": ((1,), math.sqrt), "POT": ((1,), lambda a: a * a), "TRUNC": ((1,), lambda a: float(math.trunc(a))),
-    "ROUND": ((1,), lambda a: math.copysign(math.floor(abs(a) + 0.5), a)), "ROUNDUP": ((1,), lambda a: float(math.ceil(a))),
+    "ROUND": ((1,), round_half_away), "ROUNDUP": ((1,), lambda a: float(math.ceil(a))),
     "ABS": ((1,), abs), "LN": ((1,), math.log), "EXP": ((1,), math.exp), "MINVAL": ((2,), min), "MAXVAL": ((2,), max),
     "BOUND": ((3,), lambda low, high, value: min(max(low, value), high)),
 }  # fmt: skip

@@ -6,7 +6,7 @@ from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.values import Index, Value, read_indices, read_value
+from verne_post.gcode.siemens.values import Index, Value, read_indices, read_value, round_half_away
 from verne_post.gcode.siemens.vocabulary import CONSTANTS
 
 #: Types of DEF and PROC. AXIS, FRAME are refused.
@@ -42,7 +42,7 @@ class Variable(Struct):
         if isinstance(value, str):
             return value
         if self.kind == "INT":
-            return float(round(value))
+            return round_half_away(value)
         return float(value != 0) if self.kind == "BOOL" else value
 
     def default(self) -> Value:
