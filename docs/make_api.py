@@ -12,6 +12,8 @@ PAGE = Path(__file__).with_name("api.md")
 HEAD = """# Python API
 
 ```python
+from pathlib import Path
+
 import verne_post as vp
 
 machine = vp.load_machine("verne")
@@ -23,7 +25,8 @@ else:
     print(result)                              # findings as a table; in a notebook as HTML
 ```
 
-Programs are given as bytes, as text, or as a `pathlib.Path`; a path brings the subprograms beside it. A bad *program* never
+Programs are given as bytes, as text, or as a `pathlib.Path`; a path brings the subprograms beside it.
+Set-ups (`part.nc.toml`) and settings files are read by the commands alone: pass what they say as options. A bad *program* never
 raises: it makes a result whose findings say why. A bad *call* raises `UsageError`, which names the argument and what would be
 right. A machine file that cannot be used raises `InputError`, which carries findings.
 

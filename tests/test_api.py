@@ -126,6 +126,14 @@ def test_data_frames(library: str) -> None:
     np.testing.assert_array_equal(np.asarray(frame["rho1_mm"]), rows.values[:, 0])
 
 
+@pytest.mark.parametrize("library", ["pandas", "polars"])
+def test_a_library_of_data_frames_that_is_not_installed_is_named(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)  # as where it is not installed
+    rows = vp.convert(POCKET, "verne", OPTIONS).setpoints
+    with pytest.raises(ModuleNotFoundError, match=f"pip install {library}"):
+        getattr(rows, f"to_{library}")()
+
+
 def test_options_are_written_once() -> None:
     """Each option has help, and its record a key; the settings file takes what it may."""
     record = vp.Options().record()

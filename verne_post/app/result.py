@@ -1,6 +1,7 @@
 """What a check or a conversion came to."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,16 @@ Sink = Callable[[SetpointBlock], None]
 Progress = Callable[[str, int, int], None]
 #: Rows that a printed table of setpoints shows at each end.
 _SHOWN_ROWS = 3
+
+
+@contextmanager
+def _naming(library: str) -> Iterator[None]:
+    """Say how to get a library that is not installed; no extra brings it."""
+    try:
+        yield
+    except ModuleNotFoundError:
+        text = f"{library} is not installed, and no extra of verne-post brings it: pip install {library}"
+        raise ModuleNotFoundError(text, name=library) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +75,15 @@ class Setpoints:
 
     def to_pandas(self) -> "pd.DataFrame":
         """As a pandas data frame; needs pandas."""
-        import pandas as pd
+        with _naming("pandas"):
+            import pandas as pd
 
         return pd.DataFrame(self.to_dict())
 
     def to_polars(self) -> "pl.DataFrame":
         """As a polars data frame; needs polars."""
-        import polars as pl
+        with _naming("polars"):
+            import polars as pl
 
         return pl.DataFrame({name: np.ascontiguousarray(column) for name, column in self.to_dict().items()})
 
