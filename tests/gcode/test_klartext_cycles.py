@@ -238,3 +238,12 @@ def test_a_grid_of_holes(run):
     """Rows to and fro, turned by 90 degrees about the first place."""
     moves = run(CENTRE, "CYCL DEF 221 G Q225=1 Q226=1 Q237=3 Q238=5 Q242=2 Q243=2 Q224=90 Q200=2 Q203=0 Q204=20 Q301=1")
     assert holes(moves) == pytest.approx(np.array([[1, 1], [1, 4], [-4, 4], [-4, 1]], dtype=float))
+
+
+def test_a_parameter_that_is_changed_after_the_definition(run, view):
+    cycle = "CYCL DEF 200 DRILL Q200=2 Q201=-10 Q206=150 Q202=4 Q210=0 Q203=0 Q204=2 Q211=0"
+    plain = run(cycle, "L X+20 M99")
+    assert len(run(cycle, "L X+5 FMAX", "Q201 = -10", "Q1 = 5", "L X+20 M99")) == len(plain) + 1
+    text = "\n".join([*HEAD, cycle, "L X+5 FMAX", "Q201 = -3", "L X+20 M99", "END PGM C"])
+    _moves, errors = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+    assert [(item.code, "Q201" in item.message) for item in errors] == [("VP017", True)]

@@ -44,7 +44,7 @@ class KlartextPatterns(KlartextSettings):
     """Settings, and where machining cycles run.
 
     ``cycle`` is the machining cycle in force, ``modal`` whether M89 calls it after every positioning block,
-    ``cycle_unread`` that its definition was refused.
+    ``cycle_unread`` that its definition was refused, ``assigned`` are the Q parameters that definitions have set.
     """
 
     def __init__(self, *arguments: object) -> None:
@@ -53,6 +53,7 @@ class KlartextPatterns(KlartextSettings):
         self.modal = False
         self.places: list[Place] = []
         self.cycle_unread = False
+        self.assigned: dict[int, float] = {}
 
     # --- definitions ----------------------------------------------------------------------------------------
 
@@ -74,8 +75,9 @@ class KlartextPatterns(KlartextSettings):
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
-            self.cycle, self.cycle_unread = DefinedCycle(number, q), False
+            self.cycle, self.cycle_unread, self.assigned = DefinedCycle(number, q), False, given
             return
+        self.assigned = {name: given.get(name, value) for name, value in self.assigned.items()}
         self.check_nothing_waits(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
 
@@ -136,6 +138,10 @@ class KlartextPatterns(KlartextSettings):
             return
         if self.cycle is None:
             raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+        for name, value in self.assigned.items():
+            if not self.q.has(f"Q{name}", value):
+                raise BlockError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; whether a call takes the new value "
+                                 "depends on the control: write CYCL DEF again")  # fmt: skip
         q = self.cycle.q if not z else {**self.cycle.q, 203: self.cycle.q[203] + z}
         self.run_hole(self.cycle.number, q)
 

@@ -68,6 +68,13 @@ class QParameters(Struct):
         table = {"QL": self.local[-1], "QS": self.strings}.get(kind, self.values)
         return key in table or (kind == "Q" and number in self.shown)  # type: ignore[operator]
 
+    def has(self, name: str, value: float) -> bool:
+        """True where Q1, QL1 or QR1 has this value."""
+        try:
+            return self.value(name) == value
+        except BlockError:
+            return False
+
     def set(self, name: str, value: float) -> None:
         """Set Q1, QL1 or QR1."""
         kind, number = _split(name)
