@@ -610,3 +610,21 @@ def test_apt_rapid_before_a_hole_is_refused(machine):
     with pytest.raises(InputError) as caught:
         read_draft(source % b"RAPID\n", machine, given)
     assert [(item.code, item.line) for item in caught.value.findings] == [("VP017", 9)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "refused"),
+    [
+        ("100", "200", False), ("100,MMPM", "200", False), ("0.1,MMPR", "0.2,MMPR", False), ("0.1,MMPR", "200,MMPM", False),
+        ("0.1,MMPR", "0.2", True), ("10,IPM", "20", True), ("10,IPM", "20,IPM", False), ("100\nUNITS/INCHES", "4", False),
+    ],
+)  # fmt: skip
+def test_apt_feed_rates_without_a_unit_after_another_one(first, second, refused, machine):
+    source = f"PARTNO/A\nUNITS/MM\nSPINDL/1000,CLW\nRAPID\nGOTO/0,0,50\nFEDRAT/{first}\nGOTO/10,0,50\nFEDRAT/{second}\nGOTO/20,0,50\nFINI\n"
+    given = Options(tool_length=50.0, wcs={"G54": (0.0, 0.0, 0.0)})
+    if not refused:
+        assert len(read_draft(source.encode(), machine, given).path) == 2
+        return
+    with pytest.raises(InputError) as caught:
+        read_draft(source.encode(), machine, given)
+    assert [(item.code, item.line) for item in caught.value.findings] == [("VP005", 8)]

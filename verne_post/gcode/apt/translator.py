@@ -47,6 +47,8 @@ class Translator(Struct):
     turned: bool = False
     #: The last FEDRAT, which holds again after a cycle with another feed rate.
     feed: tuple[float, int, bool | None] | None = None
+    #: The unit that it named: mode, and whether in inches.
+    feed_unit: tuple[int, bool | None] | None = None
 
     def blocks(self, statement: Statement) -> Iterator[Block]:
         """Blocks that a statement stands for.
@@ -248,7 +250,11 @@ class Translator(Struct):
         units = [word.upper() for word in s.words if not is_number(word)]
         if len(numbers) != 1 or len(units) > 1 or any(unit not in FEED_UNITS for unit in units):
             raise BlockError("VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}")
-        mode, inch = FEED_UNITS[units[0]] if units else (94, None)
+        if not units and self.feed_unit not in (None, (94, None), (94, self.state.inch)):
+            raise BlockError("VP005", "FEDRAT without a unit, and the one before has another than the program's: CAM systems differ in "
+                             f"which holds; write one of {', '.join(FEED_UNITS)}")  # fmt: skip
+        self.feed_unit = FEED_UNITS[units[0]] if units else None
+        mode, inch = self.feed_unit or (94, None)
         inch = self.state.inch if inch is None else inch  # the feed stays when the unit changes
         self.rapid, self.feed = False, (read_numbers(s, numbers)[0], mode, inch)
         yield from self._feed(s, *self.feed)
