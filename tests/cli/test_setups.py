@@ -158,3 +158,27 @@ def test_rows_under_a_name_that_is_shared_now_do_not_stay(folder: Path, run: Cal
     shutil.copy("part.nc", "part.ngc")
     assert run("batch", ".", "-o", "out", "-j", 1, *place).code == 0
     assert sorted(path.name for path in Path("out").glob("*.csv")) == ["part.nc.csv", "part.ngc.csv"]
+
+
+def test_the_settings_file_names_the_machine_of_a_folder(folder: Path, run: Callable[..., Any]) -> None:
+    words = ("--tool-length", "80", "--wcs", "G54=0,0,60")
+    shipped = Path(__file__).resolve().parents[2] / "machine_configs"
+    text = (shipped / "verne.toml").read_text(encoding="utf-8")
+    (folder / "machines").mkdir()
+    (folder / "machines" / "mine.toml").write_text(text.replace('name = "VERNE"', 'name = "MINE"'), encoding="utf-8")
+    settings = folder / "verne-post.toml"
+    for value, name in (("machines/mine.toml", "MINE"), ("serial", "serial five-axis machine"), (None, "VERNE")):
+        settings.write_text("" if value is None else f'machine = "{value}"\n', encoding="utf-8")
+        assert f"can run on {name}," in run("part.nc", "-o", "axes.csv", *words).err
+        assert "can run on VERNE," in run("part.nc", "-o", "axes.csv", "--machine", "verne", *words).err
+    settings.write_text('machine = "machines/mine.toml"\n', encoding="utf-8")
+    below = folder / "below"
+    below.mkdir()
+    shutil.copy(folder / "part.nc", below)
+    assert "can run" in run("check", below / "part.nc", *words).out
+    assert run("batch", below, "-o", folder / "out", *words).code == 0
+    settings.write_text('machine = "none.toml"\n', encoding="utf-8")
+    for command in (("check", "part.nc"), ("part.nc", "-o", "axes.csv"), ("batch", "below", "-o", "out")):
+        answer = run(*command, *words)
+        assert answer.code == 2
+        assert "none.toml" in answer.err

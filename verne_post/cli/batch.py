@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.base.printable import printable
-from verne_post.cli.common import expect_machine, load, quiet_option, refuse
+from verne_post.cli.common import expect_machine, load, name_machine, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.options import FILE, FOLDER, WRITING, GroupedCommand, build_options, options_of, program_options
@@ -78,9 +78,10 @@ def command(
     paths = given["subroutine_path"]
     programs = find_programs(inputs, output, may_lack=output.exists())  # old rows of what is gone must go
     try:
-        expect_machine(given["machine_name"])
+        machine_name = name_machine(files, given)
+        expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
-        machine = load(files, given["machine_name"])
+        machine = load(files, machine_name)
     except InputError as error:
         return refuse(inputs[0], error)
     check_format(file_format)

@@ -7,7 +7,7 @@ import click
 from msgspec.structs import replace
 
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, expect_machine, load, program_text, quiet_option, refuse
+from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, program_text, quiet_option, refuse
 from verne_post.cli.files import RunFiles, Unreadable, is_dash, shown_name
 from verne_post.cli.options import FILE, GroupedCommand, build_options, program_options, settings_of
 from verne_post.cli.programs import find_programs
@@ -85,10 +85,11 @@ def command(
             files.writes(path, option)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:
-        expect_machine(given["machine_name"])
+        machine_name = name_machine(files, given)
+        expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
         policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
-        machine = load(files, given["machine_name"])
+        machine = load(files, machine_name)
     except InputError as error:
         if output_format == "json":
             verdict = verdict_of(status_of(error.findings), error.findings)

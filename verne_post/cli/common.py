@@ -37,10 +37,29 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     from verne_post.cli.options import build_options
 
     files.expects(name, PROGRAM)
-    expect_machine(given["machine_name"])
+    machine_name = name_machine(files, given)
+    expect_machine(machine_name)
     options = build_options(files, shown_name(name), name, **given)
-    machine = load(files, given["machine_name"])
+    machine = load(files, machine_name)
     return machine, *program_text(files, name, options, given["subroutine_path"])
+
+
+def name_machine(files: RunFiles, given: dict[str, Any]) -> str:
+    """What --machine names, else the settings file, else the machine where none is named; a name or a path.
+
+    Raises
+    ------
+    InputError
+        For a settings file that cannot be used.
+    """
+    from verne_post.cli.options import claim_input, settings_of
+    from verne_post.config.machine_paths import DEFAULT_MACHINE
+
+    if given["machine_name"] is not None:
+        return str(given["machine_name"])
+    claim_input(files, given)
+    settings = settings_of(files, given.get("settings"))
+    return DEFAULT_MACHINE if settings is None else settings.machine
 
 
 def program_text(

@@ -53,11 +53,10 @@ class FileOption(Struct, frozen=True):
     help: str
     group: Group
     multiple: bool = False
-    default: str | None = None
 
 
 FILES: Final = (
-    FileOption("--machine", "machine_name", "NAME|FILE", "Machine by name, or its TOML file.", Group.SETUP, default="verne"),
+    FileOption("--machine", "machine_name", "NAME|FILE", "Machine by name, or its TOML file; default: that of the settings file, else verne.", Group.SETUP),
     FileOption("--tool-table", "tool_table", "FILE", "LinuxCNC tool table (.tbl).", Group.SETUP),
     FileOption("--tool-lengths", "tool_lengths", "FILE", "Measured tool lengths (CSV or JSON), in place of those of the table.", Group.SETUP),
     FileOption("--measured-offset", "measured_offset", "FILE", "Measured work offsets (CSV or JSON), with the meaning of --wcs.", Group.SETUP),
@@ -146,8 +145,7 @@ def flag_of(name: str) -> str:
 def _file_option(one: FileOption) -> Callable[..., Any]:
     kind = FILE if one.metavar == "FILE" else click.STRING
     return click.option(
-        one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple,
-        default=one.default, help=one.help,
+        one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple, help=one.help,
     )  # fmt: skip
 
 
@@ -193,6 +191,13 @@ def _metavar(kind: Any, shown: About) -> str | None:
 # --- values of the command line -> Options ---------------------------------------------------------
 
 
+def claim_input(files: RunFiles, given: dict[str, Any]) -> None:
+    """Name what standard input stands for, before any of it is read: one file of a run."""
+    for one in FILES:
+        if is_dash(given.get(one.name)):
+            files.reads(DASH, one.flag)
+
+
 def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -> Options:
     """Options from the values of the command line; they go before those of the program's set-up, and these before the settings file.
 
@@ -210,9 +215,7 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
     InputError
         For what stands in a file.
     """
-    for one in FILES:
-        if is_dash(given.get(one.name)):
-            files.reads(DASH, one.flag)
+    claim_input(files, given)
     settings = settings_of(files, given.get("settings"), tell=True)
     values: dict[str, Any] = {}
     if settings is not None:

@@ -1,9 +1,13 @@
 """Where machine files are: by name or by path; whether one can be read is known here, before anything reads it."""
 
 from pathlib import Path
+from typing import Final
 
 from verne_post.config.files import read_file as read_bytes
 from verne_post.model.findings import InputError, finding
+
+#: The machine where none is named.
+DEFAULT_MACHINE: Final = "verne"
 
 
 def machine_files() -> dict[str, Path]:

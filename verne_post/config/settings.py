@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from verne_post.config.box_file import BoxFile
 from verne_post.config.files import read_file
+from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_files
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.program_setup import ProgramSetup, setup_of
 from verne_post.config.sentences import Table, WrongTableError, check_table
@@ -38,6 +39,7 @@ class CheckFile(Table, frozen=True, kw_only=True):
 class SettingsFile(Table, frozen=True, kw_only=True):
     """Content of the file."""
 
+    machine: str = DEFAULT_MACHINE
     options: dict[str, Any] = field(default_factory=dict)
     remap: dict[str, Meaning] = field(default_factory=dict)
     siemens: dict[str, Any] = field(default_factory=dict)
@@ -62,6 +64,8 @@ class Settings(Struct, frozen=True):
         Keys by controller dialect, as the option ``control`` has them.
     setups : mapping
         [setup.GLOB]: set-ups of programs, by patterns of their paths.
+    machine : str
+        Its name, or its file as the process finds it.
     """
 
     file: SettingsFile
@@ -69,6 +73,7 @@ class Settings(Struct, frozen=True):
     check: CheckFile
     control: dict[str, dict[str, Any]]
     setups: dict[str, ProgramSetup]
+    machine: str
 
     def setups_of(self, program: Path) -> list[ProgramSetup]:
         """The set-ups whose pattern fits a program, in the order of the file."""
@@ -130,7 +135,8 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
     check = file.check
     if check.baseline is not None:
         check = replace(check, baseline=str(path.parent / check.baseline))
-    return Settings(file, path.resolve().parent, check, control, setups)
+    machine = file.machine if file.machine in machine_files() else str(path.parent / file.machine)
+    return Settings(file, path.resolve().parent, check, control, setups, machine)
 
 
 def _mistake(code: str) -> str | None:
