@@ -106,6 +106,7 @@ def test_names_that_are_no_text(ground: Ground, words: tuple[str, ...]) -> None:
 
 def test_a_name_that_is_no_text_in_a_report(ground: Ground) -> None:
     (ground.folder / NAMES[0]).write_bytes((ground.folder / "short.nc").read_bytes())
+    (ground.folder / "out").mkdir(exist_ok=True)
     assert ground.run("report", NAMES[0], *PLACE, "-o", "out/r.html").status == 0
     assert rb"bad\udcff.nc" in (ground.out / "r.html").read_bytes()
 
