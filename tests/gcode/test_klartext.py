@@ -510,3 +510,21 @@ def test_names_without_a_table_are_tools_of_their_own(view, second, codes):
 def test_a_radius_below_1_needs_no_sign(run, radius):
     moves = run("L X+10 R0 F200", f"RND {radius}", "L Y+10")
     assert moves.end[-2, :2].tolist() == [10.0, 0.5]
+
+
+def test_feed_rates_per_turn_and_per_minute_need_a_number_of_their_own(run, view):
+    moves = run("L X+1 F200 M3", "L X+2 F0.2 M136", "L X+3", "L X+4 F300 M137", "L X+5")
+    assert [(moves.feed[row], moves.feed_mode[row]) for row in range(-5, 0)] == [
+        (200, 0),
+        (0.2, 2),
+        (0.2, 2),
+        (300, 0),
+        (300, 0),
+    ]
+    for lines in (
+        ["L X+1 F200 M3", "L X+2 M136"],
+        ["L X+1 F0.2 M136 M3", "L X+2 M137"],
+        ["L X+1 F0.2 M136 M3", "M137", "L X+2"],
+    ):
+        with pytest.raises(AssertionError, match="VP009"):
+            run(*lines)

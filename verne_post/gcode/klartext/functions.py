@@ -182,8 +182,12 @@ class KlartextFunctions(KlartextApproach):
         number = word.number
         if number == 94:
             self._reduce_angles(word.axes)
-        elif number in (126, 116, 136):
-            setattr(self, {126: "shortest", 116: "metres", 136: "per_turn"}[number], True)
+        elif number in (126, 116):
+            setattr(self, {126: "shortest", 116: "metres"}[number], True)
+        elif number in (136, 137):
+            if self.per_turn != (number == 136):  # the number in force is one of the other kind: F is to be given again
+                self.state.feed = self.state.feed_angular = 0.0
+            self.per_turn = number == 136
         elif number == 19:
             self._run(Block(self.block.line, [("M", 19.0, 1)], {"R": self.spindle_angle}, {"R": 1}))
         elif number == 128:
@@ -201,8 +205,8 @@ class KlartextFunctions(KlartextApproach):
                 self._retract(word)
             elif number == 129:
                 self.set_tcp(on=False)
-            elif number in (127, 117, 137):
-                setattr(self, {127: "shortest", 117: "metres", 137: "per_turn"}[number], False)
+            elif number in (127, 117):
+                setattr(self, {127: "shortest", 117: "metres"}[number], False)
         codes = [code for word in words.functions for code in AT_END.get(word.number, ())]
         if codes:
             self._run(Block(self.block.line, [("M", float(code), 1) for code in codes]))
