@@ -546,3 +546,29 @@ def test_misspelt_names_are_answered_with_the_right_one() -> None:
     ):
         with pytest.raises(vp.UsageError, match=f"{name}: there is no such option; did you mean {right}?"):
             Options(**{name: 1})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "taken"),
+    [
+        ("tool_length", np.int64(80), 80.0), ("tool_length", np.float32(80.5), 80.5), ("tool_length", np.array(80.0), 80.0),
+        ("jobs", np.int32(2), 2), ("decimals", np.uint8(3), 3), ("quality", np.bool_(True), True),
+    ],
+)  # fmt: skip
+def test_numbers_of_numpy_are_numbers(name: str, value: object, taken: object) -> None:
+    found = getattr(Options(**{name: value}), name)
+    assert (found, type(found)) == (taken, type(taken))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("tool_length", np.bool_(True)),
+        ("tool_length", np.float64("nan")),
+        ("jobs", np.float64(2.0)),
+        ("tool_length", np.array([80.0])),
+    ],
+)
+def test_other_values_of_numpy_are_refused(name: str, value: object) -> None:
+    with pytest.raises(vp.UsageError, match=f"{name}: .*expected"):
+        Options(**{name: value})

@@ -390,12 +390,12 @@ def _checked(name: str, option: Option, value: Any) -> Any:
             return option.check(value)
         except ValueError as error:
             raise _refusal(name, value, str(error)) from None
+    if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0:
+        value = value.item()  # a number of numpy, of any type, is that number
     fitting = next((one for one in alternatives(option.kind) if has_shape(one, value)), None)
     if fitting is not None:  # msgspec fails for some values that only look like a mapping
         try:
-            return convert(
-                float(value) if isinstance(value, float) else value, option.kind
-            )  # a number of numpy is a float
+            return convert(value, option.kind)
         except ValidationError:
             pass
     unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
