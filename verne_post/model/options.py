@@ -408,7 +408,7 @@ def _refusal(name: str, value: object, reason: str) -> UsageError:
     return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason}")
 
 
-#: Options that change nothing in what is made.
+#: Options that change nothing in what is made; of a name, the ending alone may (the dialect).
 _WITHOUT_EFFECT: Final = ("source_name", "setup_source", "jobs")
 
 
