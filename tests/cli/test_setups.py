@@ -182,3 +182,38 @@ def test_the_settings_file_names_the_machine_of_a_folder(folder: Path, run: Call
         answer = run(*command, *words)
         assert answer.code == 2
         assert "none.toml" in answer.err
+
+
+TOOLS = "G21 G90 G94\nT1 M6\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nX10\nM2\n"
+
+
+def test_a_tool_table_goes_before_a_length_of_the_settings_file(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc").write_text(TOOLS, encoding="utf-8")
+    Path("t.tbl").write_text("T1 P1 Z50 D8\n", encoding="utf-8")
+    Path("l.csv").write_text("tool,length_mm\n1,50\n", encoding="utf-8")
+    Path("verne-post.toml").write_text("[options]\ntool_length = 120\n", encoding="utf-8")
+    place = ("--wcs", "G54=0,0,60")
+    assert "tool 1 120 mm" in run("check", "part.nc", *place).out
+    assert "tool 1 50 mm" in run("check", "part.nc", *place, "--tool-table", "t.tbl").out
+    assert "tool 1 50 mm" in run("check", "part.nc", *place, "--tool-lengths", "l.csv").out
+    assert "tool 1 70 mm" in run("check", "part.nc", *place, "--tool-length", "70").out
+    Path("part.nc.toml").write_text('tool_table = "t.tbl"\n', encoding="utf-8")
+    assert "tool 1 50 mm" in run("check", "part.nc", *place).out
+
+
+def test_a_work_system_twice_in_a_set_up_is_refused(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 60]\ng54 = [0, 0, 90]\n", encoding="utf-8")
+    answer = run("check", "part.nc")
+    assert answer.code == 2
+    assert "given twice" in answer.err + answer.out
+
+
+def test_measured_offsets_replace_the_systems_that_they_name(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc").write_text(PROGRAM.replace("G0 X0", "G55 G0 X0"), encoding="utf-8")
+    Path("part.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [1, 1, 60]\nG55 = [5, 5, 60]\n", encoding="utf-8")
+    Path("m.csv").write_text("system,x_mm,y_mm,z_mm\nG54,0,0,50\n", encoding="utf-8")
+    assert "G55 at (5, 5, 60)" in run("check", "part.nc", "--measured-offset", "m.csv").out
+    Path("m.csv").write_text("system,x_mm,y_mm,z_mm\nG55,7,0,50\n", encoding="utf-8")
+    assert "G55 at (7, 0, 50)" in run("check", "part.nc", "--measured-offset", "m.csv").out
+    answer = run("check", "part.nc", "--measured-offset", "m.csv", "--wcs", "G55=1,1,1")
+    assert (answer.code, "give it once" in answer.err) == (2, True)

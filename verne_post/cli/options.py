@@ -222,6 +222,8 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values = {**settings.file.options, "remap": dict(settings.file.remap), "control": settings.control}
     placed = place_options(files, given, program, settings)
     given = placed.given
+    if any(given.get(key) is not None for key in ("tool_length", "tool_table", "tool_lengths")):
+        values.pop("tool_length", None)  # a length or table of a set-up or of the command line replaces it
     values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
         values |= _parse_texts(values, given) | _from_files(files, given)
@@ -273,8 +275,12 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
 
         offsets = read_offsets(*measured)
         written = dict(_work_offset(text) for text in given.get("wcs") or ())
-        for name in written:
+        weaker = {text.partition("=")[0] for text in given.get("weaker_wcs", ())}
+        for name in list(written):
             if name.strip().upper() in {SYSTEM_NAMES[number] for number in offsets}:
+                if name in weaker:  # of a set-up, below the file of the command line
+                    del written[name]
+                    continue
                 raise click.UsageError(f"--wcs {name}: {measured[1]} has this work offset too; give it once")
         found["wcs"] = {**written, **offsets}
     if (parameters := content("parameter_file", "--parameters")) is not None:

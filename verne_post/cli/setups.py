@@ -71,17 +71,27 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         if any(key in values for key in TOOL_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
-        wcs |= {name.strip().upper(): numbers for name, numbers in setup.wcs.items()}
+        own = {name.strip().upper(): numbers for name, numbers in setup.wcs.items()}
+        if len(own) < len(setup.wcs):
+            raise click.UsageError(f"{setup.name}: {', '.join(setup.wcs)} in wcs: a work system is given twice")
+        wcs |= own
         keep_out |= setup.keep_out
         stock = setup.stock or stock
     above = {key: value for key, value in given.items() if value not in (None, (), [])}
     if any(key in above for key in TOOL_KEYS):
         below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
-    if "measured_offset" in above:
-        wcs, _measured = {}, below.pop("measured_offset", None)
+    measured = "measured_offset" in above
+    if measured:
+        below.pop("measured_offset", None)
     named = {text.partition("=")[0].strip().upper() for text in above.get("wcs", ())}
     texts = [f"{name}={','.join(f'{x:.12g}' for x in numbers)}" for name, numbers in wcs.items() if name not in named]
-    placed = {**given, **below, **above, "wcs": (*texts, *above.get("wcs", ()))}
+    placed = {
+        **given,
+        **below,
+        **above,
+        "wcs": (*texts, *above.get("wcs", ())),
+        "weaker_wcs": texts if measured else [],
+    }
     return Placed(placed, keep_out, stock, ", ".join(setup.name for setup in setups))
 
 
