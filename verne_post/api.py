@@ -199,7 +199,7 @@ def _machine(machine: MachineLike) -> Machine:
     if isinstance(machine, Machine):
         return machine
     if isinstance(machine, str | os.PathLike):
-        return load_machine(str(machine))
+        return load_machine(machine if isinstance(machine, str) else Path(machine))
     raise UsageError("machine", f"expected a Machine, a name or a path, got {type(machine).__name__}")
 
 

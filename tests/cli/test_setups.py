@@ -1,12 +1,15 @@
 """The set-up of a program: part.nc.toml beside it, [setup.GLOB] of the settings file, and the command line above both."""
 
 import json
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+import verne_post
 
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 PROGRAM = "G21 G90 G94 G49\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nX10\nM2\n"
@@ -217,3 +220,37 @@ def test_measured_offsets_replace_the_systems_that_they_name(folder: Path, run: 
     assert "G55 at (7, 0, 50)" in run("check", "part.nc", "--measured-offset", "m.csv").out
     answer = run("check", "part.nc", "--measured-offset", "m.csv", "--wcs", "G55=1,1,1")
     assert (answer.code, "give it once" in answer.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "settings"),
+    [
+        ('# see [tool.verne-post] in the docs\n[project]\nname = "x"\n', "verne-post.toml"),
+        ("[tool.verne-posts.options]\ntolerance = 0.02\n", "verne-post.toml"),
+        ("[tool]\nverne-post = {options = {tolerance = 0.02}}\n", "pyproject.toml"),
+        ("[ tool.verne-post.options ]\ntolerance = 0.02\n", "pyproject.toml"),
+    ],
+)
+def test_a_project_file_counts_by_its_table(folder: Path, run: Callable[..., Any], text: str, settings: str) -> None:
+    Path("verne-post.toml").write_text("", encoding="utf-8")
+    below = folder / "below"
+    below.mkdir()
+    shutil.copy("part.nc", below)
+    (below / "pyproject.toml").write_text(text, encoding="utf-8")
+    os.chdir(below)
+    answer = run("check", "part.nc", "--tool-length", "80", "--wcs", "G54=0,0,60")
+    assert (answer.code, Path(answer.err.split("settings of ")[1].split("\n")[0]).name) == (0, settings)
+
+
+@pytest.mark.parametrize("text", ["tool = 5\n", "[tool]\nverne-post = 5\n", "[[tool]]\n", "[project]\n"])
+def test_a_project_file_without_the_table_is_no_settings_file(folder: Path, run: Callable[..., Any], text: str) -> None:
+    Path("pyproject.toml").write_text(text, encoding="utf-8")
+    answer = run("check", "part.nc", "--tool-length", "80", "--settings", "pyproject.toml")
+    assert (answer.code, "no table [tool.verne-post]" in answer.err) == (2, True)
+
+
+def test_a_path_is_no_name_of_a_machine(folder: Path) -> None:
+    shipped = Path(__file__).resolve().parents[2] / "machine_configs"
+    shutil.copy(shipped / "serial.toml", folder / "verne")
+    assert verne_post.load_machine(Path("verne")).name == "serial five-axis machine"
+    assert verne_post.load_machine("verne").name == "VERNE"

@@ -20,8 +20,9 @@ def machine_files() -> dict[str, Path]:
 
 
 def machine_path(name_or_path: str | Path) -> Path:
-    """The file of a machine that is given by name, or by its path."""
-    return machine_files().get(str(name_or_path), Path(name_or_path))
+    """The file of a machine that is given by name, or by its path; a ``Path`` is no name."""
+    known = machine_files()
+    return known[name_or_path] if isinstance(name_or_path, str) and name_or_path in known else Path(name_or_path)
 
 
 def names_hint() -> str:

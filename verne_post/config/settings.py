@@ -91,9 +91,20 @@ def find_settings(folder: Path) -> Path | None:
         if (place / FILE_NAME).is_file():
             return place / FILE_NAME
         project = place / PROJECT_FILE
-        if project.is_file() and b"[tool.verne-post" in read_file(project):
+        if project.is_file() and _has_settings(read_file(project)):
             return project
     return None
+
+
+def _has_settings(raw: bytes) -> bool:
+    """True for a pyproject.toml with [tool.verne-post], or one that names it and cannot be read."""
+    if b"verne-post" not in raw:
+        return False
+    try:
+        tool = tomllib.loads(raw.decode("utf-8")).get("tool")
+    except (ValueError, RecursionError):
+        return b"[tool.verne-post" in raw
+    return isinstance(tool, dict) and "verne-post" in tool
 
 
 def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Settings:
@@ -107,7 +118,11 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
     try:
         data = tomllib.loads(read(path).decode("utf-8"))
         if path.name == PROJECT_FILE:
-            data = data.get("tool", {}).get("verne-post", {})
+            tool = data.get("tool")
+            table = tool.get("verne-post") if isinstance(tool, dict) else None
+            if not isinstance(table, dict):
+                raise InputError(finding("VP503", f"{path.name}: there is no table [tool.verne-post] in it"))
+            data = table
         file = check_table(SettingsFile, data, "a settings file")
     except OSError as error:
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None

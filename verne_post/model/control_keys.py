@@ -82,7 +82,7 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
             raise ValueError(f"{name}: no such key; expected {', '.join(known)}")
         choices = _CHOICES.get(name)
         if choices is not None and (not isinstance(value, str) or value not in choices):
-            raise ValueError(f"{name}: expected {' or '.join(choices)}")
+            raise ValueError(f"{name}: expected {' or '.join(filter(None, choices))}")
         if name in ("start", "modulo_axes") and not isinstance(value, str):
             raise ValueError(f"{name}: expected a text")
         if name == "orientation_by_group" and not isinstance(value, bool):
