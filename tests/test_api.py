@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -76,7 +77,17 @@ def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyP
         (lambda: vp.explain(SHORT, "verne", "3"), "line"),  # type: ignore[arg-type]
         (lambda: vp.explain(SHORT, "verne", 1, vp.Options(tool_length=80)), "line"),
         (lambda: vp.fit(SHORT, "verne", free="xq"), "free"),
+        (lambda: vp.fit(SHORT, "verne", free=5), "free"),  # type: ignore[arg-type]
+        (lambda: vp.fit(SHORT, "verne", ranges={"x": (math.nan, 1)}), "range"),
+        (lambda: vp.fit(SHORT, "verne", ranges={"x": (2, 1)}), "range"),
+        (lambda: vp.fit(SHORT, "verne", free="xy", ranges={"z": (1, 2)}), "range"),
+        (lambda: vp.fit(SHORT, "verne", ranges=[("x", 1, 2)]), "range"),  # type: ignore[arg-type]
         (lambda: vp.convert(Path("no such file"), "verne"), "source"),
+        (lambda: vp.convert(Path("a\0b"), "verne"), "source"),
+        (lambda: vp.convert("G1 \ud800", "verne"), "source"),
+        (lambda: vp.verify(b"\xff", SHORT, "verne"), "setpoints"),
+        (lambda: vp.load_machine(None), "machine"),  # type: ignore[arg-type]
+        (lambda: vp.load_machine(b""), "machine"),  # type: ignore[arg-type]
         (lambda: vp.verify(3, SHORT, "verne"), "setpoints"),  # type: ignore[arg-type]
         (lambda: vp.work_offsets(G60=(1, 2, 3)), "wcs"),
         (lambda: setattr(OPTIONS, "air", 3.0), "air"),
@@ -90,8 +101,9 @@ def test_misuse_raises_one_documented_error(call: Any, name: str) -> None:
 
 
 def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
-    with pytest.raises(vp.InputError):
-        vp.convert(SHORT, "no such machine")
+    for name in ("no such machine", "a\0b"):
+        with pytest.raises(vp.InputError):
+            vp.convert(SHORT, name)
 
 
 def test_bad_programs_are_results() -> None:

@@ -135,7 +135,7 @@ def tools(value: Any) -> Any:
             return REFUSED
         if plain_numbers([tool.diameter], (1,), 1e4) is REFUSED or tool.diameter < 0:
             return REFUSED
-    return value
+    return {key: replace(tool, offset=tuple(tool.offset)) for key, tool in value.items()}
 
 
 def shapes(value: Any) -> Any:
@@ -171,7 +171,15 @@ def texts(value: Any) -> Any:
 def numbered(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
-    good = all(type(key) is int and finite(one) for key, one in value.items())
+    states = {*range(5400, 5429), *range(5021, 5030), *range(5081, 5090)}
+    good = all(
+        type(key) is int
+        and 1 <= key <= 5601
+        and key not in states
+        and finite(one)
+        and (key != 5220 or one in range(1, 10))
+        for key, one in value.items()
+    )
     return value if good else REFUSED
 
 
@@ -558,6 +566,36 @@ def test_misspelt_names_are_answered_with_the_right_one() -> None:
 def test_numbers_of_numpy_are_numbers(name: str, value: object, taken: object) -> None:
     found = getattr(Options(**{name: value}), name)
     assert (found, type(found)) == (taken, type(taken))
+
+
+def test_arrays_and_lists_of_numbers_of_numpy_are_numbers() -> None:
+    """Tools and offsets that come from a table of measurements mean the same as in plain numbers."""
+    offset = (0.0, 0.0, 66.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    plain = Options(tools={1: vp.Tool(1, 1, offset, 6.0)}, wcs={"G54": (1, 2, 3)}, parameters={100: 1.5})
+    measured = Options(
+        tools={1: vp.Tool(1, 1, np.array(offset), np.float32(6))},  # type: ignore[arg-type]
+        wcs={"G54": tuple(np.array([1, 2, 3]))},
+        parameters={np.int64(100): np.float64(1.5)},
+    )
+    assert measured == plain
+    assert measured.record() == plain.record()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("parameters", {0: 1.0}, "numbers 1 to 5601, not 0"),
+        ("parameters", {5602: 1.0}, "numbers 1 to 5601, not 5602"),
+        ("parameters", {5420: 1.0}, "shows a state"),
+        ("parameters", {5220: 12.0}, "work system has a number from 1 to 9"),
+        ("parameters", {5220: 1.5}, "work system has a number from 1 to 9"),
+        ("smoothing", "\ud800", "expected one of spline"),
+        ("dialect", np.array(["fanuc", "rs274"]), "expected one of auto"),
+    ],
+)
+def test_values_that_once_broke_a_call(name: str, value: object, said: str) -> None:
+    with pytest.raises(vp.UsageError, match=said):
+        Options(**{name: value})
 
 
 @pytest.mark.parametrize(

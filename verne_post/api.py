@@ -9,12 +9,13 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from verne_post.app.assemble import assemble, drives_of
+from verne_post.app.assemble import assemble
 from verne_post.app.check import check_source
 from verne_post.app.convert import convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.result import Progress, Result, Setpoints, Sink
+from verne_post.app.row_format import drives_of
 from verne_post.app.source_text import without_mark
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
@@ -22,10 +23,12 @@ from verne_post.config import load_machine
 from verne_post.config.subprograms import subprograms_of
 from verne_post.model.findings import UsageError
 from verne_post.model.machine import Machine
+from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
+from verne_post.model.part_setup import COORDINATES
 from verne_post.model.verification import Verification
 from verne_post.output.setpoints import read_csv
-from verne_post.toolpath.work_offset import COORDINATES, Proposal
+from verne_post.toolpath.work_offset import Proposal
 
 #: A program: its bytes, its text, or where its file is.
 Source = bytes | str | os.PathLike[str]
@@ -128,7 +131,10 @@ def verify(
         The file or the program cannot be read.
     """
     written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
-    stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
+    try:
+        stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
     text, chosen = _program(source, options)
     loaded = _machine(machine)
     program = assemble(text, loaded, chosen)
@@ -158,9 +164,8 @@ def fit(
     InputError
     """
     text, chosen = _program(source, options)
-    if not free or len(set(free)) != len(free) or not set(free) <= set(COORDINATES):
-        raise UsageError("free", f"{free!r}: expected some of the letters x, y, z, c, each once")
-    return propose(text, _machine(machine), chosen, free, dict(ranges or {}), least_time=least_time)
+    allowed = check_ranges(free, {} if ranges is None else ranges)
+    return propose(text, _machine(machine), chosen, free, allowed, least_time=least_time)
 
 
 # --- arguments -----------------------------------------------------------------------------------------
@@ -186,21 +191,22 @@ def _read(source: Source, what: str) -> Text:
             return without_mark(Path(source).read_bytes())
         except OSError as error:
             raise UsageError(what, f"{source}: {error.strerror or error}") from None
+        except ValueError:
+            raise UsageError(what, f"{str(source)!r}: a file name has no zero byte") from None
     if isinstance(source, str):
         if "\n" not in source and source.strip() and os.path.exists(source):
             raise UsageError(what, f"{source!r} is taken as text; pass pathlib.Path({source!r}) to read the file")
-        return source.encode()
+        try:
+            return source.encode()
+        except UnicodeEncodeError as error:
+            raise UsageError(what, f"character {error.start + 1} is half of a surrogate pair, not text") from None
     if isinstance(source, bytes | LongText):
         return source
     raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
 
 
 def _machine(machine: MachineLike) -> Machine:
-    if isinstance(machine, Machine):
-        return machine
-    if isinstance(machine, str | os.PathLike):
-        return load_machine(machine if isinstance(machine, str) else Path(machine))
-    raise UsageError("machine", f"expected a Machine, a name or a path, got {type(machine).__name__}")
+    return machine if isinstance(machine, Machine) else load_machine(machine)
 
 
 def _callable(given: object, what: str) -> None:

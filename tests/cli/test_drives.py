@@ -160,6 +160,11 @@ def test_counts_that_are_too_coarse_are_refused(tmp_path: Path, run: Callable[..
     answer = run("convert", program, *PLACE, "--machine", machine, "--units", "drive")
     assert answer.code == 2
     assert "drives.rho1 wants whole numbers of 0.001 mm" in answer.err
+    # check says no less than convert
+    assert run("check", program, *PLACE, "--machine", machine, "--units", "drive").code == 2
+    assert run("check", program, *PLACE, "--machine", machine, "--units", "drive", "--accept-rounding").code == 0
+    assert run("check", program, *PLACE, "--decimals", "1").code == 2
+    assert "needs [drives]" in run("check", program, *PLACE, "--units", "drive").out
     assert "4e+06 mm/s3, over its limit 100000" in answer.err
     assert answer.out == ""
     place = (*PLACE, "--machine", machine, "--units", "drive", "--accept-rounding")

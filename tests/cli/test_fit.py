@@ -174,13 +174,24 @@ def test_programs_that_cannot_be_fitted(tmp_path: Path, run: Callable[..., Any],
     assert said in answer.err
 
 
+def test_a_range_without_the_present_offset_holds(tilted: Path, run: Callable[..., Any]) -> None:
+    """The place of now is no answer where it lies outside of what is asked for."""
+    wcs = ("--wcs", "G54=5.00012,5,40")
+    found = told(run("fit", tilted, "--tool-length", 70, *wcs, "--free", "y", "--range", "y=60,62", "--json"))
+    x, y, _z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
+    assert 60 <= y <= 62
+    assert (x, c) == (5.00012, 0.0)  # what is not free is not rounded
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (("--free", "xq"), "expected some of the letters x, y, z, c"),
         (("--free", ""), "expected some of the letters"),
-        (("--range", "x=3"), "expected LOW,HIGH"),
-        (("--range", "x=9,3"), "the lower one first"),
+        (("--range", "x=3"), "expected low and high of x, got 1 numbers"),
+        (("--range", "x"), "expected X=LOW,HIGH"),
+        (("--range", "x=9,3"), "the lower one comes first"),
+        (("--range", "x=1,2", "--range", "x=3,4"), "x is given twice"),
         (("--free", "xy", "--range", "z=1,2"), "none of the free coordinates x, y"),
     ],
 )

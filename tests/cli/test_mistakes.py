@@ -64,3 +64,23 @@ def test_without_arguments_the_help_is_shown(run: Callable[..., Any]) -> None:
     answer = run()
     assert "Usage: verne-post" in answer.out + answer.err
     assert "verne-post check input.nc" in answer.out + answer.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--tool-length", "8_0"), "'8_0' is not a number"),
+        (("--tool-length", "٣"), "is not a number"),
+        (("--max-rows", "1_000"), "'1_000' is not a whole number"),
+        (("--wcs", "G54=1_0,2,3"), "is not a list of numbers"),
+        (("--decimals", "٣"), "expected auto, or a whole number from 0 to 12"),
+        (("--decimals", "9" * 5000), "expected auto, or a whole number from 0 to 12"),
+    ],
+)
+def test_numbers_have_the_digits_of_programs(
+    tmp_path: Path, run: Callable[..., Any], words: tuple[str, ...], said: str
+) -> None:
+    (tmp_path / "part.nc").write_text("G21 G90 F600\nG1 X1 Z60\nM2\n", encoding="utf-8")
+    answer = run("convert", tmp_path / "part.nc", "-o", tmp_path / "axes.csv", *words)
+    assert answer.code == 2
+    assert said in answer.err

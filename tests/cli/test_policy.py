@@ -109,6 +109,13 @@ def test_what_cannot_be_read_cannot_be_ignored(job: tuple[Any, ...], run: Callab
         assert "cannot be read or checked are errors" in answer.err
 
 
+def test_a_baseline_of_another_layout_is_refused(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    Path("b.json").write_text('{"schema": 2, "known": []}')
+    answer = run(*job, "--baseline", "b.json")
+    assert answer.code == 2
+    assert "its layout is 2, this version reads 1" in answer.err
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [(("--ignore", "VP7"), "'VP7' is no code"), (("--select", "X1"), "'X1' is no code"),

@@ -108,7 +108,13 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
         ("tool_length = -1", "part.nc.toml: tool_length = -1"),
         ("[wcs]\nG54 = [1, 2]", "part.nc.toml: wcs.G54"),
         ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),
+        ("[wcs]\nG54 = [1, 2, 1e6]", "part.nc.toml: wcs.G54.2 = 1000000.0"),
         ("tool_length = ", "part.nc.toml: not a TOML file"),
+        ('tool_table = ""', "part.nc.toml: tool_table = ''"),
+        (
+            "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
+            "keep_out.vise.distance_mm = 1000000.0",
+        ),
         ('tool_table = "none.tbl"', "none.tbl: No such file or directory"),
         ("[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 0]", "keep_out.vise"),
     ],
@@ -119,6 +125,23 @@ def test_mistakes_name_the_file_and_the_key(folder: Path, run: Callable[..., Any
     assert answer.code == 2
     assert said in answer.err
     assert not Path("axes.csv").exists()
+
+
+def test_every_mistake_is_told_at_once(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc.toml").write_text('tool_lenght = 80\ntolerance = "big"\n[wcs]\nG44 = [1, 2, 3]\n', encoding="utf-8")
+    answer = run("part.nc")
+    assert all(
+        text in answer.err for text in ("tool_lenght: this is no option", "tolerance = 'big'", "'G44' is not a work")
+    )
+
+
+def test_a_set_up_may_leave_half_of_a_pair_to_the_command_line(folder: Path, run: Callable[..., Any]) -> None:
+    """from_line needs --from, which changes with every restart."""
+    Path("part.nc.toml").write_text(
+        'tool_length = 80\nair_along = "table"\n[wcs]\nG54 = [0, 0, 60]\n', encoding="utf-8"
+    )
+    assert run("check", "part.nc", "--air", 50).code == 0
+    assert "needs the height" in run("part.nc").err
 
 
 def test_a_set_up_is_not_written_over(folder: Path, run: Callable[..., Any]) -> None:
@@ -220,6 +243,15 @@ def test_measured_offsets_replace_the_systems_that_they_name(folder: Path, run: 
     assert "G55 at (7, 0, 50)" in run("check", "part.nc", "--measured-offset", "m.csv").out
     answer = run("check", "part.nc", "--measured-offset", "m.csv", "--wcs", "G55=1,1,1")
     assert (answer.code, "give it once" in answer.err) == (2, True)
+    Path("part.nc.toml").write_text('tool_length = 80\nmeasured_offset = "m.csv"\n', encoding="utf-8")
+    assert "G55 at (7, 0, 50)" in run("check", "part.nc").out
+    assert "G55 at (1, 1, 61)" in run("check", "part.nc", "--wcs", "G55=1,1,61").out
+    Path("n.csv").write_text("system,x_mm,y_mm,z_mm\nG54,0,0,50\n", encoding="utf-8")
+    assert "G55 at (7, 0, 50)" in run("check", "part.nc", "--measured-offset", "n.csv").out
+    with Path("part.nc.toml").open("a", encoding="utf-8") as file:
+        file.write("[wcs]\nG55 = [1, 1, 1]\n")
+    answer = run("part.nc")
+    assert (answer.code, "part.nc.toml: wcs.G55: " in answer.err) == (2, True)
 
 
 @pytest.mark.parametrize(

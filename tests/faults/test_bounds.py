@@ -91,6 +91,7 @@ def test_texts_that_are_read(ground: Ground) -> None:
 @pytest.mark.parametrize(("option", "text", "said"), [
     ("--settings", f"[remap]\nG{'1' * 400} = \"ignore\"\n", "expected a G or M code as it is written"),
     ("--settings", '[check]\nbaseline = "a\\u0000b"\n', "a file name has no zero byte"),
+    ("--tool-shapes", f'[tool.{"1" * 5000}.cutter]\ndiameter = 5', "expected the number of a tool"),
     ("--settings", "a = " + "[" * 3000, "not a TOML file"),
     ("--machine", "leg1_x_offset = 1e308", "module.leg1_x_offset = 1e+308: expected a number: -1e+12 to 1e+12"),
 ])  # fmt: skip

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
+from verne_post.app.row_format import drives_of
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.base.arrays import Array
@@ -25,7 +26,6 @@ from verne_post.gcode.state import State
 from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
-from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, UsageError, finding, merge_same
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
@@ -167,19 +167,6 @@ def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Findi
 def modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state after a line of a program that has been read."""
     return state_after(source, machine_setup(program.machine, program.options), program.moves, line)
-
-
-def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
-    """How the rows count; empty for mm and degrees.
-
-    Raises
-    ------
-    InputError
-        VP018 where the machine file does not name the drives that are asked for.
-    """
-    if options.units == "drive" and not machine.drives:
-        raise InputError(finding("VP018", "--units drive needs [drives] in the machine file"))
-    return machine.drives if options.units == "drive" else ()
 
 
 def _text_options(options: Options) -> dict[str, Any]:

@@ -3,12 +3,12 @@
 from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_or_refuse
 from verne_post.app.result import Progress, Result, refused
+from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
 from verne_post.base.long_text import Text
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.output.rounding import choose_setpoint_format
 
 
 def check_source(
@@ -23,7 +23,7 @@ def check_source(
     """
     try:
         program = assemble(source, machine, options or Options())
-        fmt = choose_setpoint_format(machine, program.cycle, None, accept_rounding=False)
+        fmt = format_of(machine, program.options, program.cycle)
         plan = plan_or_refuse(source, program, progress)
     except InputError as error:
         return refused(error)

@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.app.assemble import Program, assemble, drives_of
+from verne_post.app.assemble import Program, assemble
 from verne_post.app.plan import Plan, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
+from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
 from verne_post.app.verify import verifier_of
 from verne_post.base.long_text import Text
@@ -23,7 +24,7 @@ from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import TimedEvent
 from verne_post.model.verification import Verification
-from verne_post.output.rounding import choose_setpoint_format, round_setpoints
+from verne_post.output.rounding import round_setpoints
 from verne_post.output.setpoints import column_names
 from verne_post.trajectory.event_rows import EventRows
 from verne_post.trajectory.sample import RowSampler
@@ -65,10 +66,7 @@ def convert_program(
     collected: list[SetpointBlock] = []
     take = collected.append if sink is None else sink
     try:
-        fmt = choose_setpoint_format(
-            machine, program.cycle, options.decimals, accept_rounding=options.accept_rounding,
-            drives=drives_of(machine, options),
-        )  # fmt: skip
+        fmt = format_of(machine, options, program.cycle)
         plan = plan_or_refuse(source, program, progress)
     except InputError as error:
         return refused(error)

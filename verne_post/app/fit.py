@@ -1,5 +1,6 @@
 """A work offset with which a program fits: sought on its points, proven by checking the whole program there."""
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
@@ -14,12 +15,12 @@ from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
+from verne_post.model.part_setup import COORDINATES, SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branch_choice import choose_branches
 from verne_post.toolpath.work_offset import (
-    COORDINATES,
     DECIMALS,
+    WRITTEN_DECIMALS,
     PartPoints,
     Place,
     Proposal,
@@ -37,7 +38,7 @@ _LIFT_MM = 300.0
 
 def propose(
     source: Text, machine: Machine, options: Options, free: str = COORDINATES,
-    ranges: dict[str, tuple[float, float]] | None = None, *, least_time: bool = False, progress: Progress | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None, *, least_time: bool = False, progress: Progress | None = None,
 ) -> Proposal:  # fmt: skip
     """Find the work offset that leaves the largest margin to every limit, or takes least time.
 
@@ -47,8 +48,8 @@ def propose(
         Those of a conversion; ``wcs`` says where the part is now.
     free : str
         Letters of what may change: x, y, z (mm, table frame) and c (the part's turn).
-    ranges : dict, optional
-        (low, high) by letter, mm and degrees.
+    ranges : mapping, optional
+        (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     least_time : bool
         Minimise time, with a small margin to every limit, instead of maximising the margin.
     progress : callable, optional
@@ -79,7 +80,7 @@ def propose(
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     notify = None if progress is None else partial(progress, "seeking a place")
     after = search.find_best(here, least_time=least_time, notify=notify)
-    after = search.evaluate(_round_place(after.place), after.counts)
+    after = search.evaluate(_round_place(after.place, free), after.counts)
     before_check, after_check = (
         check_source(source, machine, one, progress) for one in (options, at_place(options, system, after.place))
     )
@@ -91,7 +92,7 @@ def propose(
 
 def at_place(options: Options, system: int, place: Place) -> Options:
     """Options with the part at a place."""
-    turn = round(place.c / RAD_PER_DEG, DECIMALS)
+    turn = round(place.c / RAD_PER_DEG, WRITTEN_DECIMALS)
     return options.changed(wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), turn)})
 
 
@@ -99,9 +100,13 @@ def _place_of(offset: WorkOffset) -> Place:
     return Place(*offset.origin_mm, RAD_PER_DEG * offset.turn_deg)
 
 
-def _round_place(place: Place) -> Place:
-    x, y, z = (round(value, DECIMALS) for value in (place.x, place.y, place.z))
-    return Place(x, y, z, RAD_PER_DEG * round(place.c / RAD_PER_DEG, DECIMALS))
+def _round_place(place: Place, free: str) -> Place:
+    """A place that can be written down; what is not free stays as it was given."""
+    x, y, z, c = (
+        round(value, DECIMALS) if letter in free else value
+        for letter, value in zip(COORDINATES, (place.x, place.y, place.z, place.c / RAD_PER_DEG), strict=True)
+    )
+    return Place(x, y, z, RAD_PER_DEG * c)
 
 
 def _path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
@@ -116,7 +121,7 @@ def _path_of(moves: Moves, machine: Machine, options: Options) -> ToolPath:
 
 
 def _ranges(
-    points: PartPoints, machine: Machine, given: dict[str, tuple[float, float]], here: Place, free: str
+    points: PartPoints, machine: Machine, given: Mapping[str, tuple[float, float]], here: Place, free: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as given."""
     cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip

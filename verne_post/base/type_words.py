@@ -68,6 +68,8 @@ def describe(kind: Any, several: bool = False) -> str:
     if origin is dict:
         key, item = (describe(one, several=True) for one in get_args(base))
         return f"{'mappings' if several else 'a mapping'} from {key} to {item}"
+    if base in (Any, object):
+        return "values" if several else "a value"
     if base not in _NAMES:
         return "tables of keys" if several else "a table of keys"
     bounds = bounds_in_words(meta)

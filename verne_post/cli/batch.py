@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from verne_post.base.numbers import is_count
 from verne_post.base.printable import printable
 from verne_post.cli.common import expect_machine, load, name_machine, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
+from verne_post.cli.numbers import Whole
 from verne_post.cli.options import FILE, FOLDER, WRITING, GroupedCommand, build_options, options_of, program_options
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     metavar="OUTDIR",
     help="Folder for the setpoint files, in the structure of the input.",
 )
-@click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Processes; default: one a core.")
+@click.option("-j", "--jobs", type=Whole(min=1), metavar="N", help="Processes; default: one a core.")
 @click.option(
     "--scheduler",
     default="local",
@@ -150,7 +152,7 @@ def _share(text: str | None) -> slice:
     if text is None:
         return slice(None)
     number, _slash, of = text.partition("/")
-    if not (number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+    if not (is_count(number) and is_count(of) and 1 <= int(number) <= int(of)):
         raise click.UsageError(f"--shard {text}: expected I/N with I from 1 to N")
     return slice(int(number) - 1, None, int(of))
 

@@ -9,7 +9,15 @@ from msgspec.structs import replace
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, program_text, quiet_option, refuse
 from verne_post.cli.files import RunFiles, Unreadable, is_dash, shown_name
-from verne_post.cli.options import FILE, GroupedCommand, build_options, program_options, settings_of
+from verne_post.cli.options import (
+    FILE,
+    WRITING,
+    GroupedCommand,
+    build_options,
+    options_of,
+    program_options,
+    settings_of,
+)
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
@@ -55,6 +63,7 @@ if TYPE_CHECKING:
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @quiet_option
+@options_of(*WRITING)
 @program_options()
 def command(
     inputs: tuple[str, ...],

@@ -9,6 +9,7 @@ import click
 
 from verne_post.cli.colour import say
 from verne_post.cli.files import RunFiles, is_dash, reading, shown_name
+from verne_post.cli.numbers import NUMBER
 from verne_post.model.verdict import status_of
 
 if TYPE_CHECKING:
@@ -190,4 +191,4 @@ def sigma_option(
         require_positive(name, value, zero=zero, infinite=infinite)
         return value
 
-    return click.option(name, type=float, default=default, show_default=True, metavar=unit, callback=check, help=text)
+    return click.option(name, type=NUMBER, default=default, show_default=True, metavar=unit, callback=check, help=text)

@@ -48,9 +48,6 @@ def command(
     name = shown_name(input_name)
     try:
         machine, source, options = read_program(files, input_name, given)
-        from verne_post.app.assemble import drives_of
-
-        drives_of(machine, options)
     except InputError as error:
         return refuse(name, error)
 

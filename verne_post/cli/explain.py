@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from verne_post.base.numbers import is_count
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import GroupedCommand, program_options
@@ -55,7 +56,7 @@ def command(what: str, **given: Any) -> int:
     name, colon, number = what.rpartition(":")
     if os.path.exists(what):
         raise click.UsageError(f"{what}: :LINE is missing; say which one: verne-post explain {what}:12")
-    if not colon or not number.isdecimal():
+    if not colon or not is_count(number):
         raise click.UsageError(
             f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102); docs/findings.md lists all codes"
         )

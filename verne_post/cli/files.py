@@ -67,6 +67,7 @@ class RunFiles:
         self._input: str | None = None
         self._output: str | None = None
         self._input_bytes: bytes | None = None
+        self._asked: set[str] = set()
         for stream in (sys.stdout, sys.stderr):
             self._written.update(dict.fromkeys(_stream_keys(stream), ("standard output", "")))
 
@@ -114,6 +115,12 @@ class RunFiles:
         if is_dash(name):
             self._input_bytes = raw
         return raw
+
+    def is_first(self, name: _Name) -> bool:
+        """Whether a file is asked about for the first time in the run: what is said of it is said once."""
+        first = str(name) not in self._asked
+        self._asked.add(str(name))
+        return first
 
     # --- writing -----------------------------------------------------------------------------------
 

@@ -6,7 +6,8 @@ import click
 
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
-from verne_post.cli.options import GroupedCommand, numbers_of, program_options
+from verne_post.cli.numbers import numbers_of
+from verne_post.cli.options import GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
@@ -45,18 +46,20 @@ def command(
     --wcs says where the part is now; what is not free stays so. The proposed offset has been checked like any program.
     Exit status: 0 it fits, 1 no place was found, 2 unusable input.
     """
-    from verne_post.model.findings import InputError
+    from verne_post.model.findings import InputError, UsageError
+    from verne_post.model.option_checks import check_ranges
 
     name = shown_name(input_name)
-    if not free or len(set(free)) != len(free) or not set(free) <= set("xyzc"):
-        raise click.UsageError(f"--free {free}: expected some of the letters x, y, z, c, each once")
+    try:
+        allowed = check_ranges(free, _ranges(ranges))
+    except UsageError as error:
+        raise click.UsageError(f"--{error.option} {error.reason}") from None
     source: Text = b""
     try:
         machine, source, options = read_program(RunFiles(), input_name, given)
         from verne_post.app.fit import propose
         from verne_post.output import fit as output
 
-        allowed = dict(_range(text, free) for text in ranges)
         with progress_line("reading") as progress:
             least = minimise == "time"
             proposal = propose(source, machine, options, free, allowed, least_time=least, progress=progress)
@@ -66,11 +69,14 @@ def command(
     return status_of(proposal.findings)
 
 
-def _range(text: str, free: str) -> tuple[str, tuple[float, float]]:
-    letter, _equals, rest = text.partition("=")
-    if letter not in free or len(letter) != 1:
-        raise click.UsageError(f"--range {text}: {letter!r} is none of the free coordinates {', '.join(free)}")
-    values = numbers_of(rest, f"--range {text}")
-    if len(values) != 2 or values[0] > values[1]:
-        raise click.UsageError(f"--range {text}: expected LOW,HIGH, the lower one first")
-    return letter, (values[0], values[1])
+def _ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+    """LOW and HIGH by letter."""
+    found: dict[str, tuple[float, ...]] = {}
+    for text in texts:
+        letter, equals, rest = text.partition("=")
+        if not equals:
+            raise click.UsageError(f"--range {text}: expected X=LOW,HIGH, with x, y, z or c")
+        if letter in found:
+            raise click.UsageError(f"--range {text}: {letter} is given twice")
+        found[letter] = tuple(numbers_of(rest, f"--range {text}"))
+    return found

@@ -9,7 +9,8 @@ import click
 from verne_post.cli.common import load, refuse, sigma_option
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
-from verne_post.cli.options import FOLDER, build_options, numbers_of, options_of
+from verne_post.cli.numbers import NUMBER, Whole, numbers_of
+from verne_post.cli.options import FOLDER, build_options, options_of
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus
@@ -45,13 +46,13 @@ def list_() -> int:
     metavar="OUT.png|OUT.svg",
     help="Draw a slice of the workspace in place of printing the file.",
 )
-@click.option("--tool-length", type=float, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
-@click.option("--tilt", type=float, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
-@click.option("--rotary", type=float, metavar="DEG", help="Of the slice: C as a program would say it; default 0.")
+@click.option("--tool-length", type=NUMBER, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
+@click.option("--tilt", type=NUMBER, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
+@click.option("--rotary", type=NUMBER, metavar="DEG", help="Of the slice: C as a program would say it; default 0.")
 @click.option(
     "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the table frame; default xy."
 )
-@click.option("--at", type=float, metavar="MM", help="Where the slice cuts the third axis; default 0.")
+@click.option("--at", type=NUMBER, metavar="MM", help="Where the slice cuts the third axis; default 0.")
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
 def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
     """Print a machine file, with where its values come from; or draw what the machine reaches."""
@@ -175,26 +176,22 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     files = RunFiles()
     files.writes(output / "README.txt" if output.exists() else output, "-o")
     place = tuple(numbers_of(at, f"--at {at}"))
-    from verne_post.app.assemble import drives_of
+    from verne_post.app.row_format import format_of
     from verne_post.calibration.axis_check import axis_moves
     from verne_post.calibration.axis_check_text import instructions
     from verne_post.model.findings import InputError
-    from verne_post.output.rounding import choose_setpoint_format
     from verne_post.output.setpoints import csv_header, csv_rows
 
     try:
         machine = load(files, machine_name)
         options = build_options(files, "axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
-        drives = drives_of(machine, options)
-        fmt = choose_setpoint_format(
-            machine, cycle or machine.cycle, None, accept_rounding=accept_rounding, drives=drives
-        )
+        fmt = format_of(machine, options, cycle or machine.cycle)
         moves = list(axis_moves(machine, place, fmt))
     except InputError as error:
         return refuse(machine_name, error)
     output.mkdir(exist_ok=True)
     for move in moves:
-        files.write(output / f"{move.name}.csv", "-o", [csv_header(machine.columns, drives), csv_rows(move.block)])
+        files.write(output / f"{move.name}.csv", "-o", [csv_header(machine.columns, fmt.drives), csv_rows(move.block)])
     text = instructions(machine, moves)
     files.write(output / "README.txt", "-o", [text])
     click.echo(text, nl=False)
@@ -218,7 +215,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
 @sigma_option("--sigma-rod", 0.0, "MM", "How far each rod may miss: play and bending that no length explains.")
 @click.option(
     "--starts",
-    type=click.IntRange(min=0),
+    type=Whole(min=0),
     default=0,
     metavar="N",
     help="Also fit from N random sets of lengths, and report where they land.",

@@ -7,6 +7,7 @@ import click
 
 from verne_post.cli.common import expect_machine, refuse, require_positive, sigma_option
 from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.pictures import expect_picture
 from verne_post.model.verdict import ExitStatus
@@ -20,8 +21,8 @@ _MACHINE = click.option(
 )  # fmt: skip
 _OUTPUT = click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), required=True, metavar="FILE")
 _TOLERANCES = (
-    click.option("--tolerance-mm", type=float, metavar="MM", help="Standard deviation of every place and length, in place of [tolerances]."),
-    click.option("--tolerance-mrad", type=float, metavar="MRAD", help="Standard deviation of every direction, likewise."),
+    click.option("--tolerance-mm", type=NUMBER, metavar="MM", help="Standard deviation of every place and length, in place of [tolerances]."),
+    click.option("--tolerance-mrad", type=NUMBER, metavar="MRAD", help="Standard deviation of every direction, likewise."),
 )  # fmt: skip
 
 
@@ -36,9 +37,7 @@ def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
 
 @click.command("perturb")
 @_MACHINE
-@click.option(
-    "--seed", type=click.IntRange(min=0), required=True, metavar="N", help="The same seed gives the same machine."
-)
+@click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
 @sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
 @sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
 @_OUTPUT
@@ -75,7 +74,7 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
 @click.option(
     "--tool-length",
     "lengths",
-    type=float,
+    type=NUMBER,
     multiple=True,
     metavar="MM",
     help="Gauge line to tip; repeatable; default 60 and 160.",
@@ -128,7 +127,7 @@ def tolerances(
     help="Few readings of a warm machine: growth of rods, zeros of sliders, on top of a calibration.",
 )
 @click.option(
-    "--drift-mm", type=float, metavar="MM", help="With --touch-up: standard deviation of the drift; default 0.05."
+    "--drift-mm", type=NUMBER, metavar="MM", help="With --touch-up: standard deviation of the drift; default 0.05."
 )
 @click.option(
     "--covariance", metavar="FILE.csv", help="What the calibration of --machine left open; default the file beside it."
@@ -136,14 +135,14 @@ def tolerances(
 @click.option(
     "--plan",
     "planned",
-    type=click.IntRange(1, 1000),
+    type=Whole(1, 1000),
     metavar="N",
     help="Write the N poses to measure next: FILE is the empty file of readings, the program stands beside it.",
 )
 @click.option(
     "--tool-length",
     "tool_lengths",
-    type=float,
+    type=NUMBER,
     multiple=True,
     metavar="MM",
     help="Tools of --plan, gauge line to tip; repeatable; default 60 and 160.",
@@ -156,14 +155,14 @@ def tolerances(
     help="With --plan: measure with the tip here only, table frame; repeatable.",
 )
 @click.option(
-    "--dwell", type=float, metavar="S", help="With --plan: how long the program stands at each pose; default 2 s."
+    "--dwell", type=NUMBER, metavar="S", help="With --plan: how long the program stands at each pose; default 2 s."
 )
 @click.option(
     "--simulate",
     metavar="NAME|FILE",
     help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm.",
 )
-@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
+@click.option("--seed", type=Whole(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),

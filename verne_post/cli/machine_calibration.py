@@ -26,8 +26,8 @@ from verne_post.calibration.as_built.report_text import UM, CalibrationReport, c
 from verne_post.calibration.as_built.stations import align_stations
 from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, shown_name
+from verne_post.cli.numbers import numbers_of
 from verne_post.cli.opened_machine import OpenedMachine
-from verne_post.cli.options import numbers_of
 from verne_post.cli.progress import progress_line
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus

@@ -4,23 +4,24 @@ What an option means, its type, bounds, default and help stand in the model. Her
 that become values (``--wcs G54=X,Y,Z``), and files that are read into options (:data:`FILES`).
 """
 
-import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args, get_origin
 
 import click
 from msgspec import Struct
 
+from verne_post.base.numbers import is_count
 from verne_post.base.printable import printable
 from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
-from verne_post.cli.setups import Placed, place_options
-from verne_post.model.findings import UsageError
-from verne_post.model.option_checks import check_box, system_number
+from verne_post.cli.numbers import NUMBER, Whole, numbers_of
+from verne_post.cli.setups import Offsets, Placed, place_options
+from verne_post.model.findings import InputError, UsageError, finding
+from verne_post.model.option_checks import check_box, check_work_offsets, system_number
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, about
-from verne_post.model.part_setup import SYSTEM_NAMES, Box
+from verne_post.model.part_setup import SYSTEM_NAMES, Box, WorkOffset
 
 if TYPE_CHECKING:
     from verne_post.config.settings import Settings
@@ -179,7 +180,7 @@ def _click_type(option: Option) -> Any:
         return bool
     if len(kinds) > 1 or shown.metavar == "auto|N":
         return click.STRING
-    return {float: click.FLOAT, int: click.INT}.get(kinds[0], click.STRING)
+    return {float: NUMBER, int: Whole()}.get(kinds[0], click.STRING)
 
 
 def _metavar(kind: Any, shown: About) -> str | None:
@@ -226,25 +227,23 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values.pop("tool_length", None)  # a length or table of a set-up or of the command line replaces it
     values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
-        values |= _parse_texts(values, given) | _from_files(files, given)
+        values |= _parse_texts(values) | _from_files(files, given)
+        own = Offsets(_written_offsets(given.get("wcs") or ()), given.get("measured_offset"))
+        values["wcs"] = _work_offsets(files, (*placed.offsets, own))
         values |= _bodies(values, settings, placed)
         return Options(**{**values, "source_name": name, "setup_source": placed.source})
     except UsageError as error:
         raise click.UsageError(f"{flag_of(error.option)} {error.reason}") from None
 
 
-def _parse_texts(values: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
     """Options whose value is written as text."""
     found: dict[str, Any] = {}
-    if given.get("wcs"):
-        found["wcs"] = dict(_work_offset(text) for text in given["wcs"])
-        if len(found["wcs"]) < len(given["wcs"]):
-            raise UsageError("wcs", f"{' '.join(given['wcs'])}: a work system is given twice")
     place = values.get("approach")
     if isinstance(place, str) and place not in ("home", "park"):
         found["approach"] = tuple(numbers_of(place, f"--from {place}", ", nor home"))
     if "decimals" in values and isinstance(text := values["decimals"], str):
-        if text != "auto" and not text.isdecimal():
+        if text != "auto" and not is_count(text):
             raise UsageError("decimals", f"{text}: expected auto, or a whole number from 0 to 12")
         found["decimals"] = None if text == "auto" else int(text)
     return found
@@ -270,19 +269,6 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
                 "--tool-length and --tool-lengths exclude each other: the first holds for every tool"
             )
         found["tools"] = read_lengths(*lengths, found.get("tools", {}))
-    if (measured := content("measured_offset", "--measured-offset")) is not None:
-        from verne_post.config.part_setup import read_offsets
-
-        offsets = read_offsets(*measured)
-        written = dict(_work_offset(text) for text in given.get("wcs") or ())
-        weaker = {text.partition("=")[0] for text in given.get("weaker_wcs", ())}
-        for name in list(written):
-            if name.strip().upper() in {SYSTEM_NAMES[number] for number in offsets}:
-                if name in weaker:  # of a set-up, below the file of the command line
-                    del written[name]
-                    continue
-                raise click.UsageError(f"--wcs {name}: {measured[1]} has this work offset too; give it once")
-        found["wcs"] = {**written, **offsets}
     if (parameters := content("parameter_file", "--parameters")) is not None:
         from verne_post.gcode.parameter_file import read_parameter_file
 
@@ -329,29 +315,44 @@ def _box(name: str, system: str, corners: str, what: str) -> Box:
         raise click.UsageError(f"{what}: {error}") from None
 
 
-def _work_offset(text: str) -> tuple[str, tuple[float, ...]]:
-    name, equals, rest = text.partition("=")
-    if not equals:
-        raise click.UsageError(f"--wcs {text}: expected G54=X,Y,Z or G54=X,Y,Z,C")
-    values = numbers_of(rest, f"--wcs {text}")
-    if len(values) not in (3, 4):
-        raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
-    try:
-        system_number(name)
-    except ValueError as error:
-        raise click.UsageError(f"--wcs {text}: {error}") from None
-    return name, tuple(values)
+def _written_offsets(texts: Sequence[str]) -> dict[int, WorkOffset]:
+    """Work offsets as --wcs has them, by the number of their system."""
+    found: dict[int, WorkOffset] = {}
+    for text in texts:
+        name, equals, rest = text.partition("=")
+        if not equals:
+            raise click.UsageError(f"--wcs {text}: expected G54=X,Y,Z or G54=X,Y,Z,C")
+        values = tuple(numbers_of(rest, f"--wcs {text}"))
+        if len(values) not in (3, 4):
+            raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
+        try:
+            offset = check_work_offsets({name: values})
+        except ValueError as error:
+            raise click.UsageError(f"--wcs {text}: {error}") from None
+        if offset.keys() & found.keys():
+            raise click.UsageError(f"--wcs {' '.join(texts)}: a work system is given twice")
+        found |= offset
+    return found
 
 
-def numbers_of(text: str, what: str, hint: str = "") -> list[float]:
-    """Numbers with commas between them; ``what`` names the option in errors, ``hint`` says what else would be right."""
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = [math.nan]
-    if not all(math.isfinite(value) for value in values):
-        raise click.UsageError(f"{what}: {text!r} is not a list of numbers{hint}")
-    return values
+def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkOffset]:
+    """Work offsets, each from the last place that gives it."""
+    found: dict[int, WorkOffset] = {}
+    for one in places:
+        found |= one.written
+        if one.measured is None:
+            continue
+        from verne_post.config.part_setup import read_offsets
+
+        shown = shown_name(one.measured)
+        measured = read_offsets(files.read(one.measured, "--measured-offset"), shown)
+        for system in one.written.keys() & measured.keys():
+            text = f"{shown} has this work offset too; give it once"
+            if one.place:
+                raise InputError(finding("VP503", f"{one.place}: wcs.{SYSTEM_NAMES[system]}: {text}"))
+            raise click.UsageError(f"--wcs {SYSTEM_NAMES[system]}: {text}")
+        found |= measured
+    return found
 
 
 def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "Settings | None":
@@ -363,7 +364,7 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
     from verne_post.config.settings import load_settings
 
     settings = load_settings(found, lambda path: files.read(path, "--settings"))
-    if tell:
+    if tell and files.is_first(found):
         hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))
         where = shown_name(found) if is_dash(found) else found.absolute()
         click.echo(printable(f"verne-post: settings of {where}{hidden}"), err=True)

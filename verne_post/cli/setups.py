@@ -1,6 +1,6 @@
 """The set-ups of a program under the options of the command line: what stands in files holds where the command line is silent."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,14 +13,32 @@ if TYPE_CHECKING:
     from verne_post.config.box_file import BoxFile
     from verne_post.config.program_setup import ProgramSetup
     from verne_post.config.settings import Settings
+    from verne_post.model.part_setup import WorkOffset
 
 #: The value of --setup that leaves every set-up out.
 NONE: Final = "none"
 #: Key of a set-up that names a file -> where the command line's own file is.
 _FILES: Final = {
-    "tool_table": "tool_table", "tool_lengths": "tool_lengths", "measured_offset": "measured_offset",
-    "tool_shapes": "shapes_file", "parameters": "parameter_file",
+    "tool_table": "tool_table", "tool_lengths": "tool_lengths", "tool_shapes": "shapes_file", "parameters": "parameter_file",
 }  # fmt: skip
+
+
+class Offsets(Struct, frozen=True):
+    """Work offsets as one place gives them: a set-up, or the command line.
+
+    Attributes
+    ----------
+    written : mapping
+        Number of a work system -> offset.
+    measured : Path or None
+        A file of measured ones.
+    place : str
+        Of the set-up, in messages; empty for the command line.
+    """
+
+    written: "Mapping[int, WorkOffset]"
+    measured: Path | None
+    place: str = ""
 
 
 class Placed(Struct, frozen=True):
@@ -30,6 +48,8 @@ class Placed(Struct, frozen=True):
     ----------
     given : dict
         By the names of the command's parameters.
+    offsets : tuple of Offsets
+        Of the set-ups, the weaker first.
     keep_out, stock
         Bodies of the set-ups.
     source : str
@@ -37,6 +57,7 @@ class Placed(Struct, frozen=True):
     """
 
     given: dict[str, Any]
+    offsets: tuple[Offsets, ...] = ()
     keep_out: dict[str, "BoxFile"] = field(default_factory=dict)
     stock: "BoxFile | None" = None
     source: str = ""
@@ -63,36 +84,22 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     from verne_post.config.program_setup import TOOL_KEYS
 
     below: dict[str, Any] = {}
-    wcs: dict[str, list[float]] = {}
+    offsets: list[Offsets] = []
     keep_out: dict[str, BoxFile] = {}
     stock: BoxFile | None = None
     for setup in setups:
-        values = {**setup.options, **{_FILES[key]: path for key, path in setup.files.items()}}
+        values = {**setup.options, **{_FILES[key]: path for key, path in setup.files.items() if key in _FILES}}
         if any(key in values for key in TOOL_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
-        own = {name.strip().upper(): numbers for name, numbers in setup.wcs.items()}
-        if len(own) < len(setup.wcs):
-            raise click.UsageError(f"{setup.name}: {', '.join(setup.wcs)} in wcs: a work system is given twice")
-        wcs |= own
+        offsets.append(Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name))
         keep_out |= setup.keep_out
         stock = setup.stock or stock
     above = {key: value for key, value in given.items() if value not in (None, (), [])}
     if any(key in above for key in TOOL_KEYS):
         below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
-    measured = "measured_offset" in above
-    if measured:
-        below.pop("measured_offset", None)
-    named = {text.partition("=")[0].strip().upper() for text in above.get("wcs", ())}
-    texts = [f"{name}={','.join(f'{x:.12g}' for x in numbers)}" for name, numbers in wcs.items() if name not in named]
-    placed = {
-        **given,
-        **below,
-        **above,
-        "wcs": (*texts, *above.get("wcs", ())),
-        "weaker_wcs": texts if measured else [],
-    }
-    return Placed(placed, keep_out, stock, ", ".join(setup.name for setup in setups))
+    source = ", ".join(setup.name for setup in setups)
+    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source)
 
 
 def _setups(files: RunFiles, asked: str | None, program: str, settings: "Settings | None") -> "Iterator[ProgramSetup]":

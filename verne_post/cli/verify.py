@@ -8,9 +8,11 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
+from verne_post.base.numbers import is_count
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.numbers import NUMBER
 from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest, status_of
@@ -49,7 +51,7 @@ if TYPE_CHECKING:
 )
 @click.option("--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: as fits best.")
 @click.option(
-    "--following", type=float, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
+    "--following", type=NUMBER, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
 )
 @quiet_option
 @options_of("accept_rounding")
@@ -76,7 +78,7 @@ def command(
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
     if measured is not None and (is_dash(setpoints) or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
-    if not (delay == "auto" or delay.isdecimal()):
+    if not (delay == "auto" or is_count(delay)):
         raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
     name, files = shown_name(setpoints), RunFiles()
     files.expects(setpoints, "AXES.CSV")
@@ -88,8 +90,9 @@ def command(
     except InputError as error:
         return refuse(name, error)
 
-    from verne_post.app.assemble import assemble, drives_of
+    from verne_post.app.assemble import assemble
     from verne_post.app.constraints import check_program
+    from verne_post.app.row_format import drives_of
     from verne_post.app.source_text import UTF16, is_utf16
     from verne_post.app.verify import verify_setpoints
     from verne_post.output.parts import parts_of, read_parts

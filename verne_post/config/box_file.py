@@ -4,11 +4,10 @@ from typing import Annotated, ClassVar
 
 from msgspec import Meta
 
-from verne_post.base.type_words import LARGEST
 from verne_post.config.sentences import Checks, Table
-from verne_post.model.part_setup import SYSTEM_NUMBERS, Box
+from verne_post.model.part_setup import MAX_PLACE, SYSTEM_NUMBERS, Box
 
-Point = Annotated[list[Annotated[float, Meta(ge=-1e5, le=1e5)]], Meta(min_length=3, max_length=3)]
+Point = Annotated[list[Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]], Meta(min_length=3, max_length=3)]
 
 
 def check_system(value: str) -> None:
@@ -25,7 +24,7 @@ class BoxFile(Table, frozen=True, kw_only=True):
     min: Point
     max: Point
     system: str = "table"
-    distance_mm: Annotated[float, Meta(ge=0, le=LARGEST)] = 0.0
+    distance_mm: Annotated[float, Meta(ge=0, le=MAX_PLACE)] = 0.0
 
     def check_together(self) -> None:
         for letter, low, high in zip("xyz", self.min, self.max, strict=True):

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import os
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -32,7 +33,7 @@ from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
 from verne_post.model.moves import Frame
 from verne_post.model.protocols import FiveAxis
@@ -46,14 +47,20 @@ if TYPE_CHECKING:
 _Schema = TypeVar("_Schema", bound=Table)
 
 
-def load_machine(name_or_path: str | Path = "verne", reads: Callable[[Path], None] | None = None) -> Machine:
+def load_machine(
+    name_or_path: str | os.PathLike[str] = "verne", reads: Callable[[Path], None] | None = None
+) -> Machine:
     """Load a machine by name, or from a file; ``reads`` is called with every file before it is read.
 
     Raises
     ------
     InputError
         With one finding (VP501) a mistake: file, key, value, bound.
+    UsageError
+        Neither a name nor a path.
     """
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise UsageError("machine", f"expected a name or a path, got {type(name_or_path).__name__}")
     path = machine_path(name_or_path)
 
     def read(path: Path, what: str, hint: str = "") -> bytes:

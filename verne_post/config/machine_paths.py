@@ -1,5 +1,6 @@
 """Where machine files are: by name or by path; whether one can be read is known here, before anything reads it."""
 
+import os
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +20,7 @@ def machine_files() -> dict[str, Path]:
     return {}
 
 
-def machine_path(name_or_path: str | Path) -> Path:
+def machine_path(name_or_path: str | os.PathLike[str]) -> Path:
     """The file of a machine that is given by name, or by its path; a ``Path`` is no name."""
     known = machine_files()
     return known[name_or_path] if isinstance(name_or_path, str) and name_or_path in known else Path(name_or_path)
@@ -42,3 +43,5 @@ def read_file(path: Path, what: str, hint: str) -> bytes:
         return read_bytes(path)
     except OSError as error:
         raise InputError(finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None
+    except ValueError:
+        raise InputError(finding("VP501", f"{what}: a file name has no zero byte{hint}")) from None

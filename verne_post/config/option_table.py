@@ -5,7 +5,7 @@ from typing import Any
 
 from verne_post.base.suggestions import suggest
 from verne_post.model.findings import UsageError
-from verne_post.model.options import Options
+from verne_post.model.options import checked_value
 
 
 def find_wrong_options(
@@ -20,12 +20,13 @@ def find_wrong_options(
     kind : str
         Of the file, in words.
     """
-    for name in given:
+    found = []
+    for name, value in given.items():
         if name not in allowed:
-            return [f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}"]
-    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
-    try:
-        Options(**values)
-    except UsageError as error:
-        return [f"{error.option} = {error.reason}"]
-    return []
+            found.append(f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}")
+            continue
+        try:
+            checked_value(name, value)
+        except UsageError as error:
+            found.append(f"{error.option} = {error.reason}")
+    return found

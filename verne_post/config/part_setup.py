@@ -3,10 +3,10 @@
 import csv
 import io
 import json
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from verne_post.base.numbers import read_number
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import MAX_PLACE, SYSTEM_NUMBERS, Tool, WorkOffset
@@ -85,9 +85,12 @@ def _rows(
             heads = [str(head).strip() for head in table.fieldnames or []]
             if len(set(heads)) != len(heads):
                 raise _wrong(f"{name}:1: a column stands twice in the header {','.join(heads)}")
-            rows = [
-                (f"{name}:{table.line_num}", {str(k).strip(): str(v) for k, v in row.items() if v}) for row in table
-            ]
+            rows = []
+            for row in table:
+                where = f"{name}:{table.line_num}"
+                if None in row:
+                    raise _wrong(f"{where}: {len(row[None])} cells more than the header {','.join(heads)} names")
+                rows.append((where, {key.strip(): cell for key, cell in row.items() if cell}))
     except (ValueError, csv.Error, RecursionError) as error:
         raise _wrong(f"{name}: neither CSV nor JSON: {error}") from None
     if not rows:
@@ -111,12 +114,9 @@ def _each_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 def _number(row: dict[str, str], key: str, where: str) -> float:
     try:
-        value = math.nan if "_" in row[key] else float(row[key])
+        return read_number(row[key])
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise _wrong(f"{where}: {key} = {row[key]!r} is not a number")
-    return value
+        raise _wrong(f"{where}: {key} = {row[key]!r} is not a number") from None
 
 
 def _wrong(text: str) -> InputError:

@@ -7,12 +7,13 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct, field
 
-from verne_post.base.type_words import Finite
 from verne_post.config.box_file import BoxFile
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.model.findings import InputError, finding
+from verne_post.model.option_checks import check_work_offsets
 from verne_post.model.options import OPTIONS, about
+from verne_post.model.part_setup import MAX_PLACE, WorkOffset
 
 #: Keys that name files, relative to the folder of the set-up.
 FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shapes", "parameters")
@@ -21,17 +22,23 @@ TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths")
 _OWN: Final = ("wcs", "keep_out", "stock")
 
 
+#: A coordinate of a work offset, or the part's turn.
+Place = Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]
+#: The name of a file.
+FileName = Annotated[str, Meta(min_length=1)]
+
+
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
-    wcs: dict[str, Annotated[list[Finite], Meta(min_length=3, max_length=4)]] = field(default_factory=dict)
+    wcs: dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)]] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
-    tool_table: str | None = None
-    tool_lengths: str | None = None
-    measured_offset: str | None = None
-    tool_shapes: str | None = None
-    parameters: str | None = None
+    tool_table: FileName | None = None
+    tool_lengths: FileName | None = None
+    measured_offset: FileName | None = None
+    tool_shapes: FileName | None = None
+    parameters: FileName | None = None
 
 
 class ProgramSetup(Struct, frozen=True):
@@ -44,7 +51,7 @@ class ProgramSetup(Struct, frozen=True):
     options : mapping
         By their names in the model.
     wcs : mapping
-        Work system -> x, y, z and maybe c.
+        Number of a work system -> offset.
     files : mapping
         Key of :data:`FILE_KEYS` -> path.
     keep_out : mapping
@@ -54,7 +61,7 @@ class ProgramSetup(Struct, frozen=True):
 
     name: str
     options: Mapping[str, Any] = field(default_factory=dict)
-    wcs: Mapping[str, list[float]] = field(default_factory=dict)
+    wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
     keep_out: Mapping[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
@@ -101,6 +108,11 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
         file = SetupFile()
         sentences = error.sentences
     place = f"{prefix}." if prefix else ""
+    wcs: dict[int, WorkOffset] = {}
+    try:
+        wcs = check_work_offsets(file.wcs)
+    except ValueError as error:
+        sentences.append(f"{place}wcs: {error}")
     sentences += [
         f"{place}{text}"
         for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.__struct_fields__], "a set-up")
@@ -110,7 +122,7 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
     files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}
     shown = f"{name}, {prefix}" if prefix else name
     options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
-    return ProgramSetup(shown, options, file.wcs, files, file.keep_out, file.stock)
+    return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock)
 
 
 def options_of_a_setup() -> list[str]:

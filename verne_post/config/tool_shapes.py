@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
+from verne_post.base.numbers import is_count
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.model.findings import InputError, finding
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
@@ -50,7 +51,7 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
     shapes = {}
     for key, tool in file.tool.items():
-        if not (key.isascii() and key.isdecimal() and key == str(int(key))):
+        if not (is_count(key) and key == str(int(key))):
             raise InputError(finding("VP504", f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]"))
         parts = [(part, getattr(tool, part)) for part in TOOL_PARTS if getattr(tool, part) is not None]
         for part, one in parts[:-1]:

@@ -7,6 +7,7 @@ from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import ZERO9
+from verne_post.model.option_checks import ACTIVE_SYSTEM
 
 
 def initial_state(setup: Setup) -> State:
@@ -33,13 +34,13 @@ def _apply_parameters(setup: Setup, state: State) -> None:
     """Start from a parameter file: what it keeps, and the work system and G92 that were active."""
     parameters = Parameters(setup, state)
     for index, value in setup.parameters.items():
-        if index not in (5210, 5220) and not 5221 <= index < 5400:
+        if index not in (5210, ACTIVE_SYSTEM) and not 5221 <= index < 5400:
             parameters.set(index, value)
     for index, value in setup.parameters.items():
         if 5221 <= index < 5400 and (index - 5221) // 20 + 1 not in setup.given_systems:
             parameters.set(index, value)
     if setup.parameters:
-        system = round(setup.parameters.get(5220, 1.0))
+        system = round(setup.parameters.get(ACTIVE_SYSTEM, 1.0))
         state.g92_on = setup.parameters.get(5210, 0.0) != 0.0
         g92 = vector9(state.g92_stored) if state.g92_on else ZERO9
-        state.frame = replace(state.systems[system if system in state.systems else 1], g92=g92)
+        state.frame = replace(state.systems[system], g92=g92)

@@ -1,9 +1,8 @@
 """Parameter files as LinuxCNC keeps them: a number and a value in each line."""
 
-import math
-
-from verne_post.gcode.parameters import MAX_INDEX
+from verne_post.base.numbers import is_count, read_number
 from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.option_checks import check_parameter
 
 
 def read_parameter_file(text: str, name: str) -> dict[int, float]:
@@ -37,21 +36,15 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
 
 def _find_mistake(words: list[str], values: dict[int, float]) -> str | None:
     """What is wrong with a line; None for a good one."""
-    if len(words) != 2 or not words[0].isdecimal():
+    if len(words) != 2 or not is_count(words[0]):
         return f"{' '.join(words)[:40]!r} is not a number and a value, as in '5221 10.5'"
     index = int(words[0])
-    if not 1 <= index <= MAX_INDEX:
-        return f"parameters have the numbers 1 to {MAX_INDEX}, not {index}"
-    if 5400 <= index <= 5428 or 5021 <= index <= 5029 or 5081 <= index <= 5089:
-        return f"parameter {index} shows a state and cannot be given"
     if index in values:
         return f"parameter {index} stands twice"
     try:
-        value = float(words[1])
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        return f"{words[1]!r} is not a number"
+        check_parameter(index, read_number(words[1]))
+    except ValueError as error:
+        return str(error)
     return None
 
 

@@ -16,11 +16,11 @@ from verne_post.gcode.offsets import vector9
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame
+from verne_post.model.option_checks import ACTIVE_SYSTEM, MAX_PARAMETER
 
-MAX_INDEX: Final = 5601
 #: Arguments of a call: saved and restored by it.
 LOCAL_INDICES: Final = range(1, 31)
-_HOME, _HOME2, _G92, _SYSTEM, _ORIGINS = 5161, 5181, 5211, 5220, 5221
+_HOME, _HOME2, _G92, _ORIGINS = 5161, 5181, 5211, 5221
 _TOOL, _POSITION = 5400, 5420
 _LINEAR: Final = (0, 1, 2, 6, 7, 8)
 #: Variables of custom macros: local, common, kept.
@@ -51,8 +51,8 @@ class Parameters:
         """
         if isinstance(key, str):
             return self._named(key)
-        if not 1 <= key <= MAX_INDEX:
-            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_INDEX}")
+        if not 1 <= key <= MAX_PARAMETER:
+            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
         if self.custom_macro:
             return self._macro_variable(key)
         if 5161 <= key <= 5428:
@@ -88,7 +88,7 @@ class Parameters:
     def exists(self, key: Key) -> bool:
         """True for a named parameter that has a value, and for a number that parameters have."""
         if not isinstance(key, str):
-            return 1 <= key <= MAX_INDEX
+            return 1 <= key <= MAX_PARAMETER
         store, name = self.state.store, key
         return name in (store.named if name.startswith("_") else store.local[-1]) or name in PREDEFINED
 
@@ -117,7 +117,7 @@ class Parameters:
             return self._in_file(key - _G92, state.g92_stored[key - _G92])
         if key == 5210:
             return float(state.g92_on)
-        if key == _SYSTEM:
+        if key == ACTIVE_SYSTEM:
             return float(state.frame.system)
         if _ORIGINS <= key < 5400:
             system, entry = divmod(key - _ORIGINS, 20)
@@ -173,11 +173,11 @@ class Parameters:
                 raise BlockError("VP025", f"{shown_key(key)} shows a state and cannot be set")
             (store.named if key.startswith("_") else store.local[-1])[key] = value
             return
-        if not 1 <= key <= MAX_INDEX:
-            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_INDEX}")
+        if not 1 <= key <= MAX_PARAMETER:
+            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
         if self.custom_macro:
             self._check_macro_variable(key)
-        if key in (5210, _SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
+        if key in (5210, ACTIVE_SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise BlockError("VP025", f"#{key} shows a state and cannot be set")
         if _HOME <= key < _HOME + 9:
             state.home = self._with_entry(state.home, key - _HOME, value)
@@ -209,7 +209,7 @@ class Parameters:
                 if np.isfinite(value):
                     kept[first + axis] = self._in_file(axis, value)
         kept[5210] = float(state.g92_on)
-        kept[_SYSTEM] = 1.0  # the end of a program selects G54
+        kept[ACTIVE_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
             for entry in range(10):
                 kept[_ORIGINS + 20 * system + entry] = self.value(_ORIGINS + 20 * system + entry)

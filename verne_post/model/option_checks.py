@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from mmap import mmap
 from typing import Any, Final, Literal, get_args
 
@@ -12,6 +13,7 @@ from verne_post.base.suggestions import suggest
 from verne_post.base.type_words import LARGEST
 from verne_post.model.findings import UsageError
 from verne_post.model.part_setup import (
+    COORDINATES,
     MAX_PLACE,
     MAX_TOOL,
     SYSTEM_NAMES,
@@ -24,6 +26,9 @@ from verne_post.model.part_setup import (
     WorkOffset,
 )
 
+#: The largest number of a parameter; the one that holds the active work system.
+MAX_PARAMETER: Final = 5601
+ACTIVE_SYSTEM: Final = 5220
 #: A G or M code without leading zeros.
 CODE: Final = re.compile(r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})")
 #: What a user-defined code may mean.
@@ -53,16 +58,21 @@ def one_of(names: Callable[[], tuple[str, ...]]) -> Checked:
     """Takes one of some names."""
 
     def check(value: object) -> object:
-        if value not in names():
+        if not isinstance(value, str) or value not in names():
             raise ValueError(f"expected one of {', '.join(names())}{suggest(str(value), names())}")
         return value
 
     return Checked(check)
 
 
-def _numbers(value: object, counts: tuple[int, ...], what: str, bound: float) -> tuple[float, ...]:
+def without_numpy(value: Any) -> Any:
+    """The number that a number of numpy is, of any type; other values as they are."""
+    return value.item() if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0 else value
+
+
+def check_numbers(value: object, counts: tuple[int, ...], what: str, bound: float) -> tuple[float, ...]:
     """A sequence of so many finite numbers within a bound."""
-    found = _items(value, what)
+    found = [without_numpy(one) for one in _items(value, what)]
     if len(found) not in counts:
         raise ValueError(f"expected {what}, got {len(found)} numbers")
     for one in found:
@@ -85,7 +95,8 @@ def _is_tool_number(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
-def _mapping(value: object, what: str) -> Mapping[Any, Any]:
+def check_mapping(value: object, what: str) -> Mapping[Any, Any]:
+    """A mapping."""
     if not isinstance(value, Mapping):
         raise ValueError(f"expected {what}, got {value!r}")
     return value
@@ -111,13 +122,13 @@ def system_number(value: object) -> int:
 def check_work_offsets(value: object) -> dict[int, WorkOffset]:
     """Work offsets by number; given by name or number, as WorkOffset or as x, y, z and maybe c."""
     found: dict[int, WorkOffset] = {}
-    for key, offset in _mapping(value, "a mapping such as {'G54': (x, y, z)}").items():
+    for key, offset in check_mapping(value, "a mapping such as {'G54': (x, y, z)}").items():
         number = system_number(key)
         if number in found:
             raise ValueError(f"{SYSTEM_NAMES[number]} is given twice")
         what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
         given = [*_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
-        x, y, z, *turn = _numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
+        x, y, z, *turn = check_numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
         found[number] = WorkOffset((x, y, z), turn[0] if turn else 0.0)
     return found
 
@@ -126,17 +137,18 @@ def check_tools(value: object) -> dict[int, Tool] | None:
     if value is None:
         return None
     found: dict[int, Tool] = {}
-    for key, tool in _mapping(value, "a mapping from tool number to Tool").items():
+    for key, tool in check_mapping(value, "a mapping from tool number to Tool").items():
         if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
         if not isinstance(tool, Tool) or not _is_tool_number(tool.number) or tool.number != key:
             raise ValueError(f"tool {key}: expected Tool({key}, ...), got {tool!r}")
         if not isinstance(tool.pocket, int) or isinstance(tool.pocket, bool):
             raise ValueError(f"tool {key}: pocket {tool.pocket!r} is not a whole number")
-        _numbers(tool.offset, (9,), f"nine offsets of tool {key}", MAX_PLACE)
-        if not _numbers((tool.diameter,), (1,), f"a diameter of tool {key}", MAX_TOOL)[0] >= 0:
-            raise ValueError(f"tool {key}: diameter {tool.diameter:g} is negative")
-        found[key] = tool
+        (diameter,) = check_numbers((tool.diameter,), (1,), f"a diameter of tool {key}", MAX_TOOL)
+        if diameter < 0:
+            raise ValueError(f"tool {key}: diameter {diameter:g} is negative")
+        x, y, z, a, b, c, u, v, w = check_numbers(tool.offset, (9,), f"nine offsets of tool {key}", MAX_PLACE)
+        found[key] = replace(tool, offset=(x, y, z, a, b, c, u, v, w), diameter=diameter)
     return found
 
 
@@ -146,7 +158,7 @@ def check_box(box: object) -> Box:
     if not isinstance(box.name, str):
         raise ValueError(f"{box.name!r} is not the name of a box")
     low, high = (
-        _numbers(corner, (3,), f"three coordinates of a corner of {box.name}", MAX_PLACE)
+        check_numbers(corner, (3,), f"three coordinates of a corner of {box.name}", MAX_PLACE)
         for corner in (box.low, box.high)
     )
     for letter, first, second in zip("xyz", low, high, strict=True):
@@ -155,7 +167,7 @@ def check_box(box: object) -> Box:
                 f"{box.name}: {letter} of the first corner, {first:g}, must be below that of the second, {second:g}"
             )
     system = None if box.system is None else system_number(box.system)
-    (distance,) = _numbers((box.distance,), (1,), "a distance", MAX_PLACE)
+    (distance,) = check_numbers((box.distance,), (1,), "a distance", MAX_PLACE)
     if distance < 0:
         raise ValueError(f"{box.name}: the distance {distance:g} is negative")
     return Box(box.name, (low[0], low[1], low[2]), (high[0], high[1], high[2]), system, distance)
@@ -172,7 +184,7 @@ def check_boxes(value: object) -> tuple[Box, ...]:
 
 def check_shapes(value: object) -> dict[int, ToolShape]:
     found: dict[int, ToolShape] = {}
-    for key, shape in _mapping(value, "a mapping from tool number to cylinders").items():
+    for key, shape in check_mapping(value, "a mapping from tool number to cylinders").items():
         if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
         parts = tuple(shape) if isinstance(shape, tuple | list) else ()
@@ -182,7 +194,7 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
             raise ValueError(f"tool {key}: expected a tuple of Cylinder({' | '.join(TOOL_PARTS)}, diameter, length)")
         for at, one in enumerate(parts):
             sizes = (one.diameter,) if one.length is None else (one.diameter, one.length)
-            if min(_numbers(sizes, (1, 2), f"sizes of the {one.part} of tool {key}", MAX_TOOL)) <= 0:
+            if min(check_numbers(sizes, (1, 2), f"sizes of the {one.part} of tool {key}", MAX_TOOL)) <= 0:
                 raise ValueError(f"tool {key}: sizes of the {one.part} must be above 0")
             if one.length is None and at < len(parts) - 1:
                 raise ValueError(
@@ -196,28 +208,77 @@ def check_place(value: object) -> str | tuple[float, ...] | None:
     if value is None or (isinstance(value, str) and value == "home"):
         return None if value is None else "home"
     given = _items(value, "home, or joint values")
-    return _numbers(given, (max(len(given), 1),), "home, or joint values", math.inf)
+    return check_numbers(given, (max(len(given), 1),), "home, or joint values", math.inf)
 
 
 def check_override(value: object) -> float:
-    (share,) = _numbers((value,), (1,), "a share from 0.05 to 1", math.inf)
+    (share,) = check_numbers((value,), (1,), "a share from 0.05 to 1", math.inf)
     if not 0.05 <= share <= 1.0:
         hint = f"; {share:g} % is {share / 100:g}" if 5 <= share <= 100 else ""
         raise ValueError(f"expected a share from 0.05 to 1{hint}")
     return share
 
 
+def check_ranges(free: object, ranges: object) -> dict[str, tuple[float, float]]:
+    """Ranges of ``fit`` by the letters of a work offset, mm and degrees; ``free`` has the letters that may change.
+
+    Raises
+    ------
+    UsageError
+    """
+    if not isinstance(free, str) or not free or len(set(free)) != len(free) or not set(free) <= set(COORDINATES):
+        raise UsageError("free", f"{free!r}: expected some of the letters x, y, z, c, each once")
+    found: dict[str, tuple[float, float]] = {}
+    try:
+        for letter, ends in check_mapping(ranges, "a mapping from letter to (low, high)").items():
+            if letter not in tuple(free):
+                raise ValueError(f"{letter!r} is none of the free coordinates {', '.join(free)}")
+            low, high = check_numbers(ends, (2,), f"low and high of {letter}", MAX_PLACE)
+            if low > high:
+                raise ValueError(f"{letter}: {low:g} is above {high:g}; the lower one comes first")
+            found[letter] = (low, high)
+    except ValueError as error:
+        raise UsageError("range", str(error)) from None
+    return found
+
+
 def check_texts(value: object) -> dict[str, bytes]:
-    found = dict(_mapping(value, "a mapping from name to bytes"))
+    found = dict(check_mapping(value, "a mapping from name to bytes"))
     for name, text in found.items():
         if not isinstance(name, str) or name != name.lower() or not isinstance(text, bytes | mmap):
             raise ValueError(f"{name!r}: expected a lower-case name without ending, and the bytes of the file")
     return found
 
 
+def check_parameter(index: int, value: float) -> None:
+    """Refuse a numbered parameter that no program can find.
+
+    Raises
+    ------
+    ValueError
+    """
+    if not 1 <= index <= MAX_PARAMETER:
+        raise ValueError(f"parameters have the numbers 1 to {MAX_PARAMETER}, not {index}")
+    if 5400 <= index <= 5428 or 5021 <= index <= 5029 or 5081 <= index <= 5089:
+        raise ValueError(f"parameter {index} shows a state and cannot be given")
+    if index == ACTIVE_SYSTEM and value not in range(1, 10):
+        raise ValueError(f"parameter {index} = {value:g}: the active work system has a number from 1 to 9")
+
+
+def check_parameters(value: object) -> dict[int, float]:
+    found: dict[int, float] = {}
+    for given, number in check_mapping(value, "a mapping from number to value").items():
+        index = without_numpy(given)
+        if not isinstance(index, int) or isinstance(index, bool):
+            raise ValueError(f"{given!r} is not the number of a parameter")
+        (found[index],) = check_numbers((number,), (1,), f"a value of parameter {index}", math.inf)
+        check_parameter(index, found[index])
+    return found
+
+
 def check_remap(value: object) -> dict[str, str]:
     meanings = get_args(Meaning)
-    found = dict(_mapping(value, "a mapping from code to meaning"))
+    found = dict(check_mapping(value, "a mapping from code to meaning"))
     for code, meaning in found.items():
         if not isinstance(code, str) or CODE.fullmatch(code) is None:
             raise ValueError(f"{code!r}: expected a G or M code as it is written, without leading zeros: M428, G68.3")

@@ -18,7 +18,7 @@ from msgspec import Meta, Struct, ValidationError, convert
 from verne_post.base.modules import names_of_modules
 from verne_post.base.processes import can_fork
 from verne_post.base.suggestions import suggest
-from verne_post.base.type_words import Finite, alternatives, bare, bounds_in_words, describe, has_shape
+from verne_post.base.type_words import alternatives, bare, bounds_in_words, describe, has_shape
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
@@ -27,6 +27,7 @@ from verne_post.model.option_checks import (
     check_box,
     check_boxes,
     check_override,
+    check_parameters,
     check_place,
     check_remap,
     check_shapes,
@@ -34,6 +35,7 @@ from verne_post.model.option_checks import (
     check_tools,
     check_work_offsets,
     one_of,
+    without_numpy,
 )
 from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, Tool, WorkOffset
 
@@ -143,7 +145,7 @@ class Options:
     subroutines: Annotated[dict[str, Any], Checked(check_texts), About(
         "Text of the files that calls may name, by name without ending, in lower case.", Group.PROGRAM, flag="",
         in_settings=False)] = field(default_factory=dict)
-    parameters: Annotated[dict[int, Finite], About(
+    parameters: Annotated[dict[int, float], Checked(check_parameters), About(
         "Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False)] = field(default_factory=dict)
     parameter_units: Annotated[Literal["mm", "inch"], About(
         "Unit of the lengths in the parameter file.", Group.PROGRAM)] = "mm"
@@ -257,7 +259,7 @@ class Options:
                     raise UsageError(name, f"there is no such option{suggest(name, OPTIONS)}")
             for name, option in OPTIONS.items():
                 # plain attributes cannot be set from outside
-                self.__dict__[name] = _checked(name, option, given[name]) if name in given else option.default()
+                self.__dict__[name] = checked_value(name, given[name]) if name in given else option.default()
             self._check_together()
 
     def _check_together(self) -> None:
@@ -378,25 +380,25 @@ def key_of(name: str) -> str:
     return f"{name}_{unit}" if unit else name
 
 
-def _checked(name: str, option: Option, value: Any) -> Any:
+def checked_value(name: str, value: Any) -> Any:
     """The value of an option as the program uses it.
 
     Raises
     ------
     UsageError
     """
+    option = OPTIONS[name]
     if option.check is not None:
         try:
             return option.check(value)
         except ValueError as error:
             raise _refusal(name, value, str(error)) from None
-    if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0:
-        value = value.item()  # a number of numpy, of any type, is that number
+    value = without_numpy(value)
     fitting = next((one for one in alternatives(option.kind) if has_shape(one, value)), None)
     if fitting is not None:  # msgspec fails for some values that only look like a mapping
         try:
             return convert(value, option.kind)
-        except ValidationError:
+        except (ValidationError, UnicodeError):
             pass
     unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
     words = bounds_in_words(bare(fitting)[1]) or describe(option.kind)

@@ -20,6 +20,8 @@ SYSTEM_NUMBERS: Final = {name: number for number, name in SYSTEM_NAMES.items()}
 TOOL_PARTS: Final = ("cutter", "shank", "holder")
 #: Numbers that tools get which a program names and no table numbers: from here on.
 FIRST_NAMED_TOOL: Final = 100_001
+#: Letters of a work offset: its place, and the turn of the part.
+COORDINATES: Final = "xyzc"
 #: Places beyond this are mistakes, mm and degrees.
 MAX_PLACE: Final = 1e5
 #: Lengths and diameters of tools beyond this are mistakes, mm.

@@ -12,7 +12,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import worst
 from verne_post.output.cells import finite_or_none
 from verne_post.output.findings import text_line
-from verne_post.toolpath.work_offset import DECIMALS, Proposal
+from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Proposal
 
 
 def _wcs_option(proposal: Proposal) -> str:
@@ -27,7 +27,7 @@ def _g10_block(proposal: Proposal, machine: Machine) -> str | None:
         return None
     place = proposal.after.place
     x, y, z = machine.coordinates.work_origin((place.x, place.y, place.z))
-    turn = round(place.c * DEG_PER_RAD, DECIMALS)
+    turn = place.c * DEG_PER_RAD
     # R turns X and Y of the program, C takes the turn off the table; the machine file's sense of C counts
     sense = 1.0 if machine.columns[-1].factor > 0 else -1.0
     words = {"X": x, "Y": y, "Z": z, "R": turn, "C": -sense * turn}
@@ -108,8 +108,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
 
 
 def _number(value: float) -> str:
-    """A number without trailing zeros."""
-    text = f"{value:.{DECIMALS}f}".rstrip("0").rstrip(".")
+    """A number without trailing zeros; what the search found has been rounded, what was given is as it was given."""
+    text = f"{value:.{WRITTEN_DECIMALS}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import is_count
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.output.cells import first_wrong
@@ -94,7 +95,7 @@ def _find_columns(
         return indices
     if columns_by_joint:
         numbers = [columns_by_joint.get(joint, "") for joint in joints]
-        if not all(number.isdecimal() and 1 <= int(number) <= width for number in numbers):
+        if not all(is_count(number) and 1 <= int(number) <= width for number in numbers):
             raise _error(f"{name}: without a header --columns takes the number of every joint's column, 1 to {width}")
         return [int(number) - 1 for number in numbers]
     if width not in (len(joints), len(joints) + 1):

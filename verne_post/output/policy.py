@@ -104,6 +104,10 @@ def uri(program: str) -> str:
     return path.as_uri() if path.is_absolute() else quote(os.fsencode(path.as_posix()))
 
 
+#: Layout of a baseline.
+_BASELINE_SCHEMA = 1
+
+
 def baseline_text(reports: list[Report]) -> str:
     """Write all findings that may be ignored as a baseline."""
     known = {}
@@ -113,7 +117,7 @@ def baseline_text(reports: list[Report]) -> str:
             fingerprint = fingerprint_of(report, item, counts)
             if is_deniable(item.code):
                 known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
-    return json.dumps({"schema": 1, "known": dict(sorted(known.items()))}, indent=2) + "\n"
+    return json.dumps({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, indent=2) + "\n"
 
 
 def read_baseline(text: str, name: str) -> frozenset[str]:
@@ -126,6 +130,8 @@ def read_baseline(text: str, name: str) -> frozenset[str]:
     """
     try:
         data = json.loads(text)
+        if data["schema"] != _BASELINE_SCHEMA:
+            raise ValueError(f"its layout is {data['schema']!r}, this version reads {_BASELINE_SCHEMA}")
         return frozenset(map(str, data["known"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(finding("VP503", f"{name}: not a baseline that check has written: {error!r}")) from None

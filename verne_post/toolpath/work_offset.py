@@ -23,9 +23,10 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import coordinates
 from verne_post.toolpath.margins import margin_functions
 
-#: What may change, in the order of a place; and decimals of what is proposed, mm and degrees.
-COORDINATES: Final = "xyzc"
+#: Decimals of what is proposed, mm and degrees.
 DECIMALS: Final = 3
+#: Decimals of what is written: below them stand the errors of turning degrees into radians and back.
+WRITTEN_DECIMALS: Final = 9
 #: Points along a segment: at most this far apart, mm and rad, and no more than so many.
 STEP_MM: Final = 10.0
 STEP_ANGLE: Final = np.radians(3.0)
@@ -196,7 +197,7 @@ class Search:
         random = np.random.default_rng(0)  # the same program has the same fit
         scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
         scattered[:, ~self.free] = start.array()[~self.free]
-        scattered[0] = start.array()
+        scattered[0] = np.clip(start.array(), self.low, self.high)
         rows = np.unique(np.linspace(0, len(self.points.tip) - 1, FIRST_POINTS).astype(np.intp))
         smallest, lost = self._find_smallest(scattered, rows)
         with np.errstate(invalid="ignore"):

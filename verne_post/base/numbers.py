@@ -1,0 +1,33 @@
+"""Numbers written as text: ASCII digits. Python reads more: underscores, digits of other scripts, numbers of any length."""
+
+import math
+from typing import Final
+
+#: No whole number of a program or an option is longer.
+_MOST_DIGITS: Final = 18
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text can be a number of a file or of a command line."""
+    return text.isascii() and "_" not in text
+
+
+def read_number(text: str) -> float:
+    """A finite number.
+
+    Raises
+    ------
+    ValueError
+    """
+    try:
+        value = float(text) if is_plain(text) else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is not a number")
+    return value
+
+
+def is_count(text: str) -> bool:
+    """Whether a text is a whole number from 0 on, which ``int`` reads."""
+    return text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS
