@@ -252,6 +252,12 @@ def variations() -> Iterator[Variation]:
         yield Variation(f"{title}: tightest_rows", shown(one.tightest_rows),
                         {shown(some): put(replace(one, tightest_rows=some)) for some in rows}, "NORMAL")  # fmt: skip
     yield Variation(
+        "NORMAL.near_bound",
+        shown(normal.near_bound),
+        {shown(x): replace(normal, near_bound=x) for x in (0.0, 1.2)},
+        "NORMAL",
+    )
+    yield Variation(
         "NORMAL.repeats", shown(normal.repeats), {shown(n): replace(normal, repeats=n) for n in (1, 6)}, "NORMAL"
     )
     yield Variation("PLANNED_SHARES", shown(tuning.PLANNED_SHARES),

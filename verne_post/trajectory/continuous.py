@@ -109,7 +109,9 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
     """Make all passes; repeat the last one while too many rows are far beyond a limit, or cannot be repaired."""
     if effort is tuning.QUALITY:  # without a margin, rows that follow the feed rate are beyond it by their rounding
         task = replace(task, cruise=np.empty((0, 2)))
-    for settings in effort.passes:
+    for done, settings in enumerate(effort.passes):
+        if done and profile.duration < effort.near_bound * bound:
+            break
         profile = rebuild_profile(profile, retime(task, profile, settings), task.unit)
     last = replace(effort.last, knot_units=1) if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
     times = retime(task, profile, last)
