@@ -108,6 +108,16 @@ def write_axes(file: Path, lines: int) -> None:
         out.write("TRAFOOF\nM30\n")
 
 
+def write_vectors(file: Path, lines: int) -> None:
+    """The same as RS274/NGC: tool axes under G43.5."""
+    write_axes(file, lines)
+    text = file.read_text("ascii").replace("A3=", "I").replace("B3=", "J").replace("C3=", "K").replace(" G710", " G21")
+    file.write_text(
+        text.replace("TRAORI\n", "G49\n").replace("G1 F3000\n", "G43.5 H0 G1 F3000\n").replace("TRAFOOF\n", "G49\n"),
+        "ascii",
+    )
+
+
 def write_points(file: Path, lines: int) -> None:
     """Cutter location text: points with their tool axes."""
     s = 0.2 * np.arange(lines)
@@ -198,6 +208,7 @@ def bulk_rows(lines: int, folder: Path) -> list[list[str]]:
     rows = []
     kinds = (
         ("arcs, by centre and radius", write_arcs),
+        ("RS274/NGC, I J K under G43.5", write_vectors),
         ("Siemens, A3= B3= C3=", write_axes),
         ("APT, GOTO with the tool axis", write_points),
     )

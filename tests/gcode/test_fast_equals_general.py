@@ -1,5 +1,6 @@
 """The vectorised path for plain lines against the general interpreter: the same moves to the last bit, same errors."""
 
+from math import cos, sin
 from unittest.mock import patch
 
 import pytest
@@ -14,7 +15,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
 SETTINGS = settings(max_examples=60, deadline=None, database=None, derandomize=True)
-COLUMNS = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "start")
+COLUMNS = ("line", "kind", "end", "feed", "feed_mode", "spindle", "frame", "control", "arc", "start", "tool_axis")
 TOOLS = {1: Tool(1, 1, (0.0, 0.0, 60.0, *ZERO9[3:]))}
 
 
@@ -167,6 +168,48 @@ def test_generated_arcs_on_the_machine(machine, source):
     fast, usual, general = fast_and_general(as_machine, source, machine, tool_length=60.0)
     assert fast == general
     assert usual == general
+
+
+def unit_vector(draw):
+    """I J K of a tool axis, upright ones and such a hair beside the pole among them."""
+    tilt = draw(st.sampled_from([0.0, 1e-9, 0.2, 0.5, 1.0, -0.3, 3.0]))
+    turn = draw(st.sampled_from([0.0, 0.1, 1.5, 3.0, -2.0, 3.14159]))
+    vector = sin(tilt) * cos(turn), sin(tilt) * sin(turn), cos(tilt)
+    return " ".join(f"{letter}{value:.6f}" for letter, value in zip("IJK", vector, strict=True))
+
+
+@st.composite
+def vector_programs(draw):
+    """Straight moves with tool axes, lines without or with wrong ones among them, and states in which I J K mean something else."""
+    start = draw(
+        st.sampled_from(
+            [["G49"], ["G10 L2 P1 X5 R30", "G49"], ["G10 L2 P1 A3 C-20", "G49"], ["G68.2 X0 Y0 Z0 I0 J30 K0", "G53.1"]]
+        )
+    )
+    lines = [
+        "G17 G49 F300",
+        draw(st.sampled_from(["G0 X0 Y0 Z0 A0 C0", "G0 X0 Y0 Z0 A0 C0", "G0 X0 Y0"])),
+        *start,
+        draw(st.sampled_from(["G43.5", "G43.5 H1", "G43.5 H1 G20", "G43.4"])),
+    ]
+    others = ["G0 X1", "G1 X2 F99", "X3 Y1", "G91 X1", "G90", "G93", "G94 F100", "M8", "G2 X5 I2", "G3 R9 X0", "G43.4", "G43.5", "A5 C5",
+              "X1 I1", "X1 I0 J0 K1.1", "X1 I0 J0 K1 R2", "C3 I0 J0 K1", "G20", "G21", "G55", "F0", "G53 G0 Z0", "G28 Z0", "Q1"]  # fmt: skip
+    for _ in range(draw(st.integers(2, 30))):
+        place = draw(st.sampled_from(["", "X1", "X2.5 Y-3", "Z4", "X-7 Y1 Z2"]))
+        code = draw(st.sampled_from(["", "", "", "", "", "G1 ", "G0 ", "N7 ", "N8 G1 "]))
+        lines.append(f"{code}{place} {unit_vector(draw)}{draw(feeds)}")
+        lines += [draw(st.sampled_from(others))] if draw(st.integers(0, 5)) == 0 else []
+    return "\n".join([*lines, "M2"]).encode()
+
+
+@settings(SETTINGS, max_examples=250)
+@given(vector_programs())
+def test_generated_vectors(machine, source):
+    for answers in (
+        fast_and_general(as_interpreter, source),
+        fast_and_general(as_machine, source, machine, tool_length=60.0),
+    ):
+        assert answers[0] == answers[1] == answers[2]
 
 
 # --- states in which the fast path may not be fast ------------------------------------------------

@@ -12,6 +12,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import Flow
 from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.plain_vectors import end_of_vectors, pointing
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.recovery import FATAL, Recovery
 from verne_post.gcode.setup import Setup
@@ -194,9 +195,13 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     if flow.text.closing is not None:
         last = min(last, flow.text.closing - chunk.first_line)
     last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
-    if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, chunk.lines, row):
+    pointed = interpreter.state.vectors and bool(chunk.lines.has_offsets[row])
+    if pointed:
+        last = end_of_vectors(interpreter, chunk.lines, row, last)
+    if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, chunk.lines, row, pointed=pointed):
         return False
-    done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line)
+    point = pointing(interpreter, chunk.lines) if pointed else None
+    done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line, point)
     if done > row:
         first, flow.line = flow.line, flow.line + done - row
         flow.repeats.count(flow.text, first, flow.line - 1, 0)

@@ -50,7 +50,7 @@ class PlainLines:
     """The plain lines of one chunk as dense tables, computed once for all stretches of it.
 
     The columns are the nine axes, F, G and N; ``offsets`` has other words of each line itself, NaN where it has none, and
-    is None where no line has any: I, J, K and R of arcs, or I, J, K in place of the tool axes of Siemens programs. ``plain`` is True for lines that may be executed from here; ``row`` is,
+    is None where no line has any: I, J, K and R of arcs or of tool axes, or I, J, K in place of the tool axes of Siemens programs. ``plain`` is True for lines that may be executed from here; ``row`` is,
     for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
     True for lines that make a move (G0 or G1 alone: where ``bare_codes`` do), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
     """
