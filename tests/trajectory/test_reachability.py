@@ -25,6 +25,27 @@ def test_straight_line_takes_the_time_of_the_trapezoid() -> None:
     assert reachability.duration(grid.s, reachability.solve(grid, top)) == pytest.approx(50 / 5000 + 40 / 50, rel=2e-4)
 
 
+def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> None:
+    """At a slow feed the first and last step of the grid are many times as long as the ramps."""
+    for feed in (1.0, 10.0):
+        section, top = straight(20.0, feed=feed), limits(3)
+        grid = grid_along(section)
+        x = reachability.solve(grid, top)
+        least = reachability.least_duration(grid.s, x, reachability.accelerations(grid, top, x))
+        exact = feed / 5000 + 20 / feed
+        assert least == pytest.approx(exact, rel=1e-12)
+        assert reachability.duration(grid.s, x) > (1 + 5e-4) * exact
+
+
+@pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
+@pytest.mark.parametrize("feed", [np.inf, 30.0])
+def test_the_bound_is_no_more_than_the_profile_takes_on_the_grid(waves: float, feed: float) -> None:
+    grid, top = grid_along(wavy(50.0, waves, feed)), limits(3)
+    x = reachability.solve(grid, top)
+    least = reachability.least_duration(grid.s, x, reachability.accelerations(grid, top, x))
+    assert 0.95 < least / reachability.duration(grid.s, x) <= 1.0
+
+
 @pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
 @pytest.mark.parametrize("feed", [np.inf, 30.0])
 def test_profile_is_legal_and_somewhere_at_a_limit_at_every_step(waves: float, feed: float) -> None:

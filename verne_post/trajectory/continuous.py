@@ -33,7 +33,7 @@ class ContinuousProfile(Struct, frozen=True, eq=False):
         Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the section's length.
     bound : float
         Time of the second-order optimum of the same section, s: no profile inside the limits is faster, but for what the feed
-        and the limits allow between the points of the grid (0.2 % at most was seen, with a slow feed over many short segments).
+        and the limits allow between the points of the grid.
     """
 
     s: Array

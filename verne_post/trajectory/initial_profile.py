@@ -25,9 +25,17 @@ def second_order_bound(section: Section, limits: Limits, solver: Solver, jobs: i
     """Time of the second-order optimum of a section, s; ``jobs`` processes evaluate its joints."""
     bound, x_end = 0.0, 0.0
     for _first, last, grid in _grids(section, jobs):
-        s, x = _kept(section, grid, solver(grid, limits, start=x_end), last)
-        bound, x_end = bound + reachability.duration(s, x), float(x[-1])
+        x = solver(grid, limits, start=x_end)
+        seconds, x_end = _least_seconds(section, grid, limits, x, last)
+        bound += seconds
     return bound
+
+
+def _least_seconds(section: Section, grid: Grid, limits: Limits, x: Array, last: int) -> tuple[float, float]:
+    """Time of the second-order optimum x = sd^2 (n,) up to element ``last``, s, and x there."""
+    s, fastest = _kept(section, grid, x, last)
+    _s, steepest = _kept(section, grid, reachability.accelerations(grid, limits, x), last)
+    return reachability.least_duration(s, fastest, steepest), float(fastest[-1])
 
 
 class InitialProfile(Struct, frozen=True, eq=False):
@@ -53,8 +61,8 @@ def initial_profile(section: Section, limits: Limits, unit: float, solver: Solve
     for first, last, grid in _grids(section, jobs):
         x = solver(grid, limits, start=x_end)
         cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
-        s, fastest = _kept(section, grid, x, last)
-        bound, x_end = bound + reachability.duration(s, fastest), float(fastest[-1])
+        seconds, x_end = _least_seconds(section, grid, limits, x, last)
+        bound += seconds
         s, x = _kept(
             section, grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.jerk_caps(grid, limits)), last
         )
