@@ -60,6 +60,17 @@ def test_a_path_brings_its_subprograms(tmp_path: Path) -> None:
     assert not vp.check((tmp_path / "main.ngc").read_bytes(), "verne", vp.Options(tool_length=80)).ok
 
 
+def test_the_mark_before_utf_8_means_nothing(tmp_path: Path) -> None:
+    """Excel writes it before CSV files, editors of Windows before programs."""
+    plain = vp.convert(SHORT, "verne", OPTIONS)
+    assert plain.setpoints is not None
+    rows = plain.setpoints.to_csv()
+    (tmp_path / "part.nc").write_text(SHORT, encoding="utf-8-sig")
+    for source in ("\ufeff" + SHORT, b"\xef\xbb\xbf" + SHORT.encode(), tmp_path / "part.nc"):
+        assert vp.check(source, "verne", OPTIONS).ok
+    assert vp.verify("\ufeff" + rows, SHORT, "verne", OPTIONS).ok
+
+
 def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(POCKET.parent)
     with pytest.raises(vp.UsageError, match=r"pathlib\.Path\('pocket_3axis\.nc'\)"):

@@ -44,7 +44,6 @@ _HOME = {
     "convert": "verne_post.api",
     "explain": "verne_post.api",
     "fit": "verne_post.api",
-    "gcode": "verne_post",
     "load_machine": "verne_post.config",
     "verify": "verne_post.api",
     "work_offsets": "verne_post.model.option_checks",

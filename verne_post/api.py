@@ -197,10 +197,12 @@ def _read(source: Source, what: str) -> Text:
         if "\n" not in source and source.strip() and os.path.exists(source):
             raise UsageError(what, f"{source!r} is taken as text; pass pathlib.Path({source!r}) to read the file")
         try:
-            return source.encode()
+            return without_mark(source.encode())
         except UnicodeEncodeError as error:
             raise UsageError(what, f"character {error.start + 1} is half of a surrogate pair, not text") from None
-    if isinstance(source, bytes | LongText):
+    if isinstance(source, bytes):
+        return without_mark(source)
+    if isinstance(source, LongText):
         return source
     raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
 

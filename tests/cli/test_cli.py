@@ -629,6 +629,15 @@ def test_tool_table_with_a_bad_line_is_2(good: Path, run: Callable[..., Any], tm
     assert (answer.code, answer.out) == (2, "")
     assert "VP019 error: " in answer.err
     assert "tools.tbl:2" in answer.err
+    for line, says in (
+        ("T2 P2 Z80 D-6", "D-6: expected a diameter from 0"),
+        ("T2 Z1000000", "Z1e+06 is beyond 100000"),
+    ):
+        table.write_text(f"T1 P1 Z50\n{line}\n")
+        answer = run(good, "--tool-table", table)
+        assert answer.code == 2
+        assert "tools.tbl:2" in answer.err
+        assert says in answer.err
 
 
 def test_approach_beyond_the_travel_is_a_violation(good: Path, run: Callable[..., Any]) -> None:

@@ -174,6 +174,15 @@ def test_programs_that_cannot_be_fitted(tmp_path: Path, run: Callable[..., Any],
     assert said in answer.err
 
 
+def test_a_text_in_utf_16_is_told_as_everywhere(tmp_path: Path, run: Callable[..., Any]) -> None:
+    path = tmp_path / "utf16.nc"
+    path.write_bytes(TILTED.encode("utf-16"))
+    answer = run("fit", path, "--tool-length", 70)
+    assert "text in UTF-16; save it as UTF-8" in answer.err
+    with pytest.raises(verne_post.InputError, match="text in UTF-16"):
+        verne_post.fit(path, "verne", Options(tool_length=70.0))
+
+
 def test_a_range_without_the_present_offset_holds(tilted: Path, run: Callable[..., Any]) -> None:
     """The place of now is no answer where it lies outside of what is asked for."""
     wcs = ("--wcs", "G54=5.00012,5,40")

@@ -69,6 +69,10 @@ def test_an_offset_of_one_slider_is_seen_at_the_tool(rows: np.ndarray, run: Call
     code, said = verified(run, "--following", told["path"] - 1e-3)
     assert code == 1
     assert "farther from the commanded path" in said
+    for wrong in ("nan", "-1"):
+        code, said = verified(run, "--following", wrong)
+        assert code == 2
+        assert "--following" in said
 
 
 def test_a_lag_of_all_axes_leaves_the_tool_on_the_path(rows: np.ndarray, run: Callable[..., Any]) -> None:

@@ -57,6 +57,12 @@ def test_a_perturbed_machine_is_sound_and_says_so(inside: Path, run: Callable[..
     assert (inside / "again.toml").read_bytes() == (inside / "true.toml").read_bytes()
 
 
+def test_a_file_may_be_called_dash(inside: Path, run: Callable[..., Any]) -> None:
+    assert run("machine", "perturb", "--seed", 1, "-o", "./-").code == 0
+    assert Path("./-").is_file()
+    assert "the name is empty" in run("machine", "perturb", "--seed", 1, "-o", "").err
+
+
 def test_sigmas_scale_the_same_draw(inside: Path, run: Callable[..., Any]) -> None:
     assert (
         run("machine", "perturb", "--seed", "1", "--sigma-mm", "0.025", "--sigma-mrad", "0.2", "-o", "half.toml").code

@@ -286,3 +286,40 @@ def test_a_path_is_no_name_of_a_machine(folder: Path) -> None:
     shutil.copy(shipped / "serial.toml", folder / "verne")
     assert verne_post.load_machine(Path("verne")).name == "serial five-axis machine"
     assert verne_post.load_machine("verne").name == "VERNE"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("machine", "axis-check", "--at", "0,0,0,0,0", "-o", "check"),
+        ("machine", "perturb", "--seed", "1", "-o", "built.toml"),
+        ("machine", "tolerances"),
+        ("machine", "calibrate", "--plan", "20", "-o", "readings.csv"),
+        ("machine", "identify", "measured.csv"),
+    ],
+)
+def test_commands_of_the_machine_take_that_of_the_folder(
+    folder: Path, run: Callable[..., Any], words: tuple[str, ...]
+) -> None:
+    Path("measured.csv").write_text("rho1_mm\n", encoding="utf-8")
+    Path("verne-post.toml").write_text('machine = "no such file.toml"\n', encoding="utf-8")
+    answer = run(*words)
+    assert answer.code == 2
+    assert "no such file.toml" in answer.err
+    assert "no such file.toml" not in run(*words, "--machine", "verne").err
+
+
+def test_axis_check_takes_the_cycle_of_the_settings(folder: Path, run: Callable[..., Any]) -> None:
+    """Files that are played at another cycle than they were made for move the machine at another speed."""
+    Path("verne-post.toml").write_text("[options]\ncycle = 0.004\n", encoding="utf-8")
+    assert run("machine", "axis-check", "--at", "600,600,600,0,0", "-o", "check").code == 0
+    rows = next(Path("check").glob("*.csv")).read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[0] for row in rows[1:4]] == ["0.000", "0.004", "0.008"]
+
+
+def test_lengths_twice_in_a_set_up_are_refused_by_name(folder: Path, run: Callable[..., Any]) -> None:
+    Path("l.csv").write_text("tool,length_mm\n1,50\n", encoding="utf-8")
+    Path("part.nc.toml").write_text('tool_length = 80\ntool_lengths = "l.csv"\n', encoding="utf-8")
+    answer = run("part.nc")
+    assert answer.code == 2
+    assert "part.nc.toml: tool_length and tool_lengths exclude each other" in answer.err

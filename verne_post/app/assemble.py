@@ -18,7 +18,7 @@ from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
-from verne_post.gcode.codes import RS274
+from verne_post.gcode.codes import refuse_known_codes
 from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
@@ -171,9 +171,10 @@ def modal_state(source: Text, program: Program, line: int) -> State:
 
 def _text_options(options: Options) -> dict[str, Any]:
     """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.setup.TextOptions`."""
-    for code in options.remap:
-        if RS274.executes(code):
-            raise UsageError("remap", f"{code}: this code has a meaning of its own")
+    try:
+        refuse_known_codes(options.remap)
+    except ValueError as error:
+        raise UsageError("remap", str(error)) from None
     return {name: getattr(options, name) for name in TextOptions.__struct_fields__}
 
 

@@ -9,6 +9,7 @@ from verne_post import gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.app.check import check_source
 from verne_post.app.result import Progress
+from verne_post.app.source_text import check_source_text
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import InputError, finding
@@ -59,6 +60,7 @@ def propose(
     InputError
         The program cannot be read; VP018 where it uses several work systems, or nothing of it follows the part.
     """
+    check_source_text(source, options.source_name)
     moves = gcode.interpret_program(source, machine_setup(machine, options))
     path = _path_of(moves, machine, options)
     if not len(path):
@@ -85,7 +87,7 @@ def propose(
         check_source(source, machine, one, progress) for one in (options, at_place(options, system, after.place))
     )
     return Proposal(
-        system, search.evaluate(here, after.counts), after, before_check.findings, after_check.findings,
+        system, search.evaluate(here, after.counts), after, after_check.findings,
         *(result.summary.cycle_time if result.summary else None for result in (before_check, after_check)),
     )  # fmt: skip
 

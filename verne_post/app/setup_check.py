@@ -9,6 +9,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
 from verne_post.model.toolpath import ToolPath
+from verne_post.model.work_systems import placed_by
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
@@ -26,8 +27,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     unplaced: dict[int, int] = {}  # system -> first move that uses it
     for index, at in sorted(systems.items(), key=lambda item: item[1]):
         frame = moves.frames[index]
-        placed = frame.system in options.wcs or frame.system in moves.placed_systems or frame.part_turn
-        if not placed and not any(machine.origin_on_table(frame)):
+        if placed_by(frame, machine, options, moves.placed_systems) == "nobody":
             unplaced.setdefault(frame.system, at)
     found = [missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:

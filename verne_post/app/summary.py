@@ -100,6 +100,7 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         feed_reached=reached,
         start=tuple(float(value) for value in start),
         frames=tuple(systems),
+        placed_systems=moves.placed_systems,
         events=moves.events,
         format=fmt,
         verification=_name_shaper(verdict) if shaped else verdict,

@@ -6,6 +6,11 @@ Lengths in mm, angles in rad, times in s, unless the name says otherwise.
 
 from typing import Final
 
+# --- places on the table -------------------------------------------------------------------
+
+#: A work offset of the program that differs from the given one by less is the same, mm: noise of two sums.
+OFFSET_NOISE: Final = 1e-9
+
 # --- what counts as no motion ------------------------------------------------------------
 
 #: A move shorter than this is no move. Programs carry 3 to 6 decimals; a nanometre is far below

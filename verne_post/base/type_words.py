@@ -8,8 +8,6 @@ from msgspec import Meta
 
 #: The largest finite number: a bound that leaves out inf and nan alone.
 LARGEST: Final = math.nextafter(math.inf, 0.0)
-#: A number that is finite.
-Finite = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 #: One of it, and several.
 _NAMES: Final = {
     float: ("a number", "numbers"),

@@ -80,7 +80,7 @@ def command(
     paths = given["subroutine_path"]
     programs = find_programs(inputs, output, may_lack=output.exists())  # old rows of what is gone must go
     try:
-        machine_name = name_machine(files, given)
+        machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
         machine = load(files, machine_name)

@@ -94,7 +94,7 @@ def command(
             files.writes(path, option)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:
-        machine_name = name_machine(files, given)
+        machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
         policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)

@@ -38,15 +38,21 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     from verne_post.cli.options import build_options
 
     files.expects(name, PROGRAM)
-    machine_name = name_machine(files, given)
+    machine_name = name_machine(files, given["machine_name"], given)
     expect_machine(machine_name)
     options = build_options(files, shown_name(name), name, **given)
     machine = load(files, machine_name)
     return machine, *program_text(files, name, options, given["subroutine_path"])
 
 
-def name_machine(files: RunFiles, given: dict[str, Any]) -> str:
+def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | None = None) -> str:
     """What --machine names, else the settings file, else the machine where none is named; a name or a path.
+
+    Parameters
+    ----------
+    named : str or None
+    given : dict, optional
+        Other values of the command line, where it has options that name files.
 
     Raises
     ------
@@ -56,10 +62,10 @@ def name_machine(files: RunFiles, given: dict[str, Any]) -> str:
     from verne_post.cli.options import claim_input, settings_of
     from verne_post.config.machine_paths import DEFAULT_MACHINE
 
-    if given["machine_name"] is not None:
-        return str(given["machine_name"])
-    claim_input(files, given)
-    settings = settings_of(files, given.get("settings"))
+    if named is not None:
+        return named
+    claim_input(files, given or {})
+    settings = settings_of(files, (given or {}).get("settings"))
     return DEFAULT_MACHINE if settings is None else settings.machine
 
 
@@ -99,9 +105,9 @@ def expect_machine(name: str) -> None:
     """
     if is_dash(name):
         return
-    from verne_post.config.machine_paths import machine_path, names_hint, read_file
+    from verne_post.config.machine_paths import expect_file, machine_path, names_hint
 
-    read_file(machine_path(name), f"machine file {name!r}", names_hint())
+    expect_file(machine_path(name), f"machine file {name!r}", names_hint())
 
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":

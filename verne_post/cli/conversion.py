@@ -72,7 +72,7 @@ class Outputs(Struct, frozen=True):
         UsageError, FileError
         """
         check_format(self.file_format)
-        if self.events is not None and self.events.suffix not in _EVENT_SUFFIXES:
+        if self.events is not None and self.events.suffix.lower() not in _EVENT_SUFFIXES:
             raise click.UsageError(
                 f"--events {self.events}: expected a name that ends in {' or '.join(_EVENT_SUFFIXES)}"
             )

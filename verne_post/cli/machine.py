@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import load, refuse, sigma_option
+from verne_post.cli.common import load, name_machine, refuse, sigma_option
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, numbers_of
-from verne_post.cli.options import FOLDER, build_options, options_of
+from verne_post.cli.options import FILE, FOLDER, build_options, machine_option, options_of
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import progress_line
+from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path
+from verne_post.model.part_setup import MAX_TOOL
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -39,10 +41,10 @@ def list_() -> int:
 
 
 @command.command("show")
-@click.argument("name", default="verne", metavar="NAME|FILE")
+@click.argument("name", default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
     "--plot",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="OUT.png|OUT.svg",
     help="Draw a slice of the workspace in place of printing the file.",
 )
@@ -56,7 +58,6 @@ def list_() -> int:
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
 def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
     """Print a machine file, with where its values come from; or draw what the machine reaches."""
-    from verne_post.config import machine_files
     from verne_post.model.findings import InputError
 
     given = [f"--{key.replace('_', '-')}" for key, value in of_slice.items() if value is not None]
@@ -65,8 +66,10 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
     if iso_alpha and given:
         raise click.UsageError(f"{given[0]}: --iso-alpha draws places of the platform, not a slice; leave it out")
     for key, value in of_slice.items():
-        if isinstance(value, float) and (not math.isfinite(value) or (key == "tool_length" and not 0 <= value <= 1e4)):
-            right = "a tool length lies between 0 and 10000 mm" if key == "tool_length" else "expected a number"
+        if isinstance(value, float) and (
+            not math.isfinite(value) or (key == "tool_length" and not 0 <= value <= MAX_TOOL)
+        ):
+            right = f"a tool length lies between 0 and {MAX_TOOL:g} mm" if key == "tool_length" else "expected a number"
             raise click.UsageError(f"--{key.replace('_', '-')} {value:g}: {right}")
     files = RunFiles()
     suffix = "" if plot is None else expect_picture(files, plot, "--plot")
@@ -77,7 +80,7 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
     if plot is not None:
         _draw(files, name, machine, plot, suffix, iso_alpha, of_slice)
         return 0
-    click.echo(files.read(machine_files().get(name, name), "NAME|FILE").decode("utf-8"), nl=False)
+    click.echo(files.read(machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
     return 0
 
 
@@ -151,9 +154,7 @@ def validate(name: str) -> int:
 
 
 @command.command("axis-check")
-@click.option(
-    "--machine", "machine_name", default="verne", metavar="NAME|FILE", help="Machine by name, or its TOML file."
-)
+@machine_option
 @click.option("--at", required=True, metavar="RHO1,RHO2,RHO3,A,C", help="Position read from the drives, in --units.")
 @click.option(
     "-o",
@@ -165,7 +166,9 @@ def validate(name: str) -> int:
     help="Folder for the files; must not exist, or be empty.",
 )
 @options_of("cycle", "accept_rounding", "units")
-def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, accept_rounding: bool, units: str) -> int:
+def axis_check(
+    machine_name: str | None, at: str, output: Path, cycle: float | None, accept_rounding: bool, units: str
+) -> int:
     """Make setpoint files that move one actuator at a time, for the first motion of a machine.
 
     Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed, without a tool;
@@ -183,12 +186,13 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
     from verne_post.output.setpoints import csv_header, csv_rows
 
     try:
+        machine_name = name_machine(files, machine_name)
         machine = load(files, machine_name)
         options = build_options(files, "axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
-        fmt = format_of(machine, options, cycle or machine.cycle)
+        fmt = format_of(machine, options, options.cycle or machine.cycle)
         moves = list(axis_moves(machine, place, fmt))
     except InputError as error:
-        return refuse(machine_name, error)
+        return refuse(machine_name or "axis-check", error)
     output.mkdir(exist_ok=True)
     for move in moves:
         files.write(output / f"{move.name}.csv", "-o", [csv_header(machine.columns, fmt.drives), csv_rows(move.block)])
@@ -200,9 +204,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
 
 @command.command("identify")
 @click.argument("measured", metavar="MEASURED.csv")
-@click.option(
-    "--machine", "machine_name", default="verne", metavar="NAME|FILE", help="Whose lengths; the fit starts there."
-)
+@machine_option
 @click.option("--free", metavar="R1,r1,...", help="Lengths to estimate; without it all but those of --fix.")
 @click.option("--fix", "held", metavar="R1,r1,...", help="Lengths that keep the machine file's values.")
 @click.option("--tie", "tied", multiple=True, metavar="L2=L3", help="Lengths that are equal; repeatable.")
@@ -223,7 +225,7 @@ def axis_check(machine_name: str, at: str, output: Path, cycle: float | None, ac
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 def identify_(
     measured: str,
-    machine_name: str,
+    machine_name: str | None,
     free: str | None,
     held: str | None,
     tied: tuple[str, ...],
@@ -261,9 +263,10 @@ def identify_(
     from verne_post.model.protocols import Identifiable
 
     try:
+        machine_name = name_machine(files, machine_name)
         machine = load(files, machine_name)
     except InputError as error:
-        return refuse(machine_name, error)
+        return refuse(machine_name or name, error)
     module = machine.module
     if not isinstance(module, Identifiable):
         raise click.UsageError(

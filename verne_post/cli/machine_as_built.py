@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.cli.common import expect_machine, refuse, require_positive, sigma_option
+from verne_post.cli.common import expect_machine, name_machine, refuse, require_positive, sigma_option
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
+from verne_post.cli.options import FILE, machine_option
 from verne_post.cli.pictures import expect_picture
 from verne_post.model.verdict import ExitStatus
 
@@ -16,10 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-_MACHINE = click.option(
-    "--machine", "machine_name", default="verne", show_default=True, metavar="NAME|FILE", help="Machine by name, or its TOML file."
-)  # fmt: skip
-_OUTPUT = click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), required=True, metavar="FILE")
+_OUTPUT = click.option("-o", "--output", type=FILE, required=True, metavar="FILE")
 _TOLERANCES = (
     click.option("--tolerance-mm", type=NUMBER, metavar="MM", help="Standard deviation of every place and length, in place of [tolerances]."),
     click.option("--tolerance-mrad", type=NUMBER, metavar="MRAD", help="Standard deviation of every direction, likewise."),
@@ -36,18 +34,19 @@ def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
 
 
 @click.command("perturb")
-@_MACHINE
+@machine_option
 @click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
 @sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
 @sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
 @_OUTPUT
-def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
+def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
     """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
     from verne_post.model.findings import InputError
 
     files = RunFiles()
     files.writes(output, "-o")
     try:
+        machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)
         from verne_post.base.units import MILLI
         from verne_post.calibration.as_built.data import tolerance_vector
@@ -59,7 +58,7 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
         text = opened.text(drawn.to_vector(), source)
         opened.require_sound(text, output)
     except InputError as error:
-        return refuse(machine_name, error)
+        return refuse(machine_name or "perturb", error)
     files.write(output, "-o", [text])
     click.echo(f"{output}: {opened.machine.name}, {source}", err=is_dash(output))
     return ExitStatus.CLEAN
@@ -69,7 +68,7 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
 
 
 @click.command("tolerances")
-@_MACHINE
+@machine_option
 @_with_tolerances
 @click.option(
     "--tool-length",
@@ -81,7 +80,11 @@ def perturb(machine_name: str, seed: int, sigma_mm: float, sigma_mrad: float, ou
 )
 @click.option("--all", "every", is_flag=True, help="All 58 parameters, not the 15 worst.")
 def tolerances(
-    machine_name: str, tolerance_mm: float | None, tolerance_mrad: float | None, lengths: tuple[float, ...], every: bool
+    machine_name: str | None,
+    tolerance_mm: float | None,
+    tolerance_mrad: float | None,
+    lengths: tuple[float, ...],
+    every: bool,
 ) -> int:
     """Show what the tolerance of each part does to the tool over the workspace, worst first."""
     from verne_post.calibration.as_built.model import AsBuiltModel
@@ -92,9 +95,9 @@ def tolerances(
 
     files = RunFiles()
     try:
-        opened = OpenedMachine(files, machine_name)
+        opened = OpenedMachine(files, name_machine(files, machine_name))
     except InputError as error:
-        return refuse(machine_name, error)
+        return refuse(machine_name or "tolerances", error)
     chosen = opened.tolerances(tolerance_mm, tolerance_mrad)
     poses = opened.workspace_poses(opened.lengths(lengths))
     study = study_tolerances(
@@ -109,7 +112,7 @@ def tolerances(
 
 @click.command("calibrate")
 @click.argument("readings", required=False, metavar="[READINGS.csv]")
-@_MACHINE
+@machine_option
 @_OUTPUT
 @click.option(
     "--lengths", "length_file", metavar="FILE.csv", help="Lengths measured on the machine: length,value_mm,sigma_mm."
@@ -165,12 +168,12 @@ def tolerances(
 @click.option("--seed", type=Whole(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
 @click.option(
     "--plot",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="OUT.png|OUT.svg",
     help="Draw the tip error over the table before and after.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
-def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path | None, **given: Any) -> int:
+def calibrate(readings: str | None, machine_name: str | None, output: Path, plot: Path | None, **given: Any) -> int:
     """Find the deviations of the parts of a machine from readings of the tool on the table.
 
     READINGS.csv has the columns rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg (as commanded), tool_length_mm, x_mm,y_mm,z_mm (tip in
@@ -191,7 +194,7 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
         if given[option] is not None:
             require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
     files = RunFiles()
-    name = machine_name
+    name = machine_name or "calibrate"
     files.writes(output, "-o")
     suffix = "" if plot is None else expect_picture(files, plot, "--plot")
     for path, what in (
@@ -202,6 +205,7 @@ def calibrate(readings: str | None, machine_name: str, output: Path, plot: Path 
         if path is not None:
             files.expects(path, what)
     try:
+        machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)
         from verne_post.cli.machine_calibration import run_calibration, run_plan
 

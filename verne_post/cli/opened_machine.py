@@ -25,9 +25,9 @@ class OpenedMachine:
 
     def __init__(self, files: RunFiles, name: str) -> None:
         from verne_post.calibration.as_built.machine_text import as_built_route
-        from verne_post.config import machine_files
+        from verne_post.config.machine_paths import machine_path
 
-        self.path = Path(machine_files().get(name, name))
+        self.path = machine_path(name)
         self.present: Machine = load(files, name)
         self.raw = files.read(self.path, "--machine")
         route = as_built_route(self.present, self.raw, self.path.name)

@@ -140,7 +140,8 @@ def flag_of(name: str) -> str:
     """How an option of the model is written on the command line."""
     if name not in OPTIONS:
         return name
-    return about(name).flag or f"--{name.replace('_', '-')}"
+    flag = about(name).flag
+    return f"--{name.replace('_', '-')}" if flag is None else flag or name
 
 
 def _file_option(one: FileOption) -> Callable[..., Any]:
@@ -148,6 +149,10 @@ def _file_option(one: FileOption) -> Callable[..., Any]:
     return click.option(
         one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple, help=one.help,
     )  # fmt: skip
+
+
+#: The option that names a machine, for commands that read no program.
+machine_option: Final = next(_file_option(one) for one in FILES if one.name == "machine_name")
 
 
 def _option(name: str) -> Callable[..., Any]:

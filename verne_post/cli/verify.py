@@ -10,7 +10,7 @@ import click
 
 from verne_post.base.numbers import is_count
 from verne_post.cli.colour import say
-from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
+from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import NUMBER
 from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
@@ -76,6 +76,8 @@ def command(
 
     if measured is None and (columns or delay != "auto" or following is not None):
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
+    if following is not None:
+        require_positive("--following", following, zero=True)
     if measured is not None and (is_dash(setpoints) or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
     if not (delay == "auto" or is_count(delay)):
@@ -120,7 +122,7 @@ def command(
             parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives)
             verdict = verify_setpoints(program, parts)
         else:
-            with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8") as stream:
+            with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
                 rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)
                 with progress_line("verifying", quiet=quiet) as progress:
                     verdict = verify_setpoints(program, _watch(rows, raw, progress))
@@ -131,8 +133,6 @@ def command(
         raise click.UsageError(
             f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}"
         ) from None
-    except OSError as error:
-        raise click.UsageError(f"{name}: {error}") from None
     findings = (*found, *verdict.findings)
     print_findings(shown_name(against), findings, quiet=quiet)
     status = status_of(findings)
@@ -181,7 +181,7 @@ def _follow_log(
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
     text = files.read(measured, "--measured").decode("utf-8", errors="replace")
     numbers = read_log(text, str(measured), machine.columns, column_names(machine.columns, drives)[1:-1], named)
-    with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8") as stream:
+    with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
         blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))
     commanded, lines = np.concatenate([one.values for one in blocks]), np.concatenate([one.line for one in blocks])
     factor = np.array([column.factor for column in machine.columns])

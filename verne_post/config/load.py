@@ -13,7 +13,7 @@ from msgspec.structs import asdict
 
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.machine_paths import machine_path, names_hint, read_file
+from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path, names_hint, read_machine_file
 from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
@@ -48,7 +48,7 @@ _Schema = TypeVar("_Schema", bound=Table)
 
 
 def load_machine(
-    name_or_path: str | os.PathLike[str] = "verne", reads: Callable[[Path], None] | None = None
+    name_or_path: str | os.PathLike[str] = DEFAULT_MACHINE, reads: Callable[[Path], None] | None = None
 ) -> Machine:
     """Load a machine by name, or from a file; ``reads`` is called with every file before it is read.
 
@@ -66,7 +66,7 @@ def load_machine(
     def read(path: Path, what: str, hint: str = "") -> bytes:
         if reads is not None:
             reads(path)
-        return read_file(path, what, hint)
+        return read_machine_file(path, what, hint)
 
     raw = read(path, f"machine file {str(name_or_path)!r}", names_hint())
     return machine_from_toml(

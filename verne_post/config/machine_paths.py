@@ -1,10 +1,12 @@
 """Where machine files are: by name or by path; whether one can be read is known here, before anything reads it."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from verne_post.config.files import read_file as read_bytes
+from verne_post.config.files import read_file
 from verne_post.model.findings import InputError, finding
 
 #: The machine where none is named.
@@ -31,16 +33,28 @@ def names_hint() -> str:
     return f"; machines by name: {', '.join(machine_files())}"
 
 
-def read_file(path: Path, what: str, hint: str) -> bytes:
-    """The bytes of a file.
+def read_machine_file(path: Path, what: str, hint: str) -> bytes:
+    """The bytes of a machine file, or of one that it names.
 
     Raises
     ------
     InputError
         VP501 with what it is, and a hint.
     """
+    with _reading(what, hint):
+        return read_file(path)
+
+
+def expect_file(path: Path, what: str, hint: str) -> None:
+    """See whether a file can be read; raises as :func:`read_machine_file`."""
+    with _reading(what, hint), path.open("rb"):
+        pass
+
+
+@contextmanager
+def _reading(what: str, hint: str) -> Iterator[None]:
     try:
-        return read_bytes(path)
+        yield
     except OSError as error:
         raise InputError(finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None
     except ValueError:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from verne_post.base.numbers import read_number
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import ZERO9
-from verne_post.model.part_setup import MAX_PLACE, SYSTEM_NUMBERS, Tool, WorkOffset
+from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Tool, WorkOffset
 
 #: Columns of the two kinds of files: those that must be there, and those that may.
 OFFSET_COLUMNS = ("system", "x_mm", "y_mm", "z_mm"), ("c_deg",)
@@ -56,12 +56,12 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
             raise _wrong(f"{where}: tool {number:g} stands twice in the file")
         seen.add(number)
         length = _number(row, "length_mm", where)
-        if not 0 <= length <= 1e4:
-            raise _wrong(f"{where}: length_mm {length:g}: a tool length lies between 0 and 10000 mm")
+        if not 0 <= length <= MAX_TOOL:
+            raise _wrong(f"{where}: length_mm {length:g}: a tool length lies between 0 and {MAX_TOOL:g} mm")
         old = table.get(int(number), Tool(int(number), int(number), ZERO9))
         diameter = _number(row, "diameter_mm", where) if "diameter_mm" in row else old.diameter
-        if not 0 <= diameter <= 1e4:
-            raise _wrong(f"{where}: diameter_mm {diameter:g}: a diameter lies between 0 and 10000 mm")
+        if not 0 <= diameter <= MAX_TOOL:
+            raise _wrong(f"{where}: diameter_mm {diameter:g}: a diameter lies between 0 and {MAX_TOOL:g} mm")
         table[old.number] = replace(old, offset=(*old.offset[:2], length, *old.offset[3:]), diameter=diameter)
     return table
 

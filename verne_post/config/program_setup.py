@@ -117,6 +117,10 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
         f"{place}{text}"
         for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.__struct_fields__], "a set-up")
     ]
+    if "tool_length" in rest and file.tool_lengths is not None:
+        sentences.append(
+            f"{place}tool_length and {place}tool_lengths exclude each other: the first holds for every tool"
+        )
     if sentences:
         raise InputError(*(finding("VP503", f"{name}: {text}") for text in sentences))
     files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}

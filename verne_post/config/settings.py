@@ -15,10 +15,10 @@ from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_files
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.program_setup import ProgramSetup, setup_of
 from verne_post.config.sentences import Table, WrongTableError, check_table
-from verne_post.gcode.codes import RS274
+from verne_post.gcode.codes import refuse_known_codes
 from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.findings import InputError, finding
-from verne_post.model.option_checks import CODE, Meaning
+from verne_post.model.option_checks import Meaning, check_remap
 from verne_post.model.options import OPTIONS
 
 #: Looked for in the current folder and those above it.
@@ -130,7 +130,11 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
         raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in error.sentences)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
-    wrong = [finding("VP503", f"{path.name}: {why}") for code in file.remap if (why := _mistake(code))]
+    wrong = [
+        finding("VP503", f"{path.name}: remap.{why}")
+        for code, meaning in file.remap.items()
+        if (why := _mistake(code, meaning))
+    ]
     allowed = [name for name, option in OPTIONS.items() if option.about.in_settings]
     wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(file.options, allowed)]
     setups = {}
@@ -154,10 +158,10 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
     return Settings(file, path.resolve().parent, check, control, setups, machine)
 
 
-def _mistake(code: str) -> str | None:
+def _mistake(code: str, meaning: str) -> str | None:
     """Why a code cannot be given a meaning; None where it can."""
-    if CODE.fullmatch(code) is None:
-        return f"remap.{code}: expected a G or M code as it is written, without leading zeros: M428, G68.3"
-    if RS274.executes(code):
-        return f"remap.{code}: this code has a meaning of its own; only codes that are not executed can be given one"
+    try:
+        refuse_known_codes(check_remap({code: meaning}))
+    except ValueError as error:
+        return str(error)
     return None

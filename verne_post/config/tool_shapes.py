@@ -8,9 +8,9 @@ from msgspec import Meta
 from verne_post.base.numbers import is_count
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.model.findings import InputError, finding
-from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
+from verne_post.model.part_setup import MAX_TOOL, TOOL_PARTS, Cylinder, ToolShape
 
-Size = Annotated[float, Meta(gt=0, le=1e4)]
+Size = Annotated[float, Meta(gt=0, le=MAX_TOOL)]
 
 
 class PartFile(Table, frozen=True, kw_only=True):

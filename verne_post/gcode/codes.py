@@ -3,7 +3,7 @@
 Another dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Final
 
@@ -104,3 +104,17 @@ RS274: Final = CodeTable(
 def g_name(code: int) -> str:
     """``434`` -> ``G43.4``."""
     return f"G{code // 10}" if code % 10 == 0 else f"G{code // 10}.{code % 10}"
+
+
+def refuse_known_codes(remap: Iterable[str]) -> None:
+    """Refuse to give codes of RS274/NGC another meaning.
+
+    Raises
+    ------
+    ValueError
+    """
+    for code in remap:
+        if RS274.executes(code):
+            raise ValueError(
+                f"{code}: this code has a meaning of its own; only codes that are not executed can be given one"
+            )

@@ -106,6 +106,8 @@ class StopConditions(Struct, frozen=True):
     ----------
     all_known : bool
         As soon as the position of every axis is known.
+    first_error : bool
+        At the first error, which is raised; without it all errors are collected.
     after_line : int or None
         After the first execution of a line.
     before_line : int or None

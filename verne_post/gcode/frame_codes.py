@@ -282,7 +282,7 @@ class FrameCodes:
         diameter = 2 * self._length(block.words["R"]) if "R" in block.words else old.diameter
         for letter in "IJQ":
             if letter in block.words:
-                raise block.error("VP006", f"G10 L1 uses {letter} only on a lathe", letter)
+                raise block.error("VP006", f"G10 L{kind} uses {letter} only on a lathe", letter)
         tools[number] = dataclasses.replace(old, offset=vector9(offset), diameter=diameter)
         state.tools = tools
 

@@ -26,7 +26,7 @@ def interpreter_setup(
     origins : mapping, optional
         Origins of the work systems (1 = G54) in machine coordinates, mm.
     **text
-        Fields of :class:`~verne_post.model.options.TextOptions`.
+        Fields of :class:`~verne_post.gcode.setup.TextOptions`.
     """
     frames = {}
     for system in WORK_SYSTEMS:

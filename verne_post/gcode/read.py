@@ -92,6 +92,7 @@ def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Fin
 
 def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     """The modal state after one line of a program that :func:`interpret_program` has read, for ``explain``.
+
     The line is 1-based; where it is executed several times, the first time counts.
     """
     return replay(source, setup, moves, StopConditions(after_line=line))[0]

@@ -62,7 +62,7 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     tool_length : float or None
         Holds throughout when given.
     frames : dict
-        Initial frame of each work system, 1 to 9.
+        Initial frame of each work system, by its number.
     given_systems : frozenset of int
         Work systems whose origin was given: parameters do not change them.
     """

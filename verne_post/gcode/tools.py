@@ -3,7 +3,7 @@
 from verne_post.gcode.block import BlockError, read_block
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES
-from verne_post.model.part_setup import Tool, Vector9
+from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, Tool, Vector9
 
 _LETTERS = set("TPDIJQ" + AXES)
 
@@ -57,5 +57,10 @@ def _read_line(raw: str, number: int) -> Tool | None:
     for letter in "TP":
         if block.words.get(letter, 0.0) % 1 or block.words.get(letter, 0.0) < 0:
             raise block.error("VP019", f"{letter} must be a whole number from 0 on", letter)
+    for letter, value in block.words.items():
+        if letter in AXES and abs(value) > MAX_PLACE:
+            raise block.error("VP019", f"{letter}{value:g} is beyond {MAX_PLACE:g}", letter)
+        if letter == "D" and not 0 <= value <= MAX_TOOL:
+            raise block.error("VP019", f"D{value:g}: expected a diameter from 0 to {MAX_TOOL:g}", letter)
     offset: Vector9 = tuple(block.words.get(axis, 0.0) for axis in AXES)  # type: ignore[assignment]
     return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0))

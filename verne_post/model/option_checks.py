@@ -281,7 +281,7 @@ def check_remap(value: object) -> dict[str, str]:
     found = dict(check_mapping(value, "a mapping from code to meaning"))
     for code, meaning in found.items():
         if not isinstance(code, str) or CODE.fullmatch(code) is None:
-            raise ValueError(f"{code!r}: expected a G or M code as it is written, without leading zeros: M428, G68.3")
+            raise ValueError(f"{code}: expected a G or M code as it is written, without leading zeros: M428, G68.3")
         if not isinstance(meaning, str) or meaning not in meanings:
             raise ValueError(f"{code}: {meaning!r}: expected one of {', '.join(meanings)}")
     return found

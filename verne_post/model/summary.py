@@ -69,6 +69,8 @@ class Summary:
         The first row as written: the machine must already stand there.
     frames : tuple of Frame
         Work systems in use.
+    placed_systems : frozenset of int
+        Numbers of those that the program sets.
     verification : Verification or None
         None when nothing was written (`check`).
     free_turn : FreeTurn or None
@@ -122,4 +124,5 @@ class Summary:
     axis_error_deg: float | None = None
     stock: Stock | None = None
     shaped: Shaped | None = None
+    placed_systems: frozenset[int] = frozenset()
     timed: tuple[TimedEvent, ...] = ()

@@ -93,7 +93,7 @@ def read_parts(
     first, last = 0, None
     for number, file in enumerate(files):
         try:
-            stream = file.open(encoding="utf-8")
+            stream = file.open(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
             raise InputError(finding("VP020", f"{file}: {error}")) from None
         begin, line = first, None

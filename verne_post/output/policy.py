@@ -67,9 +67,12 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
     not_counted = [
-        f"{count} findings {what}" for count, what in ((ignored, "ignored"), (known, "in the baseline")) if count
+        f"{count} finding{'' if count == 1 else 's'} {what}"
+        for count, what in ((ignored, "ignored"), (known, "in the baseline"))
+        if count
     ]
-    remarks = (f"Not counted: {', '.join(not_counted)}; convert refuses them all the same.",) if not_counted else ()
+    refused = "; convert refuses the errors among them all the same" if hidden else ""
+    remarks = (f"Not counted: {', '.join(not_counted)}{refused}.",) if not_counted else ()
     return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks), errors_not_counted=hidden)
 
 

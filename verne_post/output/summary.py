@@ -13,12 +13,11 @@ from verne_post.model.moves import tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, tool_text
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
+from verne_post.model.work_systems import placed_by
 from verne_post.output.rounding import rounding_noise
 from verne_post.output.setpoints import column_names
 from verne_post.verification.following import Following
 
-#: A work offset of the program differs from the one of ``--wcs`` when it is farther off than this, mm: noise of two sums.
-_OFFSET_NOISE = 1e-9
 #: A true axis nearer to the nominal one than this is the same: rounding of the written numbers turns it by less.
 _NO_AXIS_ERROR_DEG = 1e-5
 #: Limits that are named as reasons for a speed below the feed rate.
@@ -299,11 +298,10 @@ def _offsets(summary: Summary) -> str:
         x, y, z = summary.machine.origin_on_table(frame)
         turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
         place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
-        given = summary.options.wcs.get(frame.system)
-        if given is None:
-            if (x, y, z) == (0.0, 0.0, 0.0) and not frame.part_turn:
-                place = f"{name} at the rotary centre on the table face (no offset was given)"
-        elif max(abs(a - b) for a, b in zip((x, y, z), given.origin_mm, strict=True)) > _OFFSET_NOISE:
+        who = placed_by(frame, summary.machine, summary.options, summary.placed_systems)
+        if who == "nobody":
+            place = f"{name} at the rotary centre on the table face (no offset was given)"
+        elif who == "program" and frame.system in summary.options.wcs:
             place += " (the program sets it with G10: --wcs does not hold)"
         places[place] = None
     return "; ".join(places)

@@ -13,12 +13,11 @@ from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
+from verne_post.model.work_systems import placed_by
 from verne_post.output.findings import describe
 from verne_post.output.summary import facts
 from verne_post.report.table import Governing, Study
 
-#: An offset of the program that differs from the given one by less is the same, mm: noise of two sums.
-_OFFSET_NOISE: Final = 1e-9
 #: Stretches that lose time against the programmed feed, shown among the worst places.
 _SLOW_STRETCHES: Final = 2
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
@@ -54,7 +53,7 @@ def verdict_html(machine: Machine, study: Study) -> str:
     elif len(study.x):
         shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
     else:
-        shown = [("program", "cannot be read")]
+        shown = [("program", "refused, nothing is laid out")]
     shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
     assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
     shown.append(("assumed, not measured", ", ".join(assumed) or "nothing"))
@@ -176,7 +175,7 @@ def governing_html(study: Study) -> str:
 def sheet_html(machine: Machine, study: Study) -> str:
     """Tools, work offsets, fixtures and stock, start position, and what a person does."""
     if study.program is None:
-        return "<p>The program cannot be read.</p>"
+        return "<p>The program was refused before it was laid out on the machine.</p>"
     parts = [
         _titled("Tools", ("tool", "length, mm", "diameter, mm"), _tools(study)),
         _titled("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _offsets(machine, study)),
@@ -234,12 +233,8 @@ def _offsets(machine: Machine, study: Study) -> list[Row]:
     rows: dict[Row, None] = {}
     for frame in sorted((program.moves.frames[index] for index in used), key=lambda frame: frame.system):
         place = machine.origin_on_table(frame)
-        given = program.options.wcs.get(frame.system)
-        if given is None:
-            source = "the program" if any(place) or frame.part_turn else "nobody: rotary centre on the table face"
-        else:
-            same = max(abs(a - b) for a, b in zip(place, given.origin_mm, strict=True)) <= _OFFSET_NOISE
-            source = "given" if same else "the program (G10)"
+        who = placed_by(frame, machine, program.options, program.moves.placed_systems)
+        source = {"set-up": "given", "program": "the program"}.get(who, "nobody: rotary centre on the table face")
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
 

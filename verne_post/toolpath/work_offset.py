@@ -153,7 +153,7 @@ class Fit(Struct, frozen=True, eq=False):
 
 
 class Proposal(Struct, frozen=True, eq=False):
-    """Where the part stands now, a place for it, and the findings of the whole program at both.
+    """Where the part stands now, a place for it, and the findings of the whole program there.
 
     ``system`` is the work system that moves; seconds are None where the program cannot run.
     """
@@ -161,7 +161,6 @@ class Proposal(Struct, frozen=True, eq=False):
     system: int
     before: Fit
     after: Fit
-    findings_before: tuple[Finding, ...]
     findings: tuple[Finding, ...]
     seconds_before: float | None
     seconds: float | None

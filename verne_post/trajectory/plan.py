@@ -25,7 +25,7 @@ from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
 
 #: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
-REST_ROWS: Final = 2
+ROWS_BETWEEN: Final = 2
 #: From so many elements on, several processes plan a section together; each has its own sections up to there.
 LONG_SECTION: Final = 3000
 
@@ -262,7 +262,7 @@ class _Planner:
         # differences over four rows must not see the end of one motion and the beginning of the next
         before, after = section > 0, section + 1 < len(self.continuous) and not self.continuous[section + 1]
         self.first_row[section] = self.rows.count
-        self.rows.copy(planned.s, REST_ROWS * before, REST_ROWS * after)
+        self.rows.copy(planned.s, ROWS_BETWEEN * before, ROWS_BETWEEN * after)
         self.cycles[section] = self.rows.count - self.first_row[section] - 1
         self.second_order_bound_s += planned.second_order_bound_s
         self.toppra_bound_s += planned.toppra_bound_s

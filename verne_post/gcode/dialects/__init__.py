@@ -5,10 +5,10 @@ The table is made from the files; the file's name is the value of ``--dialect``.
 
 from collections.abc import Mapping
 from importlib import import_module
-from pkgutil import iter_modules
 from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.base.modules import names_of_modules
 from verne_post.gcode.dialect import Dialect
 
 #: Stands for the dialect that the first lines show.
@@ -18,8 +18,7 @@ _DEFAULT: Final = "rs274"
 
 
 def _find_dialects() -> dict[str, Dialect]:
-    names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
-    return {name: import_module(f"{__name__}.{name}").DIALECT for name in names}
+    return {name: import_module(f"{__name__}.{name}").DIALECT for name in names_of_modules(__path__)}
 
 
 DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()

@@ -41,11 +41,6 @@ def _recognise(source: Text) -> bool:
     return _OWN.search(_COMMENT.sub(b"", head)) is not None
 
 
-def _initial_state(setup: Setup) -> State:
-    """As the interpreter of all dialects begins; the block of [siemens] start is executed first."""
-    return initial_state(setup)
-
-
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     # most programs speak another language, and every run loads all dialects
     from verne_post.gcode.siemens.executor import Executor
@@ -101,4 +96,4 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis, (".mpf", ".spf"))
+DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, _execute, _names_axis, (".mpf", ".spf"))

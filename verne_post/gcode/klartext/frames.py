@@ -77,10 +77,6 @@ class KlartextFrames(Interpreter):
         """True where a mirror image changes the direction of arcs in the plane."""
         return bool(self.factors[0] * self.factors[1] < 0)
 
-    def angle_of(self, axis: int) -> float:
-        """Position of A or C as the program counts it, degrees."""
-        return self.state.position[axis] - self.wraps[axis]
-
     # --- frames -----------------------------------------------------------------------------------------
 
     def refresh_frame(self) -> None:

@@ -30,10 +30,6 @@ class Map(Struct, frozen=True, eq=False):
         """The map that first does another one, then this."""
         return Map(self.matrix @ inner.matrix, self.matrix @ inner.origin + self.origin)
 
-    def is_none(self) -> bool:
-        """True for a map that moves nothing."""
-        return bool(np.abs(self.matrix - _IDENTITY).max() < _NO_MAP and np.abs(self.origin).max() < _NO_MAP)
-
     def split(self) -> tuple[Feature | None, Array]:
         """A feature (rotation and origin), and what is left: a factor (3,) for each coordinate inside it."""
         scale = float(np.cbrt(abs(np.linalg.det(self.matrix))))

@@ -1,0 +1,22 @@
+"""Who has placed a work system on the table: the set-up, the program, or nobody."""
+
+from collections.abc import Set as AbstractSet
+from typing import Literal
+
+from verne_post.base.tolerances import OFFSET_NOISE
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Frame
+from verne_post.model.options import Options
+
+
+def placed_by(
+    frame: Frame, machine: Machine, options: Options, set_by_program: AbstractSet[int]
+) -> Literal["set-up", "program", "nobody"]:
+    """Who has placed the work system of a frame; ``set_by_program`` are the numbers of those that the program sets."""
+    place = machine.origin_on_table(frame)
+    given = options.wcs.get(frame.system)
+    if given is not None:
+        same = max(abs(a - b) for a, b in zip(place, given.origin_mm, strict=True)) <= OFFSET_NOISE
+        return "set-up" if same else "program"
+    known = frame.system in set_by_program or frame.part_turn != 0.0 or any(place)
+    return "program" if known else "nobody"
