@@ -157,7 +157,7 @@ def sample(name: str) -> bytes:
 def converted(part: Part, machine: Machine) -> tuple[str, Summary]:
     """From text to verified CSV: the written file, and its summary."""
     out = io.StringIO()
-    out.write(csv_header(machine.columns))
+    out.write(csv_header(machine.columns, ()))
 
     def sink(block: SetpointBlock) -> None:
         out.write(csv_rows(block))

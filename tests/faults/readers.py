@@ -74,7 +74,7 @@ def readers() -> dict[str, Reader]:
         "parameters": lambda raw: read_parameter_file(_text(raw), "p.var"),
         "baseline": lambda raw: read_baseline(_text(raw), "b.json"),
         "side-car": lambda raw: read_side_car(_text(raw), "a.meta.json"),
-        "setpoints": lambda raw: list(read_csv(io.StringIO(_text(raw)), "a.csv", machine().columns, 0.001)),
+        "setpoints": lambda raw: list(read_csv(io.StringIO(_text(raw)), "a.csv", machine().columns, 0.001, ())),
         "log": lambda raw: read_log(_text(raw), "a.log", machine().columns, _names(), {}),
         "index": lambda raw: parts_of(_file("a.index.json", raw)),
         "record of a batch": _read_record,

@@ -32,11 +32,11 @@ def made() -> Any:
 @pytest.fixture(scope="module")
 def text(made: Any) -> str:
     fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
-    return csv_header(MACHINE.columns) + csv_rows(SetpointBlock(0, made.values, made.line, fmt))
+    return csv_header(MACHINE.columns, ()) + csv_rows(SetpointBlock(0, made.values, made.line, fmt))
 
 
 def read(text: str, cycle: float = 0.001) -> list[SetpointBlock]:
-    return list(read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, cycle))
+    return list(read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, cycle, ()))
 
 
 # --- writing ---------------------------------------------------------------------------------
@@ -81,10 +81,10 @@ def test_round_trip_is_exact(made: Any, text: str, rows: int, monkeypatch: pytes
 
 
 def test_other_line_ends_and_a_missing_last_one_are_read(made: Any, text: str) -> None:
-    blocks = list(read_csv(io.StringIO(text.rstrip("\n"), newline=None), "a", MACHINE.columns, 0.001))
+    blocks = list(read_csv(io.StringIO(text.rstrip("\n"), newline=None), "a", MACHINE.columns, 0.001, ()))
     assert sum(len(block.values) for block in blocks) == len(made.values)
     windows = io.TextIOWrapper(io.BytesIO(text.replace("\n", "\r\n").encode()), encoding="utf-8")
-    assert next(read_csv(windows, "a", MACHINE.columns, 0.001)).values.tolist() == made.values.tolist()
+    assert next(read_csv(windows, "a", MACHINE.columns, 0.001, ())).values.tolist() == made.values.tolist()
 
 
 def edited(text: str, row: int, edit: Callable[[list[str]], list[str]]) -> str:

@@ -453,7 +453,7 @@ STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 def verify_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
     asked = assemble(source, MACHINE, options)
-    return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle))
+    return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle, ()))
 
 
 def written(source: bytes, options: Options = OPTIONS) -> list[list[str]]:
@@ -469,7 +469,7 @@ def shortest(cell: str) -> str:
 
 
 def as_text(rows: list[list[str]]) -> str:
-    return csv_header(MACHINE.columns) + "".join(",".join(row) + "\n" for row in rows)
+    return csv_header(MACHINE.columns, ()) + "".join(",".join(row) + "\n" for row in rows)
 
 
 def test_same_numbers_without_trailing_zeros_pass() -> None:

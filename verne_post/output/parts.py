@@ -78,7 +78,7 @@ def parts_of(index_file: Path) -> list[Path]:
 
 
 def read_parts(
-    path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...] = ()
+    path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...]
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts of an index, one after the other; ``stop_lines`` are where the program is to be cut.
 

@@ -21,12 +21,12 @@ _LONGEST_LINE = 1 << 16
 _SHOWN = 200
 
 
-def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> tuple[str, ...]:
+def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
     """Names of the columns: t_s, the joints with what their numbers are, line."""
     return ("t_s", *(column_heading(column, drives, index) for index, column in enumerate(columns)), "line")
 
 
-def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...] = ()) -> str:
+def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> str:
     """``t_s,rho1_mm,...,line``."""
     return ",".join(column_names(columns, drives)) + "\n"
 
@@ -39,7 +39,7 @@ def csv_rows(block: SetpointBlock) -> str:
 
 
 def read_csv(
-    stream: IO[str], name: str, columns: tuple[Column, ...], cycle: float, drives: tuple[Drive, ...] = ()
+    stream: IO[str], name: str, columns: tuple[Column, ...], cycle: float, drives: tuple[Drive, ...]
 ) -> Iterator[SetpointBlock]:
     """Read a setpoint file block by block.
 
