@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
@@ -155,6 +156,26 @@ def test_text_counts() -> None:
     )
     assert shown.splitlines()[2] == "a.nc: refused: 1 error, 1 warning"
     assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"
+
+
+@pytest.mark.parametrize("words", [("--settings", "bad.toml"), ("--wcs", "G60=1,2,3")])
+def test_every_format_says_why_a_check_could_not_begin(words, tmp_path, run, monkeypatch):
+    """A CI server that waits for the file shows the mistake, not that the file is missing."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.nc").write_text("G21\n")
+    (tmp_path / "bad.toml").write_text("nothing = 1\n")
+    said = {}
+    for name in ("json", "jsonl", "sarif", "junit", "github"):
+        answer = run("check", "a.nc", "--output-format", name, "--output-file", f"o.{name}", *words)
+        assert answer.code == 2
+        said[name] = (tmp_path / f"o.{name}").read_text()
+    message = json.loads(said["json"])["failure"]["message"]
+    assert json.loads(said["jsonl"])["failure"]["message"] == message
+    [invocation] = json.loads(said["sarif"])["runs"][0]["invocations"]
+    assert not invocation["executionSuccessful"]
+    assert invocation["toolExecutionNotifications"][0]["message"]["text"] == message
+    assert ElementTree.fromstring(said["junit"]).find("testsuite/testcase/error").text == message
+    assert said["github"].startswith("::error ")
 
 
 @pytest.mark.parametrize(

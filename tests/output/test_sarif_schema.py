@@ -26,7 +26,7 @@ def validator() -> Any:
 def test_findings_of_every_kind_are_valid(
     validator: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
 ) -> None:
-    """Limits, unreadable text with columns, a file that is not there, line 0, a file of many findings, and a batch."""
+    """Limits, unreadable text with columns, a file that is not there, line 0, a file of many findings, no check at all, and a batch."""
     rejected = sorted((SAMPLES.parent / "tests" / "rejected").glob("*.nc"))
     programs = [*sorted(SAMPLES.glob("*.nc")), *rejected, tmp_path / "none.nc"]
     many = tmp_path / "many.nc"
@@ -37,6 +37,7 @@ def test_findings_of_every_kind_are_valid(
         (*programs, many),
         (SAMPLES / "pocket_3axis.nc", "--from", "1240,1240,1240,0,0"),
         (SAMPLES / "inch.nc",),
+        (SAMPLES / "inch.nc", "--tolerance", -1),
     ):
         run("check", *words, *place)
         log = json.loads(out.read_text())

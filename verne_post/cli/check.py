@@ -23,8 +23,11 @@ from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from verne_post.base.long_text import Text
     from verne_post.config.settings import Settings
+    from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
     from verne_post.model.verdict import Severity
     from verne_post.output.findings import Report
@@ -100,17 +103,11 @@ def command(
         policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
         machine = load(files, machine_name)
     except InputError as error:
-        if output_format == "json":
-            verdict = verdict_of(status_of(error.findings), error.findings)
-            from verne_post.output.reports.json import write_failure
-
-            _emit(files, output_file, write_failure(verdict, str(error), error.findings))
+        verdict = verdict_of(status_of(error.findings), error.findings)
+        _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
     except click.UsageError as error:
-        if output_format == "json":
-            from verne_post.output.reports.json import write_failure
-
-            _emit(files, output_file, write_failure(Verdict.USAGE_ERROR, error.message))
+        _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, error.message, ())
         raise
 
     from verne_post.output.findings import Report
@@ -171,6 +168,17 @@ def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
         click.echo(text, nl=False)
     else:
         files.write(output_file, "--output-file", [text])
+
+
+def _emit_failure(
+    files: RunFiles, output_file: Path | None, output_format: str, verdict: Verdict, message: str, findings: "Sequence[Finding]"
+) -> None:  # fmt: skip
+    """Write, for programs that read it, why the check could not begin."""
+    if output_format == "text":
+        return
+    from verne_post.output.reports import FAILURES
+
+    _emit(files, output_file, FAILURES[output_format](verdict, message, findings))
 
 
 def _policy_of(

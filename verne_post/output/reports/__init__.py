@@ -1,4 +1,7 @@
-"""Formats of ``check``'s findings, one file a format: its name is the name of the format, its ``write`` makes the text."""
+"""Formats of ``check``'s findings, one file a format: its name is the name of the format.
+
+Its ``write`` makes the text; ``write_failure`` that of a check that could not begin, so that no program was checked; people read standard error instead.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final, TypeAlias
@@ -6,9 +9,13 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from verne_post.base.modules import ModuleTable
 
 if TYPE_CHECKING:
+    from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
+    from verne_post.model.verdict import Verdict
     from verne_post.output.findings import Report
 
 Writer: TypeAlias = "Callable[[Sequence[Report], Machine], str]"
+FailureWriter: TypeAlias = "Callable[[Verdict, str, Sequence[Finding]], str]"
 
 FORMATS: Final = ModuleTable[Writer](__name__, __path__, "write")
+FAILURES: Final = ModuleTable[FailureWriter](__name__, __path__, "write_failure")

@@ -9,6 +9,7 @@ from typing import Final
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import Verdict
 from verne_post.output.findings import Report
 
 #: Annotations of each level that GitHub shows for one step.
@@ -31,6 +32,11 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
             f"::notice title=verne-post::{left_out} further findings; GitHub shows {MAX_ANNOTATIONS} of each level"
         )
     return "".join(line + "\n" for line in lines)
+
+
+def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
+    """One annotation of the step."""
+    return f"::error title=verne-post::{_escape_data(message)}\n"
 
 
 def _annotation(program: str, item: Finding) -> str:

@@ -26,7 +26,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
     return _document({"schema": 1, "programs": programs})
 
 
-def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding] = ()) -> str:
+def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
     """The document of a check that could not begin: no program was checked."""
     failure = {"verdict": verdict, "message": message, "findings": [record_of(item) for item in findings]}
     return _document({"schema": 1, "failure": failure, "programs": []})

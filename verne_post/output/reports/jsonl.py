@@ -3,7 +3,9 @@
 import json
 from collections.abc import Sequence
 
+from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import Verdict
 from verne_post.output.findings import Report, record_of
 
 
@@ -13,3 +15,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         json.dumps({"program": report.program, **record_of(item)}, allow_nan=False) + "\n"
         for report in reports for item in report.findings
     )  # fmt: skip
+
+
+def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
+    """One line, which no finding is like."""
+    return json.dumps({"failure": {"verdict": verdict, "message": message}}) + "\n"

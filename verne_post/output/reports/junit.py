@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from verne_post.base.printable import printable
+from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import concerns_pose, worst
+from verne_post.model.verdict import Verdict, concerns_pose, worst
 from verne_post.output.findings import Report, quote_line, text_line
 
 #: Characters that XML cannot hold, made visible.
@@ -14,7 +15,17 @@ _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output."""
-    cases = [_case(report) for report in reports]
+    return _document([_case(report) for report in reports])
+
+
+def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
+    """One test case, the check itself, with an error."""
+    case = ElementTree.Element("testcase", classname="verne-post", name="check", time="0.000")
+    ElementTree.SubElement(case, "error", type=verdict, message=printable(message)).text = _clean(message)
+    return _document([case])
+
+
+def _document(cases: list[ElementTree.Element]) -> str:
     counts: dict[str, str] = {
         "tests": str(len(cases)),
         "failures": str(sum(case.find("failure") is not None for case in cases)),

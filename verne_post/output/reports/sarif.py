@@ -8,7 +8,7 @@ from typing import Any, Final
 from verne_post.model.codes import CODES, PARAMETERS, response
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import SEVERITIES
+from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.findings import Report
 from verne_post.output.policy import fingerprint_of, uri
 
@@ -38,9 +38,25 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     left_out = len(everything) - len(shown)
     if left_out:
         text = f"{left_out} further findings are left out; `verne-post check` without --output-format prints all"
-        run["invocations"] = [
-            {"executionSuccessful": True, "toolExecutionNotifications": [{"level": "note", "message": {"text": text}}]}
-        ]
+        run["invocations"] = [_invocation("note", text, successful=True)]
+    return _document(run)
+
+
+def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
+    """One run that was not successful, and why."""
+    from verne_post import __version__
+
+    driver = {"name": "verne-post", "version": __version__, "rules": []}
+    invocations = [_invocation("error", message, successful=False)]
+    return _document({"tool": {"driver": driver}, "invocations": invocations, "results": []})
+
+
+def _invocation(level: str, text: str, *, successful: bool) -> dict[str, Any]:
+    notification = {"level": level, "message": {"text": text}}
+    return {"executionSuccessful": successful, "toolExecutionNotifications": [notification]}
+
+
+def _document(run: dict[str, Any]) -> str:
     return json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2, allow_nan=False) + "\n"
 
 
