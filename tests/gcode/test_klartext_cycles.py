@@ -247,3 +247,26 @@ def test_a_parameter_that_is_changed_after_the_definition(run, view):
     text = "\n".join([*HEAD, cycle, "L X+5 FMAX", "Q201 = -3", "L X+20 M99", "END PGM C"])
     _moves, errors = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
     assert [(item.code, "Q201" in item.message) for item in errors] == [("VP017", True)]
+
+
+def test_a_call_at_a_place_keeps_the_feed_per_turn(run):
+    """Sideways the tool moves at the feed in force, F of M136 is one per turn before and after."""
+    moves = run("CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0", "M136", "L X+5 F0.2",
+                "CYCL CALL POS X+10 Y+0 Z+0", "L X+30")  # fmt: skip
+    sideways = [row for row in range(1, len(moves)) if abs(moves.end[row, 0] - moves.end[row - 1, 0]) > 0.5]
+    assert [round(float(moves.end[row, 0])) for row in sideways] == [5, 10, 30]
+    assert len({(moves.feed[row], moves.feed_mode[row]) for row in sideways}) == 1
+
+
+def test_corners_under_m136_have_their_feed_per_turn_in_inches(view):
+    text = "\n".join(["BEGIN PGM C INCH", "TOOL CALL 1 Z S1000", "L X+0 Y+0 Z+1 R0 F100 M3", "M136", "L X+1 F0.01", "RND R0.1 F0.02", "L Y+1", "END PGM C"])  # fmt: skip
+    moves, findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+    assert findings == ()
+    assert np.allclose(moves.feed[-3:], [0.254, 0.508, 0.254])
+
+
+def test_a_length_from_a_local_parameter(view):
+    text = "\n".join([*HEAD[:1], "QL1 = 80", "TOOL DEF 5 L+QL1 R+5", "TOOL CALL 5 Z S1000 F300", "L X+4 Y+5 Z+40 R0 F100 M3", "END PGM C"])  # fmt: skip
+    moves, findings = view(text, dialect="heidenhain")
+    assert findings == ()
+    assert moves.frames[int(moves.frame[-1])].tool[2] == 80

@@ -17,6 +17,18 @@ MILL_BORE = "CYCL DEF 208 B Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20
 @pytest.mark.parametrize(
     ("statements", "code", "words"),
     [
+        # feed rates and depths of cycles
+        ([DRILL.replace("Q206=100", "Q206=0"), "CYCL CALL"], "VP009", "Q206=0"),
+        ([DRILL.replace("Q206=100", "Q206=-150"), "CYCL CALL"], "VP009", "Q206=-150"),
+        ([DRILL.replace("Q206=100", "Q206=MAX"), "CYCL CALL"], "VP009", "not FMAX"),
+        ([BORE.replace("Q208=0", "Q208=-5") + " Q214=1 Q336=0", "CYCL CALL"], "VP007", "Q208=-5"),
+        ([BORE_BACK.replace("Q254=200", "Q254=0") + " Q214=1 Q336=0", "CYCL CALL"], "VP009", "Q254=0"),
+        ([PECK.replace("Q212=0", "Q212=1.5"), "CYCL CALL"], "VP007", "give Q205"),
+        # numbers beyond any
+        (["FN 0: Q1 = +99999999", *["FN 3: Q1 = Q1 * Q1"] * 7, "FN 2: Q2 = Q1 - Q1", "L X+Q2"], "VP007", "Q1 would be 1e+32"),
+        (["CALL LBL \"²\""], "VP023", "²"),
+        (["L X+1 M" + "1" * 5000], "VP002", "M111111111..."),
+        (["TOOL CALL " + "9" * 400 + " Z S100"], "VP002", "a tool number is whole"),
         # approach and departure
         (["L X+5 RL", "APPR LT X+9 Y+5 LEN3 RL"], "VP017", "APPR while RL"),
         (["APPR CT X+5 Y+5 CCA90 R3"], "VP005", "needs RL or RR"),

@@ -26,7 +26,13 @@ HEAD = "G0 X0 Y0 Z5 F100\n"
         ("X=$TC_DP3[1,1] Y=$TC_DP6[1,1]", (10, 3)),
         ("X=$TC_DP3[7,1] Y=$TC_DP1[1,1]", (0, 0)),
         ("$TC_DP3[5,1]=40\n$TC_DP6[5,1]=4\n$TC_DP1[5,1]=120\n$TC_DP12[5,1]=0\nX=$TC_DP3[5,1] Y=$TC_DP6[5,1]", (40, 4)),
-        # subprograms
+        ("DEF REAL Q[3]=set(1,2,3)\nX=Q[0] Y=Q[2]", (1, 3)),
+        # subprograms: repeated stretches that end with a call, passes that begin anew, an index as it is at the call
+        ("G91\nLA: ONE\nREPEATB LA P=2\nY9\nM30\n%_N_ONE_SPF\nX1\nM17", (3, 9)),
+        ("G91\nLA: Y1\nLB: ONE\nY2\nREPEAT LA LB P=1\nM30\n%_N_ONE_SPF\nX1\nM17", (2, 4)),
+        ("G91\nTHREE P2\nM30\n%_N_THREE_SPF\nDEF INT I\nI=I+3\nX=I\nM17", (6, 0)),
+        ("G91\nFOUR(2) P3\nM30\n%_N_FOUR_SPF\nPROC FOUR(REAL V)\nX=V\nV=V+5\nM17", (6, 0)),
+        ("R1=5\nSUB(R[R1])\nX=R5 Y=R6\nM30\n%_N_SUB_SPF\nPROC SUB(VAR REAL V)\nV=9\nR1=6\nM17", (9, 0)),
         ("SUB1(2)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q) DISPLOF\nX=Q\nRET", (2, 0)),
         ("EXTCALL(\"SUB1\")\nM30\n%_N_SUB1_SPF\nX1\nM17", (1, 0)),
         ("G91\nA1: X1\nREPEATB A1 P=2", (3, 0)),
@@ -35,12 +41,21 @@ HEAD = "G0 X0 Y0 Z5 F100\n"
         ("CTOL=0.1 OTOL=1\nX1", (1, 0)),
         ("G2 X10 Y0 AR=180", (10, 0)),
         ("G111 X0 Y0\nG1 RP=5 AP=90", (0, 5)),
+        ("G111 X0 Y0\nG0 AP=0 RP=20\nG91 AP=90 RP=20", (0, 20)),
     ],
 )  # fmt: skip
 def test_values_and_calls(view, lines, end):
     moves, findings = view(f"{HEAD}{lines}\nM30", dialect="siemens", max_repeats=300)
     assert findings == ()
     assert np.allclose(moves.end[-1, :2], end, atol=1e-9)
+
+
+def test_what_is_written_to_an_offset_holds_from_the_next_g54_on(view):
+    lines = "$P_UIFR[1,X,TR]=10\nX1\nTRANS Z0\nX2\nD1\nX3\nG54\nX4"
+    moves, findings = view(f"{HEAD}{lines}\nM30", dialect="siemens")
+    assert findings == ()
+    origins = [moves.frames[frame].origin[0] for frame in moves.frame[-4:].tolist()]
+    assert origins == [0, 0, 0, 10]
 
 
 @pytest.mark.parametrize(
@@ -57,7 +72,26 @@ def test_values_and_calls(view, lines, end):
         ("X=" + "(" * 300 + "1" + ")" * 300, "VP001", "brackets inside each other"),
         ('X="A', "VP001", "not closed"),
         ("X1EX400", "VP007", "beyond any machine"),
+        # calls
+        ("ONE TWO\nM30\n%_N_ONE_SPF\nM17\n%_N_TWO_SPF\nM17", "VP003", "one call a block"),
+        ("ONE M30\n%_N_ONE_SPF\nM17", "VP003", "the end in a block of its own"),
+        ("S1000 M3\nCYCLE840(5,0,2,-5,,0,4,3,0,11)", "VP007", "no coarse thread"),
+        # polar places
+        ("G111 X5 Y7\nAP=90 RP=-5", "VP007", "not negative"),
+        ("G111 X5 Y7\nAP=90 RP=5\nRP=IC(5)", "VP007", "absolute, also in G91"),
+        ("G1 AP=40 RP=20\nG111 X5 Y5\nG91 AP=10", "VP013", "since the last pole"),
+        ("G1 AP=40 RP=20\nG111 X5 Y5\nRP=10", "VP005", "until the next pole"),
+        ("G1 AP=40 RP=20\nG18 G1 RP=10", "VP005", "until the next pole or plane"),
+        ("CIP X10 Y0 I1=DC(5) J1=5", "VP017", "rotary axes"),
+        # numbers longer than any
+        ('T="²"', "VP012", "²"),
+        ("G" + "1" * 5000, "VP002", "G1111"),
+        ("R1='H" + "F" * 400 + "'", "VP007", "64 digits"),
+        ("A1: X1\nREPEATB A1 P=" + "9" * 25, "VP007", "whole number from 0"),
+        ("N" + "1" * 5000 + " X1\nGOTOB N" + "1" * 5001, "VP023", "N111"),
         # variables
+        ("DEF REAL X", "VP004", "word of the language"),
+        ("DEF INT G1", "VP004", "word of the language"),
         ('R1="A"', "VP007", "R1 is a number"),
         ('DEF REAL Q\nQ="A"', "VP007", "of type REAL"),
         ("DEF STRING[4] Q1A\nQ1A=5", "VP007", "of type STRING"),

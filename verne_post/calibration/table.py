@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
+from verne_post.base.numbers import read_number as read_plain
 from verne_post.base.tolerances import LARGEST_READING_MM
 from verne_post.model.findings import Finding, InputError, finding
 
@@ -94,10 +95,10 @@ def refuse_mistakes(mistakes: list[Finding]) -> None:
 def read_number(cell: str, name: str, line: int, mistakes: list[Finding]) -> float:
     """The number of a cell; NaN, with a mistake, where it is none."""
     try:
-        value = float(cell)
+        value = read_plain(cell)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if math.isnan(value):
         what = "is blank" if not cell else f"= {cell!r} is not a finite number"
         unit = next((unit for end, unit in _UNITS.items() if name.endswith(end)), "a number")
         mistakes.append(finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))

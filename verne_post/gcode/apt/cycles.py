@@ -43,7 +43,7 @@ def read_cycle(s: Statement) -> Cycle | None:
             "VP002", f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF"
         )
     values: dict[str, float] = {}
-    feed = None
+    feed, cleared = None, 0.0
     words = list(s.words[1:])
     if words and is_number(words[0]):  # CYCLE/DRILL,depth,...
         words.insert(0, "DEPTH")
@@ -55,9 +55,15 @@ def read_cycle(s: Statement) -> Cycle | None:
         if name in FEED_UNITS:
             feed = (value, *FEED_UNITS[name])
         elif name in ("DEPTH", "FEDTO", "CLEAR", "RAPTO", "STEP", "INCR", "DWELL", "RETURN", "RTRCTO"):
+            cleared = value if name == "CLEAR" else cleared
             values[{"FEDTO": "DEPTH", "INCR": "STEP", "RTRCTO": "RETURN", "RAPTO": "CLEAR"}.get(name, name)] = value
         else:
             raise BlockError("VP002", f"CYCLE: {name} is not a word that is known here")
+    if cleared < 0:
+        raise BlockError(
+            "VP007",
+            f"CYCLE: CLEAR {cleared:g}: the tool would go below the point in rapid traverse; a clearance is not negative",
+        )
     for name in ("DEPTH", "CLEAR"):
         if name not in values:
             raise BlockError("VP005", f"CYCLE/{kind} needs {name}")

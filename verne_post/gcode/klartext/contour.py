@@ -139,7 +139,11 @@ class KlartextContour(KlartextPaths):
     def feed_value(self, words: Words) -> float:
         """F of a block as the feed mode has it, for this block alone; 0 where it has none."""
         value = words.take("F")
-        return 0.0 if value is None else self.feed_of_word(value)
+        return 0.0 if value is None else self._feed_in_force(value)
+
+    def _feed_in_force(self, value: float) -> float:
+        """A number after F as the feed mode has it: mm per turn under M136, else mm/min."""
+        return self._length(value) if self.per_turn and value > 0 else self.feed_of_word(value)
 
     def feed_of_word(self, value: float) -> float:
         """A number after F: mm/min, or 0.1 inch/min in a program in inches."""
@@ -172,7 +176,7 @@ class KlartextContour(KlartextPaths):
             state.feed = self._length(per_turn)
         if value is not None:
             self._change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
-            state.feed = self._length(value) if self.per_turn and value > 0 else self.feed_of_word(value)
+            state.feed = self._feed_in_force(value)
 
     def _change_feed_mode(self, mode: FeedMode) -> None:
         if mode != self.state.feed_mode:

@@ -52,6 +52,14 @@ class KlartextCycles(KlartextPlanes):
         for name in (210, 211, 255):
             if not 0 <= q.get(name, 0.0) <= MAX_DWELL_S:
                 raise BlockError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
+        for name in (206, 254):
+            if not 0 < q.get(name, 1.0) < FMAX_VALUE:
+                raise BlockError(
+                    "VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX"
+                )
+        for name in (208, 253):
+            if q.get(name, 0.0) < 0:
+                raise BlockError("VP007", f"Q{name}={q[name]:g}: a feed rate is not negative")
         if q.get(395):
             raise BlockError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
         if q.get(201, -1.0) > 0:
@@ -70,11 +78,13 @@ class KlartextCycles(KlartextPlanes):
         end[2] = self._z(height)
         self._go_straight(end, rapid, feed)
 
-    def _go_straight(self, end: list[float], rapid: bool, feed: float = 0.0) -> None:
+    def _go_straight(self, end: list[float], rapid: bool, feed: float | None = None) -> None:
+        """To a place of the frame; where no feed rate of a cycle is given, at the one in force."""
         kind = MoveKind.RAPID if rapid else MoveKind.FEED
         if not rapid:
-            self.state.feed = self.feed_of_word(feed)
-            self._change_feed_mode_to_minutes()
+            if feed is not None:
+                self.state.feed = self.feed_of_word(feed)
+                self._change_feed_mode_to_minutes()
             self._check_feed(self.block, 10)
         self._motion_start(kind, absolute=True, machine=False)
         self._record(self.block.line, kind, end, [0, 1, 2], absolute=True)
@@ -187,7 +197,7 @@ class KlartextCycles(KlartextPlanes):
                     self._to(clear, q[208] or q[206])
                     self._wait(q[210])
                     self._to(depth + q[200], 0.0)
-                step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
+                step = _next_step(q, step)
         self._finish_hole(q, clear, bottom)
 
     def _finish_hole(self, q: _Q, clear: float, bottom: float) -> None:
@@ -244,7 +254,7 @@ class KlartextCycles(KlartextPlanes):
                 self._to(clear, q[208] or q[206])
                 self._to(depth + stop, 0.0)
                 done += 1
-                step = max(step - q[212], q[205], ZERO_LENGTH_MM) if q[212] else step
+                step = _next_step(q, step)
             self._break_chips(q, depth, bottom)
         self._finish_hole(q, clear, bottom)
 
@@ -322,3 +332,15 @@ HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     204: KlartextCycles._bore_back, 205: KlartextCycles._peck_universal, 206: KlartextCycles._tap,
     208: KlartextCycles._mill_bore, 240: KlartextCycles._center,
 }  # fmt: skip
+
+
+def _next_step(q: _Q, step: float) -> float:
+    """The plunging depth after one: smaller by Q212, no smaller than Q205."""
+    if not q[212]:
+        return step
+    smaller = max(step - q[212], q[205])
+    if smaller <= ZERO_LENGTH_MM:
+        raise BlockError(
+            "VP007", f"Q212={q[212]:g}: no plunging depth is left before the hole is done; give Q205, the smallest one"
+        )
+    return smaller

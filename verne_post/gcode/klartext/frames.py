@@ -63,10 +63,6 @@ class KlartextFrames(Interpreter):
         """Mm of a unit of the program, with the scaling in force."""
         return self._length(1.0) * self.maps.factor
 
-    def here(self) -> Array:
-        """The position (3,) in input coordinates, in the unit of the program."""
-        return np.array(self.state.position[:3]) / self.factors / self._length(1.0)
-
     def place(self, point: Array) -> list[float]:
         """Input coordinates (3,) as X, Y, Z of the frame, mm."""
         x, y, z = np.asarray(point) * self.factors * self._length(1.0)

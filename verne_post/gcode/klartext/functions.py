@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.klartext.approach import KlartextApproach
 from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
 from verne_post.gcode.klartext.statements import Statement
@@ -90,7 +90,7 @@ class KlartextFunctions(KlartextApproach):
             return None, 0
         name = found.group(1)
         number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
-        if number != int(number) or number < 0:
+        if not 0 <= number <= MAX_NUMBER or number != int(number):
             raise statement.error("VP002", f"tool {name}: stepped tools are not known here; a tool number is whole")
         return int(number), found.end()
 
@@ -264,10 +264,14 @@ class KlartextFunctions(KlartextApproach):
         self.refresh_frame()
 
 
+#: L of TOOL DEF before its number; not the L of QL1.
+_LENGTH: Final = re.compile(r"(?<![A-Z])L(?=[ \t]*[-+0-9.,Q])")
+
+
 def _sizes(statement: Statement, numbers: object) -> dict[str, float]:
     """L and R of TOOL DEF."""
     found: dict[str, float] = {}
-    text = statement.rest.replace("L", "LEN") if "LEN" not in statement.rest else statement.rest
+    text = _LENGTH.sub("LEN", statement.rest) if "LEN" not in statement.rest else statement.rest
     words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
     for name, letter in (("LEN", "L"), ("R", "R")):
         if (value := words.take(name)) is not None:

@@ -196,12 +196,8 @@ class KlartextPatterns(KlartextSettings):
         placed = self.place([x, y, 0.0])  # type: ignore[arg-type]
         end = [placed[0], placed[1], height, *self.state.position[3:]]
         self.check_upright("a motion")
-        self._go_straight(end, rapid=rapid, feed=self._plain_feed())
+        self._go_straight(end, rapid)
         self.call_cycle(z)
-
-    def _plain_feed(self) -> float:
-        """The feed rate in force as F would give it."""
-        return self.state.feed / (2.54 if self.state.inch else 1.0)
 
     # --- 220, 221 -----------------------------------------------------------------------------------------------
 

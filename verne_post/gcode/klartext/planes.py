@@ -36,7 +36,6 @@ class PlaneWords(Struct):
     kind: str
     values: dict[str, float]
     flags: list[str]
-    columns: dict[str, int]
 
     def triple(self, statement: Statement, *names: str) -> Array:
         """Values that must all be given."""
@@ -110,7 +109,7 @@ class KlartextPlanes(KlartextFunctions):
             raise statement.error(
                 "VP002", "PLANE PROJECTED is not executed; write PLANE SPATIAL or VECTOR", kind.start(1)
             )
-        words, at = PlaneWords(kind.group(1), {}, [], {}), kind.end()
+        words, at = PlaneWords(kind.group(1), {}, []), kind.end()
         while at < len(text):
             match = _WORD.match(text, at)
             if match is None:

@@ -58,7 +58,6 @@ class Klartext(KlartextPatterns):
         self.jump = None
         self.calls = []
         self.block = Block(shown_line)
-        self.call = None
         if statement.keyword in _PATHS:
             self._execute_path(statement, corner_next)
         elif statement.keyword:

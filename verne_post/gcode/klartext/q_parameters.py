@@ -5,7 +5,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
 
@@ -21,7 +21,7 @@ _RELATIONS: Final = {9: "EQU", 10: "NE", 11: "GT", 12: "LT"}
 _STRING_PART: Final = re.compile(
     r"[ \t]*(?:\"([^\"]*)\"|(QS\d+)|TOCHAR[ \t]*\([ \t]*DAT[ \t]*("
     + VALUE
-    + r")[ \t]*(?:DECIMALS[ \t]*(\d+))?[ \t]*\))[ \t]*"
+    + r")[ \t]*(?:DECIMALS[ \t]*(\d{1,3}))?[ \t]*\))[ \t]*"
 )
 #: So many numbers of Q, QL, QR, QS there are.
 _LAST: Final = {"Q": 1999, "QL": 499, "QR": 499, "QS": 1999}
@@ -76,8 +76,10 @@ class QParameters(Struct):
             return False
 
     def set(self, name: str, value: float) -> None:
-        """Set Q1, QL1 or QR1."""
+        """Set Q1, QL1 or QR1; VP007 beyond any number that means something."""
         kind, number = _split(name)
+        if not abs(value) <= MAX_NUMBER:
+            raise BlockError("VP007", f"{kind}{number} would be {value:g}, beyond {MAX_NUMBER:g}")
         key = f"{kind}{number}"
         self.unknown.discard(key)
         (self.local[-1] if kind == "QL" else self.values)[key] = value

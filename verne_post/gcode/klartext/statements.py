@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
+from verne_post.base.numbers import is_count
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line
@@ -162,7 +163,7 @@ class KlartextText(ChunkedText):
 def label_name(text: bytes | str) -> str:
     """A label as it is compared: numbers without leading zeros."""
     name = text.decode("latin-1") if isinstance(text, bytes) else text
-    return str(int(name)) if name.isdigit() else name
+    return str(int(name)) if is_count(name) else name
 
 
 def _without_comment(text: str) -> tuple[str, bool]:

@@ -5,6 +5,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
+from verne_post.base.numbers import is_count
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
@@ -115,6 +116,8 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
     found = match.groupdict()
     last = words.functions[-1] if words.functions else None
     if found["m"]:
+        if not is_count(found["m"]):
+            raise statement.error("VP002", f"M{found['m'][:9]}... is not a function that is known here", begin)
         words.functions.append(MWord(int(found["m"]), statement.begin + begin + 1))
     elif found["comp"]:
         if words.compensation is not None:

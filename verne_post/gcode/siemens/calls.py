@@ -10,7 +10,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import Cursor, code_part
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.program import Section, SiemensText
-from verne_post.gcode.siemens.values import Value
+from verne_post.gcode.siemens.values import Index, Value, read_indices
 from verne_post.gcode.siemens.variables import Variable, Variables, read_type
 from verne_post.gcode.siemens.words import Argument, Call, read_argument_values
 from verne_post.gcode.text import decode_line
@@ -53,8 +53,16 @@ class Repeat(Struct):
     back: int
 
 
+class Outside(Struct, frozen=True):
+    """A variable of the caller (VAR) that the one ``inside`` a subprogram sets when that returns."""
+
+    inside: str
+    name: str
+    index: tuple[Index, ...]
+
+
 class Frame(Struct):
-    """One call: its program, the line that comes next in the caller, how often it still runs, and what it brings back."""
+    """One call: its program, the line that comes next in the caller, how often it still runs, what it begins with and brings back."""
 
     section: Section
     line: int
@@ -63,7 +71,8 @@ class Frame(Struct):
     modal: Call | None = None
     repeats: list[Repeat] = field(default_factory=list)
     ends: dict[int, float] = field(default_factory=dict)
-    results: list[tuple[str, str]] = field(default_factory=list)
+    results: list[Outside] = field(default_factory=list)
+    scope: dict[str, Variable] = field(default_factory=dict)
 
 
 class Library:
@@ -148,10 +157,8 @@ def _read_bounds(cursor: Cursor) -> tuple[int, ...]:
         cursor.expect(",", "or ']' after the size of an array")
 
 
-def bind_arguments(
-    call: Call, procedure: Procedure, variables: Variables
-) -> tuple[dict[str, Variable], list[tuple[str, str]]]:
-    """The variables that a call begins with, and which of them set the caller's: (name inside, name outside)."""
+def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tuple[dict[str, Variable], list[Outside]]:
+    """The variables that a call begins with, and which of them set the caller's."""
     arguments = call.arguments or ()
     arguments = () if len(arguments) == 1 and not arguments[0].text.strip() else arguments
     if len(arguments) > len(procedure.parameters):
@@ -174,8 +181,19 @@ def bind_arguments(
             variable.values[()] = variable.convert(value, parameter.name, Cursor("", 0), call.column - 1)
         scope[parameter.name] = variable
         if parameter.by_name and number < len(arguments):
-            results.append((parameter.name, arguments[number].text.strip()))
+            cursor = Cursor(arguments[number].text)
+            name = cursor.name()
+            if name is not None:  # the index counts as it is now
+                results.append(Outside(parameter.name, name, read_indices(cursor, variables)))
     return scope, results
+
+
+def copy_scope(scope: dict[str, Variable]) -> dict[str, Variable]:
+    """Variables that do not change with those of another pass; arrays of the caller stay the caller's."""
+    return {
+        name: variable if variable.bounds else Variable(variable.kind, values=dict(variable.values))
+        for name, variable in scope.items()
+    }
 
 
 def _bind_array(call: Call, given: tuple[Argument, ...], parameter: Parameter, variables: Variables) -> Variable:

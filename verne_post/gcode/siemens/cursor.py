@@ -14,6 +14,13 @@ NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_]*")
 _BLANKS: Final = " \t\r"
 #: Values in other bases: 'HFF', 'B1010'.
 _BASED: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
+#: Digits of such a value: no control has longer ones.
+_MOST_DIGITS: Final = 64
+
+
+def without_zeros(digits: str) -> str:
+    """A whole number as it is compared: without leading zeros, of any length."""
+    return digits.lstrip("0") or "0"
 
 
 class Cursor(Struct):
@@ -72,6 +79,10 @@ class Cursor(Struct):
             based = _BASED.match(self.text, begin)
             if based is None:
                 return None
+            if len(based.group()) > _MOST_DIGITS:
+                raise self.error(
+                    "VP007", f"{based.group()[:12]}: a number has no more than {_MOST_DIGITS} digits", begin
+                )
             self.at = based.end()
             return self.bounded(float(int(based[1], 16) if based[1] else int(based[2], 2)), begin)
         self.at = match.end()

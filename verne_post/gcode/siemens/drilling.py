@@ -235,7 +235,13 @@ class _Hole:
             raise BlockError("VP017", "CYCLE840 needs a turning spindle; give S and M3 or M4 first", given.call.column)
         seconds = self._seconds("DTB", self.digits[1])
         out, after = given.whole("SDR"), given.whole("SDAC", 3)
-        pitch = self._length("PIT") or _METRIC_PITCH.get(given.number("MPIT"), 0.0)
+        pitch, size = self._length("PIT"), given.number("MPIT")
+        if not pitch and size:
+            if size not in _METRIC_PITCH:
+                raise given.error(
+                    "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
+                )
+            pitch = _METRIC_PITCH[size]
         encoder = given.whole("ENC")
         given.refuse_rest()
         if encoder not in (0, 1):
@@ -339,6 +345,6 @@ def _strokes(depth: float, first: float, amount: float, least: float, given: Arg
 
 #: Pitch of ISO coarse threads, mm: size M -> pitch.
 _METRIC_PITCH: Final = {
-    3.0: 0.5, 4.0: 0.7, 5.0: 0.8, 6.0: 1.0, 8.0: 1.25, 10.0: 1.5, 12.0: 1.75, 14.0: 2.0, 16.0: 2.0, 18.0: 2.5, 20.0: 2.5, 22.0: 2.5, 24.0: 3.0,
+    3.0: 0.5, 4.0: 0.7, 5.0: 0.8, 6.0: 1.0, 7.0: 1.0, 8.0: 1.25, 10.0: 1.5, 12.0: 1.75, 14.0: 2.0, 16.0: 2.0, 18.0: 2.5, 20.0: 2.5, 22.0: 2.5, 24.0: 3.0,
     27.0: 3.0, 30.0: 3.5, 33.0: 3.5, 36.0: 4.0, 39.0: 4.0, 42.0: 4.5, 45.0: 4.5, 48.0: 5.0,
 }  # fmt: skip

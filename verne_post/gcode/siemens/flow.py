@@ -6,12 +6,12 @@ from typing import Final
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import MAX_DEPTH
 from verne_post.gcode.repeats import Repeats
-from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, freeze, read_procedure
+from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, whole_repeats
 from verne_post.gcode.siemens.program import SiemensText, split_line
-from verne_post.gcode.siemens.values import read_indices, read_value, shown
+from verne_post.gcode.siemens.values import read_value, shown
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_arguments
 
@@ -97,6 +97,7 @@ class Flow:
             return
         cursor.at = at
         words = self.executor.read(cursor, self.shown_line or line)
+        _refuse_second_call(words)
         if any(number == 17 for number, _column in words.m) and self.in_call:
             self.executor.run(words)
             self._return(cursor, line)
@@ -140,30 +141,32 @@ class Flow:
     def _leave(self) -> None:
         frame = self.frame
         executor = self.executor
-        if frame.remaining > 1:
+        variables = executor.variables
+        results = [(outside, variables.read(outside.inside, (), Cursor("", 0), 0)) for outside in frame.results]
+        if frame.remaining > 1:  # as if it were called anew
             frame.remaining -= 1
             frame.repeats.clear()
+            frame.ends.clear()
+            kept = {outside.inside: variables.scopes[-1][outside.inside] for outside in frame.results}
+            variables.scopes[-1] = {**copy_scope(frame.scope), **kept}
+            if frame.saved is not None:
+                executor.restore(frame.saved.copy())
             self.line = read_procedure(frame.section).line + 1
             return
-        results = [
-            (outside, executor.variables.read(inside, (), Cursor("", 0), 0)) for inside, outside in frame.results
-        ]
         self.frames.pop()
         self.line = frame.line
         if not self.in_call or self.text is self.main:
             self.shown_line = None if self.text is self.main else self.shown_line
-        executor.variables.scopes.pop()
+        variables.scopes.pop()
         shown_line = self.shown_line or max(frame.line - 1, 1)
         for outside, value in results:
-            cursor = Cursor(outside)
-            name = cursor.name()
-            if name is not None:
-                executor.variables.write(name, read_indices(cursor, executor.variables), value, cursor, 0)
+            variables.write(outside.name, outside.index, value, Cursor("", 0), 0)
         if frame.saved is not None:
             executor.restore(frame.saved)
         if frame.modal is not None:
             executor.modal = frame.modal
         executor.event(shown_line, "return", label=frame.section.name)
+        end_stretch(self, frame.line - 1)
 
     # --- calls ----------------------------------------------------------------------------------------------
 
@@ -191,7 +194,8 @@ class Flow:
         scope, results = bind_arguments(call, procedure, executor.variables)
         executor.event(self.shown_line or line, "call", label=section.name)
         saved = executor.modes.copy() if procedure.save else None
-        self.frames.append(Frame(section, self.line, repeats, saved, results=results))
+        kept = copy_scope(scope) if repeats > 1 else {}
+        self.frames.append(Frame(section, self.line, repeats, saved, results=results, scope=kept))
         executor.variables.scopes.append(scope)
         if section.text is not self.main and self.shown_line is None:
             self.shown_line = line
@@ -206,8 +210,7 @@ class Flow:
             cursor.expect(")", "after the path of EXTCALL")
         refuse_leftover(cursor)
         name = str(path).replace("\\", "/").rpartition("/")[2].partition(".")[0].upper()
-        for part in ("_N_",):
-            name = name.removeprefix(part)
+        name = name.removeprefix("_N_")
         self.enter(Call(name.removesuffix("_SPF").removesuffix("_MPF"), None, at + 1), line)
 
     def _modal(self, cursor: Cursor, line: int) -> None:
@@ -268,3 +271,20 @@ _HANDLERS: Final[dict[str, _Handler]] = {
     **JUMPS, "DEF": Flow._define, "PROC": Flow._proc, "RET": Flow._return, "MCALL": Flow._modal, "EXTCALL": Flow._extcall, "MSG": Flow._message,
     "SETAL": Flow._alarm,
 }  # fmt: skip
+
+
+def _refuse_second_call(words: Words) -> None:
+    """A block has one call, and none beside the end of a program: what would come first is not written."""
+    if len(words.calls) > 1:
+        raise BlockError(
+            "VP003",
+            f"{words.calls[0].name} and {words.calls[1].name} in one block: write one call a block",
+            words.calls[1].column,
+        )
+    ends = [(number, column) for number, column in words.m if number in (2, 17, 30)]
+    if words.calls and ends:
+        raise BlockError(
+            "VP003",
+            f"{words.calls[0].name} and M{ends[0][0]} in one block: write the end in a block of its own",
+            ends[0][1],
+        )

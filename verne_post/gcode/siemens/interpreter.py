@@ -5,6 +5,7 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec.structs import replace
 
+from verne_post.base.numbers import is_count
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
@@ -94,6 +95,7 @@ class SiemensInterpreter(SiemensSplines):
             number = int(plane[1:]) - 17
             if number != state.plane:
                 self._refuse_compensation("a change of plane")
+                modes.angle = None
             state.plane = modes.plane = number
         if (units := words.code("units")) is not None:
             modes.units = units
@@ -178,7 +180,7 @@ class SiemensInterpreter(SiemensSplines):
     def _tool_number(self, word: Word) -> int:
         """T5, T="5", T="name"."""
         name = word.text
-        if name is None or name.isdigit():
+        if name is None or is_count(name):
             number = word.value if name is None else float(name)
             if abs(number - round(number)) > WHOLE_NUMBER or number < 0:
                 raise word.error("VP007", f"T{number:g}: a tool number is whole and not negative")
@@ -224,7 +226,7 @@ class SiemensInterpreter(SiemensSplines):
             raise BlockError(
                 "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.column("offset")
             )
-        self.modes.system = system
+        self.modes.system, self.modes.offset = system, self.state.systems[system]
         self.set_chain()
 
     def _select_transformation(self, words: Words) -> None:
@@ -357,6 +359,8 @@ class SiemensInterpreter(SiemensSplines):
             point = []
             for axis, name in enumerate(("I1", "J1", "K1")):
                 word = words.take(name)
+                if word is not None and word.mode in ("DC", "ACP", "ACN"):
+                    raise word.error("VP017", f"{word.mode} is about rotary axes; {name} is a length")
                 here = self.programmed(axis)
                 value = 0.0 if word is None else word.value * self.modes.length
                 relative = word is not None and (word.mode == "IC" or (not word.mode and not self.modes.absolute))

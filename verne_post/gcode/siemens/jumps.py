@@ -5,7 +5,7 @@ from typing import Final, Protocol
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.calls import Frame, Repeat
-from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.cursor import Cursor, without_zeros
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.program import SiemensText, split_line
 from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, shown
@@ -34,8 +34,8 @@ _WHOLE: Final = 1e-9
 
 def whole_repeats(value: float, column: int) -> int:
     """How often P says."""
-    number = round(value)
-    if abs(value - number) > _WHOLE or not 0 <= number <= _MOST_REPEATS:
+    number = round(value) if abs(value) <= _MOST_REPEATS else -1
+    if abs(value - number) > _WHOLE or number < 0:
         raise BlockError("VP007", f"P{value:g}: a whole number from 0 to {_MOST_REPEATS}", column)
     return number
 
@@ -140,7 +140,7 @@ def _read_target(flow: Running, cursor: Cursor) -> str:
 
 
 def _block_number(name: str) -> str:
-    return f"N{int(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
+    return f"N{without_zeros(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
 
 
 def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool) -> int | None:

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.siemens.frames import Frames
-from verne_post.model.moves import FeedMode
+from verne_post.model.moves import FeedMode, Frame
 
 
 class Modes(Struct):
@@ -37,6 +37,8 @@ class Modes(Struct):
         D1: the tool length counts in places of the machine.
     plane : int
         0 XY, 1 ZX, 2 YZ, as the interpreter of all dialects has it too.
+    offset : Frame or None
+        The work offset as it was when its G54 was executed; None before the first change of an offset.
     feed_mode : FeedMode
         Likewise.
     """
@@ -56,6 +58,7 @@ class Modes(Struct):
     tcp: bool = False
     frames: Frames = field(default_factory=Frames)
     system: int = 1
+    offset: Frame | None = None
     edge: bool = True
     plane: int = 0
     feed_mode: FeedMode = FeedMode.PER_MINUTE

@@ -72,7 +72,8 @@ class SiemensMotion(Interpreter):
         """Put the frame chain in force while the machine stands still."""
         chain = self.modes.frames
         self._split = split(chain.total, chain.mirrored)
-        base = replace(self.state.systems[self.modes.system], g92=ZERO9, tool=self.state.frame.tool)
+        offset = self.modes.offset or self.state.systems[self.modes.system]
+        base = replace(offset, g92=ZERO9, tool=self.state.frame.tool)
         self._set_frame(replace(base, feature=self._plane(base, self.state.position)))
 
     def note_numbers(self) -> None:

@@ -87,6 +87,7 @@ class SiemensPlaces(SiemensMotion):
         ]
         if code == "G110":
             self._require_known(block, [first, second], "G110")
+        self.modes.angle = None  # it belongs to the pole before
         radius, angle = words.take("RP"), words.take("AP")
         values = [words.take(AXES[axis]) for axis in (first, second)]
         if radius is not None or angle is not None:
@@ -105,26 +106,27 @@ class SiemensPlaces(SiemensMotion):
         first, second, *_ = PLANES[self.state.plane]
         modes = self.modes
         if angle is not None:
-            modes.angle = self._polar_value(angle, modes.angle, 1.0)
+            modes.angle = self._polar_angle(angle, modes.angle)
         if radius is not None:
-            modes.radius = self._polar_value(radius, modes.radius, modes.length)
+            if radius.mode == "IC" or radius.value < 0:
+                raise radius.error("VP007", "RP= is a distance from the pole: absolute, also in G91, and not negative")
+            modes.radius = radius.value * modes.length
         if modes.radius is None or modes.angle is None:
             given = angle or radius
             assert given is not None
-            raise given.error("VP005", "AP= or RP= alone, and the other has not been given before")
+            raise given.error("VP005", "AP= or RP= alone, and the other has not been given before; AP= holds until the next pole or plane")
         turn = math.radians(modes.angle)
         return {
             first: modes.pole[0] + modes.radius * math.cos(turn),
             second: modes.pole[1] + modes.radius * math.sin(turn),
         }
 
-    def _polar_value(self, word: Word, before: float | None, unit: float) -> float:
-        value = word.value * unit
+    def _polar_angle(self, word: Word, before: float | None) -> float:
         if word.mode != "IC" and (word.mode or self.modes.absolute):
-            return value
+            return word.value
         if before is None:
-            raise word.error("VP013", f"{word.name}: an incremental value, and nothing to count from")
-        return before + value
+            raise word.error("VP013", "AP: an incremental value, and nothing to count from since the last pole or plane")
+        return before + word.value
 
     # --- tool axes --------------------------------------------------------------------------------------
 

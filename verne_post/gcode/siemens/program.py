@@ -14,7 +14,7 @@ from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import code_part
+from verne_post.gcode.siemens.cursor import code_part, without_zeros
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.gcode.words import split_words, whole_lines
 
@@ -213,7 +213,11 @@ class SiemensText(ProgramText):
             for match in pattern.finditer(self.source):
                 line += self.source.count(b"\n", at, match.start())
                 at = match.start()
-                name = match[1].decode().upper() if pattern is _LABEL else f"{match[1].decode().upper()}{int(match[2])}"
+                name = (
+                    match[1].decode().upper()
+                    if pattern is _LABEL
+                    else f"{match[1].decode().upper()}{without_zeros(match[2].decode())}"
+                )
                 found.setdefault(name, []).append(line)
         return found
 

@@ -70,6 +70,8 @@ class SystemVariables:
                 return
             origin = list(frame.origin)
             origin[axis] = value
+            if frame.system == self.to.modes.system and self.to.modes.offset is None:
+                self.to.modes.offset = frame  # what is written holds from the next G54 on
             state.systems[frame.system] = replace(frame, origin=vector9(origin), g92=ZERO9)
             self.to.recorder.placed.add(frame.system)
             return

@@ -7,7 +7,7 @@ from msgspec import Struct, field
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Index, Value, read_indices, read_value, round_half_away
-from verne_post.gcode.siemens.vocabulary import CONSTANTS
+from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
 
 #: Types of DEF and PROC. AXIS, FRAME are refused.
 TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
@@ -25,6 +25,10 @@ class SystemVariables(Protocol):
 
     def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
         """Set one; raises BlockError."""
+
+
+#: Words that a variable of the same name would silently take away: axes, feed rate, spindle, tool.
+_WORDS: Final = tuple("XYZABCFSTD")
 
 
 class Variable(Struct):
@@ -126,6 +130,8 @@ class Variables(Struct):
                 raise cursor.error("VP001", "expected the name of a variable after DEF and its type", at)
             if name in self.scopes[-1]:
                 raise cursor.error("VP004", f"{name} is defined twice", at)
+            if name in _WORDS or name in GROUP_OF or name in STATEMENTS:
+                raise cursor.error("VP004", f"{name} is a word of the language; give the variable another name", at)
             bounds = tuple(size for size in read_indices(cursor, self) if isinstance(size, int))
             elements = 1
             for size in bounds:
@@ -151,7 +157,8 @@ class Variables(Struct):
             variable.values = dict.fromkeys(_every_index(variable.bounds), value)
             return
         if variable.bounds:
-            cursor.take("SET")
+            if cursor.peek_name() == "SET":
+                cursor.name()
             cursor.expect("(", f"and the values of the array {name}")
             for index in _every_index(variable.bounds):
                 variable.values[index] = variable.convert(read_value(cursor, self), name, cursor, at)

@@ -6,6 +6,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
+from verne_post.base.numbers import is_count
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_number, read_value
@@ -265,6 +266,8 @@ class WordReader:
         letter = text[at].upper()
         code = _CODE.match(text, at)
         if code is not None:
+            if not is_count(code[2]):
+                raise self._unknown(code.group()[:12], cursor, at)
             cursor.at = code.end()
             self._add_code(words, letter, int(code[2]), cursor, at, code[2])
             return

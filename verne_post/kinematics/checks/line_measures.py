@@ -71,10 +71,11 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     parts = [solved.q, line.margins(solved)]
     tool = line.contour.tool_length(element)
     parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line)]
-    nose = solved.tip + tool[:, None] * line.tool_axis(solved)
+    axis = line.tool_axis(solved)
+    nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [
         np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)
-        for point in (solved.tip, nose)
+        for point in (tip, nose)
     ]
     parts.append(np.minimum(*heights)[:, None])
     return np.concatenate(parts, axis=1), solved
