@@ -30,6 +30,19 @@ def test_the_proposed_offset_makes_the_program_legal(sample: str, given: list[st
     assert run("check", SAMPLES / sample, "--setup", "none", *kept, *place).code == 0
 
 
+def test_a_dry_run_needs_less_of_a_lift(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """With --air the tool hangs higher: the part has to be moved by so much less."""
+    program = tmp_path / "low.nc"
+    program.write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X10 F500\nZ-60\nM2\n", encoding="utf-8")
+    moved = {}
+    for air in (0, 5):
+        said = run("explain", f"{program}:4", "--tool-length", 80, "--wcs", "G54=0,0,50", "--air", air).out
+        found = re.search(r"the part moved by \([^)]*, \+([0-9.]+)\) mm", said)
+        assert found, said
+        moved[air] = float(found[1])
+    assert moved[0] - moved[5] == pytest.approx(5.0, abs=0.1)
+
+
 def test_the_other_table_solution_is_not_offered_where_it_is_refused_too(
     tmp_path: Path, run: Callable[..., Any]
 ) -> None:

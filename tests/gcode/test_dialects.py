@@ -404,7 +404,7 @@ def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
 @pytest.mark.parametrize(("text", "code", "line"), [
     ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTHED/30", "VP002", 1),
     ("FEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 2), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/TAP,5", "VP002", 1),
-    ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
+    ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DRILL,5,CLEAR,-1", "VP007", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
     ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGTH,5", "VP002", 1),
     ("CUTCOM/LEFT", "VP002", 1), ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,.6,.8,5\nGOTO/10,0,0", "VP008", 4),
     ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,0,1,9\nGOTO/10,0,0", "VP008", 4), ("GOTO/1,$\n\n,2", "VP001", 1), ("GOTO/1,,2", "VP001", 1), ("12,3", "VP001", 1),

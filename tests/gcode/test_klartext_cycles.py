@@ -265,6 +265,15 @@ def test_corners_under_m136_have_their_feed_per_turn_in_inches(view):
     assert np.allclose(moves.feed[-3:], [0.254, 0.508, 0.254])
 
 
+def test_an_assignment_after_a_whole_cycle_is_none_of_its_parameters(run):
+    moves = run(
+        "CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0",
+        "Q102 = -7",
+        "L X+Q102 R0 FMAX M99",
+    )
+    assert moves.end[-1, 0] == -7
+
+
 def test_a_length_from_a_local_parameter(view):
     text = "\n".join([*HEAD[:1], "QL1 = 80", "TOOL DEF 5 L+QL1 R+5", "TOOL CALL 5 Z S1000 F300", "L X+4 Y+5 Z+40 R0 F100 M3", "END PGM C"])  # fmt: skip
     moves, findings = view(text, dialect="heidenhain")

@@ -32,8 +32,10 @@ _KEYWORD: Final = re.compile(
     )
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )  # fmt: skip
-#: A line that goes on with parameters of the cycle defined above it, where the tilde is left out.
+#: A line that goes on with parameters of the cycle defined above it, where the tilde is left out; one that has some itself
+#: is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
+_PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORECASE)
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
@@ -115,7 +117,7 @@ class KlartextText(ChunkedText):
         text, goes_on = _without_comment(decode_line(raw))
         parts = [text]
         remark = goes_on and _REMARK.fullmatch(raw) is not None
-        cycle = _CYCLE.match(text) is not None
+        cycle = _CYCLE.match(text) is not None and _PARAMETER.search(text.upper()) is None
         while goes_on or cycle:
             following = self.raw(line + len(parts))
             if following is None:

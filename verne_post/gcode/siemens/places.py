@@ -114,7 +114,10 @@ class SiemensPlaces(SiemensMotion):
         if modes.radius is None or modes.angle is None:
             given = angle or radius
             assert given is not None
-            raise given.error("VP005", "AP= or RP= alone, and the other has not been given before; AP= holds until the next pole or plane")
+            raise given.error(
+                "VP005",
+                "AP= or RP= alone, and the other has not been given before; AP= holds until the next pole or plane",
+            )
         turn = math.radians(modes.angle)
         return {
             first: modes.pole[0] + modes.radius * math.cos(turn),
@@ -125,7 +128,9 @@ class SiemensPlaces(SiemensMotion):
         if word.mode != "IC" and (word.mode or self.modes.absolute):
             return word.value
         if before is None:
-            raise word.error("VP013", "AP: an incremental value, and nothing to count from since the last pole or plane")
+            raise word.error(
+                "VP013", "AP: an incremental value, and nothing to count from since the last pole or plane"
+            )
         return before + word.value
 
     # --- tool axes --------------------------------------------------------------------------------------
