@@ -52,9 +52,9 @@ def explain_line(line: Line) -> Iterator[str]:
     yield ""
     other = np.array([-angles[0], angles[1] + np.pi])
     for name, pair in ((_own_name(line, angles), angles), ("other table solution", other)):
-        yield from explain_table_solution(machine, name, tip, pair, tool)
+        yield from explain_table_solution(machine, name, tip, pair, tool, joints.lift)
     yield ""
-    yield from explain_solutions(machine, tip, angles, solved.q[0], tool)
+    yield from explain_solutions(machine, tip, angles, solved.q[0], tool, joints.lift)
 
 
 # --- words -------------------------------------------------------------------------------------

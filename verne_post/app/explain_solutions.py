@@ -19,13 +19,15 @@ from verne_post.model.protocols import Margin, WholeSolution
 SAME: Final = 1e-6
 
 
-def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Array, tool: float) -> Iterator[str]:
+def explain_table_solution(
+    machine: Machine, name: str, tip: Array, angles: Array, tool: float, lift: float
+) -> Iterator[str]:
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
         return
-    measures = _measures(machine, tip, angles, tool)
+    measures = _measures(machine, tip, angles, tool, lift)
     beyond = _beyond(machine, q)
     reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
     reasons += _too_small(measures)
@@ -44,11 +46,15 @@ def explain_table_solution(machine: Machine, name: str, tip: Array, angles: Arra
     yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
 
 
-def _measures(machine: Machine, tip: Array, angles: Array, tool: float) -> list[tuple[Margin, float]]:
-    """Margins of the module, clearances, and the height over the table face, of a pose in the working mode."""
+def _measures(machine: Machine, tip: Array, angles: Array, tool: float, lift: float) -> list[tuple[Margin, float]]:
+    """Margins of the module, clearances, and the height over the table face, of a pose in the working mode.
+
+    In a dry run the real tool is ``lift`` (mm) shorter than the one that the pose is solved with.
+    """
     q, platform, _ok = machine.five_axis.solve(tip, angles, tool)
     found = list(zip(machine.margins, machine.five_axis.geometry_margins(q, angles, platform).tolist(), strict=True))
     axis = machine.five_axis.tool_axis(q, angles, platform)
+    tip, tool = tip + lift * axis, tool - lift
     if machine.clearance is not None:
         one = Platform(platform.position[None], platform.angles[None])
         pose = Pose(q[None], one, tip[None], axis[None], np.array([tool]))
@@ -69,7 +75,7 @@ def _too_small(measures: Sequence[tuple[Margin, float]]) -> list[str]:
     ]
 
 
-def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, tool: float) -> Iterator[str]:
+def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, tool: float, lift: float) -> Iterator[str]:
     """Both table solutions, every tilt, every posture of the legs; the refused ones with all their reasons."""
     axis = axis_of_angles(angles[0], angles[1])
     rows = []
@@ -80,7 +86,7 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
         if beyond:
             reasons.append("travel of " + ", ".join(beyond))
         if not solution.refused:
-            reasons += _too_small(_measures(machine, tip, np.array(solution.angles), tool))
+            reasons += _too_small(_measures(machine, tip, np.array(solution.angles), tool, lift))
         rows.append((solution, in_use, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
