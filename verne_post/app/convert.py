@@ -50,6 +50,11 @@ def convert_source(
     -------
     Result
         Never raises for bad input; see ``findings`` and ``exit_code``.
+
+    Raises
+    ------
+    UsageError
+        Options that no program can have.
     """
     try:
         program = assemble(source, machine, options or Options())

@@ -13,6 +13,8 @@ from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
 TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
 #: R parameters that there are: as many as a control can be given.
 _LAST_R: Final = 32_535
+#: Words that a variable of the same name would silently take away: axes, feed rate, spindle, tool.
+_WORDS: Final = tuple("XYZABCFSTD")
 #: Elements of an array at most.
 _MAX_ELEMENTS: Final = 100_000
 
@@ -25,10 +27,6 @@ class SystemVariables(Protocol):
 
     def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
         """Set one; raises BlockError."""
-
-
-#: Words that a variable of the same name would silently take away: axes, feed rate, spindle, tool.
-_WORDS: Final = tuple("XYZABCFSTD")
 
 
 class Variable(Struct):
