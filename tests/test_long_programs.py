@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 
 from verne_post import Machine, Options, convert
-from verne_post.base import columns, long_text, processes
+from verne_post.app import verify
+from verne_post.base import columns, long_text
+from verne_post.base.team import ALONE, Team, can_fork
 from verne_post.cli import common
 from verne_post.gcode import recorder, words
 from verne_post.kinematics.checks import cover
 from verne_post.model.part_setup import Tool, WorkOffset
-from verne_post.toolpath import compensation, fairing
+from verne_post.toolpath import compensation, contour, fairing
 from verne_post.trajectory import plan, sample, tuning
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
@@ -122,36 +124,42 @@ def test_rows_do_not_depend_on_the_blocks(
     assert told(source, machine, options) == whole
 
 
-@pytest.mark.skipif(not processes.can_fork(), reason="a process of this system cannot be forked")
+@pytest.mark.skipif(not can_fork(), reason="a process of this system cannot be forked")
 @pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
     (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
-        "open_spans", "make_grid", "_solve_group", "_excess_from", "_shift_stretches", "make_block"}),
-    (mixed(), {}, 1000, {"open_spans", "_plan", "make_block"}),
-    (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {"open_spans", "make_block"}),
-    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {"open_spans"}),
+        "round_part", "open_spans", "make_grid", "_solve_group", "_excess_of_rows", "_shift_stretches", "find", "make_block",
+        "measure_some"}),
+    (mixed(), {}, 1000, {"round_part", "open_spans", "_plan", "make_block", "measure_some"}),
+    (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {"open_spans", "make_block", "measure_some"}),
+    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {"round_part", "open_spans"}),
 ], ids=["one section", "many sections", "slow start", "refused"])  # fmt: skip
 def test_rows_do_not_depend_on_the_processes(
     source: bytes, option: dict[str, Any], long_section: int, steps: set[str], machine: Machine,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    """Each step of the work is cut into many parts, of which other processes do all but the first."""
+    """Each step of the work is cut into many parts, which three processes share."""
     monkeypatch.setattr(cover, "CHUNK", 64)
     monkeypatch.setattr(tuning, "AT_A_TIME", 256)
+    monkeypatch.setattr(tuning, "SHARED_ROWS", 256)
+    monkeypatch.setattr(tuning, "GRID_ELEMENTS", 128)
     monkeypatch.setattr(tuning, "TOGETHER_KNOTS", 50)
+    monkeypatch.setattr(contour, "ROUNDED_SEGMENTS", 64)
+    monkeypatch.setattr(verify, "MEASURED_ROWS", 128)
     monkeypatch.setattr(sample, "BLOCK_ROWS", 512)
     monkeypatch.setattr(plan, "LONG_SECTION", long_section)
     alone = told(source, machine, Options(tool_length=80.0, **option))
-    started = set()
+    shared = set()
 
-    def note(jobs: int, function: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        started.add(getattr(function, "func", function).__name__)
-        return by_processes(jobs, function, items)
+    def note(team: Team, function: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+        known = list(items)
+        if team is not ALONE and len(known) > 1:
+            shared.add(getattr(function, "func", function).__name__)
+        return by_team(team, function, known)
 
-    by_processes = processes._map_by_processes
-    monkeypatch.setattr(processes, "_map_by_processes", note)
-    monkeypatch.setattr(processes, "WORTH_STARTING", -1.0)
+    by_team = Team.map
+    monkeypatch.setattr(Team, "map", note)
     assert told(source, machine, Options(tool_length=80.0, jobs=3, **option)) == alone
-    assert started == steps
+    assert shared == steps
 
 
 def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,6 +170,9 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     monkeypatch.setattr(recorder, "BLOCK_ROWS", 1024)
     monkeypatch.setattr(recorder, "_KEPT_ROWS", 512)
     monkeypatch.setattr(tuning, "AT_A_TIME", 4096)
+    monkeypatch.setattr(tuning, "GRID_ELEMENTS", 1024)
+    monkeypatch.setattr(tuning, "SHARED_ROWS", 2048)
+    monkeypatch.setattr(contour, "ROUNDED_SEGMENTS", 1024)
     monkeypatch.setattr(tuning, "WINDOW_KNOTS", 400)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
     monkeypatch.setattr(compensation, "AT_A_TIME", 1024)

@@ -11,7 +11,7 @@ import pytest
 
 import verne_post
 from tests.conftest import SAMPLES
-from verne_post.base import processes
+from verne_post.base.team import can_fork
 from verne_post.model import options
 
 PROGRAM = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X0.2 F900 (gr\u00fcn)\nM2\n"
@@ -125,12 +125,11 @@ def test_a_ceiling_hides_settings_above_it(
     assert run("check", "../part.nc", *OPTIONS).code == 2
 
 
-@pytest.mark.skipif(not processes.can_fork(), reason="a process of this system cannot be forked")
+@pytest.mark.skipif(not can_fork(), reason="a process of this system cannot be forked")
 @pytest.mark.parametrize("file_format", ["csv", "linuxcnc"])
 def test_files_are_the_same_whatever_the_number_of_processes(
-    file_format: str, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    file_format: str, run: Callable[..., Any], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(processes, "WORTH_STARTING", -1.0)
     made = []
     for jobs in (1, 2):
         rows, meta = tmp_path / f"{jobs}", tmp_path / f"{jobs}.json"
@@ -147,6 +146,6 @@ def test_several_processes_are_refused_where_none_can_be_forked(
     answer = run("check", SAMPLES / "posted.nc", "-j", 2)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.endswith(
-        "Error: --jobs 2: several processes plan a program on Linux alone; batch -j runs anywhere\n"
+        "Error: --jobs 2: several processes work on a program on Linux alone; batch -j runs anywhere\n"
     )
     assert run("check", SAMPLES / "posted.nc", "-j", 1).code == 0

@@ -18,6 +18,7 @@ from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
+from verne_post.base.team import ALONE, Team
 from verne_post.gcode.codes import refuse_known_codes
 from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
@@ -72,6 +73,8 @@ class Program(Struct, frozen=True, eq=False):
         Moves at which the file is cut.
     restored : tuple of Event
         What a restart must find as the skipped blocks would have left it.
+    team : Team
+        The processes that work on it.
     """
 
     machine: Machine
@@ -82,6 +85,7 @@ class Program(Struct, frozen=True, eq=False):
     free_turn: FreeTurn | None = None
     stops: tuple[int, ...] = ()
     restored: tuple[Event, ...] = ()
+    team: Team = ALONE
 
     @property
     def path(self) -> ToolPath:
@@ -115,23 +119,24 @@ class Draft(Struct, frozen=True, eq=False):
     free_turn: FreeTurn | None = None
     findings: tuple[Finding, ...] = ()
     contour: Contour | None = None
+    team: Team = ALONE
 
 
-def assemble(source: Text, machine: Machine, options: Options) -> Program:
-    """Read a program for a machine and lay out the motion that it asks for.
+def assemble(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Program:
+    """Read a program for a machine and lay out the motion that it asks for; a ``team`` of processes works on it.
 
     Raises
     ------
     InputError
         VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
     """
-    draft = read_draft(source, machine, options)
+    draft = replace(read_draft(source, machine, options), team=team)
     for stage in STAGES:
         draft = stage(draft)
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched
     return Program(
-        draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored
+        draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored, team
     )
 
 
@@ -306,7 +311,7 @@ def blend_corners(draft: Draft) -> Draft:
     shaped = len(shaper_of(draft.machine, options, cycle)) > 1
     share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
     smoothing = Smoothing(options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine), cycle, share)
-    contour = smooth_contour(draft.path, draft.moves, smoothing)
+    contour = smooth_contour(draft.path, draft.moves, smoothing, draft.team)
     if shaped:  # all motion is displaced, not corners alone
         tips, axes = find_segment_tolerances(draft.path, draft.moves, smoothing)
         contour = replace(contour, tip_tolerance=tips, axis_tolerance=axes)

@@ -6,6 +6,7 @@ from verne_post.app.result import Progress, Result, refused
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
 from verne_post.base.long_text import Text
+from verne_post.base.team import work_together
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -26,10 +27,12 @@ def check_source(
     UsageError
         Options that no program can have.
     """
-    try:
-        program = assemble(source, machine, options or Options())
-        fmt = format_of(machine, program.options, program.cycle)
-        plan = plan_or_refuse(source, program, progress)
-    except InputError as error:
-        return refused(error)
-    return Result(plan.findings, summarise(source, plan, fmt, None))
+    options = options or Options()
+    with work_together(options.jobs) as team:
+        try:
+            program = assemble(source, machine, options, team)
+            fmt = format_of(machine, options, program.cycle)
+            plan = plan_or_refuse(source, program, progress if team.leads else None)
+        except InputError as error:
+            return refused(error)
+        return Result(plan.findings, summarise(source, plan, fmt, None))

@@ -29,7 +29,7 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     """
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
-    bounds, found = check_constraints(guarded_joints(program), report, program.options.jobs)
+    bounds, found = check_constraints(guarded_joints(program), report, program.team)
     return bounds, sort_findings([*program.machine.warnings, *program.findings, *found])
 
 

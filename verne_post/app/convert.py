@@ -16,7 +16,7 @@ from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
 from verne_post.app.verify import verifier_of
 from verne_post.base.long_text import Text
-from verne_post.base.processes import map_in_order
+from verne_post.base.team import work_together
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event
@@ -56,18 +56,22 @@ def convert_source(
     UsageError
         Options that no program can have.
     """
-    try:
-        program = assemble(source, machine, options or Options())
-    except InputError as error:
-        return refused(error)
-    return convert_program(source, program, sink, progress)
+    options = options or Options()
+    with work_together(options.jobs) as team:
+        try:
+            program = assemble(source, machine, options, team)
+        except InputError as error:
+            return refused(error)
+        return convert_program(source, program, sink, progress)
 
 
 def convert_program(
     source: Text, program: Program, sink: Sink | None = None, progress: Progress | None = None
 ) -> Result:
-    """:func:`convert_source` of a program that has been assembled from its text."""
+    """:func:`convert_source` of a program that has been assembled from its text, by the processes of its team."""
     machine, options = program.machine, program.options
+    if not program.team.leads:
+        sink, progress = _ignore, None
     collected: list[SetpointBlock] = []
     take = collected.append if sink is None else sink
     try:
@@ -118,7 +122,11 @@ def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointB
         move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[segment])
         return SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, segment), move
 
-    return map_in_order(make_block, sampler.blocks(), program.options.jobs)
+    return program.team.map(make_block, sampler.blocks())
+
+
+def _ignore(_block: SetpointBlock) -> None:
+    """The sink of processes that do not lead."""
 
 
 def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:

@@ -65,7 +65,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     _require_rows(program, _least_seconds(program) / program.cycle)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
-    planning = PlanningOptions(program.cycle, options.solver, options.quality, played, program.shaper(), options.jobs)
+    planning = PlanningOptions(program.cycle, options.solver, options.quality, played, program.shaper(), program.team)
     profiles, laid_out = _plan(program, bounds, planning, report)
     return Plan(program, profiles, laid_out, tuple(findings), bounds.axis_error_deg)
 

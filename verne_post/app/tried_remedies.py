@@ -94,7 +94,7 @@ def _line(program: Program, joints: Any, item: Finding) -> Line | None:
 def _errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
     """Codes of the errors of the program with other options, each once; None where it cannot be read with them."""
     try:
-        changed = assemble(source, program.machine, program.options.changed(**change))
+        changed = assemble(source, program.machine, program.options.changed(**change), program.team)
         found = check_program(changed)[1]
     except InputError:
         return None
@@ -144,7 +144,7 @@ def _legal_origin(
         x, y, z = (round(float(value), 6) for value in place)
         wcs = {**program.options.wcs, system: WorkOffset((x, y, z), turn)}
         try:
-            there = assemble(source, program.machine, program.options.changed(wcs=wcs))
+            there = assemble(source, program.machine, program.options.changed(wcs=wcs), program.team)
             found = [item for item in check_program(there)[1] if item.severity == "error"]
         except InputError:
             return None

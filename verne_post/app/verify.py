@@ -1,16 +1,23 @@
 """Setpoints as written are verified against a program."""
 
 from collections.abc import Iterator
+from typing import Final
 
+import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import OVERRIDE_FEED
 from verne_post.model.findings import InputError, finding
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import choose_trusted_format
+from verne_post.verification.rows import Forward
 from verne_post.verification.verifier import Verifier
+
+#: Rows whose forward kinematics one process solves at a time.
+MEASURED_ROWS: Final = 1 << 12
 
 
 def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Verifier:
@@ -19,8 +26,24 @@ def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Ve
     if share != 1.0:
         contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / share))
     return Verifier(
-        contour, machine.five_axis.measure, machine.limits, machine.columns, fmt, machine.accuracy.uncorrected_axis
+        contour, _measured_by_team(program), machine.limits, machine.columns, fmt, machine.accuracy.uncorrected_axis
     )
+
+
+def _measured_by_team(program: Program) -> Forward:
+    """The forward kinematics that verification asks, of which each process of a team solves some rows."""
+    measure, team = program.machine.five_axis.measure, program.team
+
+    def forward(q: Array, tool_length: Array) -> tuple[Array, Array, Array, Mask]:
+        def measure_some(first: int) -> tuple[Array, Array, Array, Mask]:
+            rows = slice(first, first + MEASURED_ROWS)
+            return measure(q[rows], tool_length[rows])
+
+        solved = team.map(measure_some, range(0, max(len(q), 1), MEASURED_ROWS))
+        tip, angles, axis, ok = (np.concatenate(column) for column in zip(*solved, strict=True))
+        return tip, angles, axis, ok
+
+    return forward
 
 
 def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verification:

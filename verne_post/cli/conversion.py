@@ -143,7 +143,7 @@ def convert_to_files(
     if not result.ok:
         return result, ()
     assert result.summary is not None
-    rows = replace(spool.rows(), about=about_rows(result.summary), jobs=options.jobs)
+    rows = replace(spool.rows(), about=about_rows(result.summary))
     file_format = FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None

@@ -3,10 +3,11 @@
 import hashlib
 import json
 import os
+import threading
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -14,7 +15,6 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from verne_post.base.processes import end_with_parent
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
@@ -301,7 +301,15 @@ def _pool(workers: int) -> ProcessPoolExecutor:
 def _follow_parent() -> None:
     """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
     tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
-    end_with_parent(remove_all)
+    parent = parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        remove_all()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:

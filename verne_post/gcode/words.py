@@ -20,6 +20,10 @@ from verne_post.base.long_text import Text
 
 #: Bytes read at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK_BYTES: Final = 1 << 18
+#: Bytes of the first chunk: where a program starts is found by executing its opening lines several times.
+OPENING_BYTES: Final = 1 << 12
+#: Chunks after it are so many times as long as all before them, up to ``CHUNK_BYTES``.
+GROWTH: Final = 8
 #: A mantissa of at most 15 digits and a power of ten up to 1e15 are exact doubles, and IEEE division
 #: of exact operands is correctly rounded, as ``float()`` is. Longer numbers go to the exact reader.
 MAX_DIGITS: Final = 15
@@ -93,10 +97,11 @@ def whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
 
 
 def chunk_end(source: Text, start: int) -> int:
-    """Where the chunk of whole lines that begins at ``start`` ends."""
-    if start + CHUNK_BYTES >= len(source):
+    """Where the chunk of whole lines that begins at ``start`` ends: the first ones are short, for who reads only the opening lines."""
+    size = min(CHUNK_BYTES, max(OPENING_BYTES, GROWTH * start))
+    if start + size >= len(source):
         return len(source)
-    end = source.rfind(b"\n", start, start + CHUNK_BYTES) + 1
+    end = source.rfind(b"\n", start, start + size) + 1
     return end or source.find(b"\n", start) + 1 or len(source)
 
 

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
 from msgspec import Meta, Struct, ValidationError, convert
 
 from verne_post.base.modules import names_of_modules
-from verne_post.base.processes import can_fork
 from verne_post.base.suggestions import suggest
+from verne_post.base.team import can_fork
 from verne_post.base.type_words import alternatives, bare, bounds_in_words, describe, has_shape
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
@@ -242,7 +242,7 @@ class Options:
         "Plan the motion finely: practically the shortest time, for many times the computing.", Group.ADVANCED,
         Changes.TIMING)] = False
     jobs: Annotated[int, Meta(ge=1, le=MAX_JOBS), About(
-        "Processes that plan a long program and make its rows, which are the same whatever the number; more than one on Linux "
+        "Processes that work on a long program together; the rows are the same whatever the number. More than one on Linux "
         "alone.", Group.ADVANCED, Changes.NOTHING, metavar="N", short="-j")] = 1
     source_name: Annotated[str, About(
         "Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)] = "program"
@@ -273,7 +273,7 @@ class Options:
             raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air)")
         if self.jobs > 1 and not can_fork():
             raise UsageError(
-                "jobs", f"{self.jobs}: several processes plan a program on Linux alone; batch -j runs anywhere"
+                "jobs", f"{self.jobs}: several processes work on a program on Linux alone; batch -j runs anywhere"
             )
         if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
             raise UsageError(

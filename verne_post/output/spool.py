@@ -1,6 +1,6 @@
 """The rows of a conversion until it has passed: on disk, read as often as a format needs, never all in memory."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from msgspec import Struct, field
@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import GrowingTable, blocks
-from verne_post.base.processes import map_in_order
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 
@@ -20,8 +19,7 @@ CHUNK_ROWS = 8192
 class WrittenRows(Struct, frozen=True, eq=False):
     """All rows of one file: numbers as they are to be written (n, n_joints) and source lines (n,).
 
-    Row k stands at k cycles. ``about`` says what they were made of, for formats that have a place for it. ``jobs`` processes
-    write them.
+    Row k stands at k cycles. ``about`` says what they were made of, for formats that have a place for it.
     """
 
     numbers: Array
@@ -29,7 +27,6 @@ class WrittenRows(Struct, frozen=True, eq=False):
     columns: tuple[Column, ...]
     format: SetpointFormat
     about: Mapping[str, str] = field(default_factory=dict)
-    jobs: int = 1
 
     def blocks(self) -> Iterator[SetpointBlock]:
         """The rows block by block; only ``written`` of the blocks means anything."""
@@ -38,10 +35,6 @@ class WrittenRows(Struct, frozen=True, eq=False):
                 part = slice(first, min(first + CHUNK_ROWS, end))
                 numbers = np.array(self.numbers[part])
                 yield SetpointBlock(first, numbers, np.array(self.line[part]), self.format, numbers)
-
-    def written_by(self, write: Callable[[SetpointBlock], bytes]) -> Iterator[bytes]:
-        """What a function writes for each block, in order."""
-        return map_in_order(write, self.blocks(), self.jobs)
 
     def part(self, first: int, last: int) -> "WrittenRows":
         """Rows ``first`` to ``last``, both included, as a file of its own."""

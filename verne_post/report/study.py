@@ -18,6 +18,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, running_sums
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import axis_of_angles
+from verne_post.base.team import work_together
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
@@ -41,17 +42,18 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
 
     Raises nothing for a bad program: its findings are in the study.
     """
-    try:
-        program = assemble(source, machine, options)
-    except InputError as error:
-        return _study_findings(machine, refused(error).findings)
     table = GrowingTable(values=(float, len(machine.columns)), line=(np.int32,), segment=(np.int32,))
 
     def take(block: SetpointBlock) -> None:
         assert block.segment is not None
         table.extend(values=block.values, line=block.line, segment=block.segment)
 
-    result = convert_program(source, program, take, progress)
+    with work_together(options.jobs) as team:
+        try:
+            program = assemble(source, machine, options, team)
+        except InputError as error:
+            return _study_findings(machine, refused(error).findings)
+        result = convert_program(source, program, take, progress)
     if result.ok:
         return _study_rows(program, result, **table.columns())
     if not len(program.contour):

@@ -31,6 +31,8 @@ TURNS: Final = 2
 MORE_TURNS: Final = 8
 #: Points of a segment at which a branch is tried; the constraint check looks at the whole segment later.
 TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+#: Segments of no more than this by metric length are tried at their ends alone.
+BRIEF_MM: Final = 1.0
 #: Segments that are tried at a time.
 CHUNK_SEGMENTS: Final = 2048
 #: Spans end at changes of legality only while there are no more of them than this: beyond it a program is hopeless, not long.
@@ -164,9 +166,13 @@ def _check_branch(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
 
 
 def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: Ints) -> Mask:
-    segment, u = np.repeat(rows, len(TRIED)), np.tile(TRIED, len(rows))
-    _tip, angles = pose(path, segment, u)
-    return np.asarray(legal(segment, u, branch.of(angles)).reshape(len(rows), -1).all(axis=1))
+    # the length of splines counts no rotation
+    brief, good = (path.length[rows] <= BRIEF_MM) & (path.spline[rows] < 0), np.empty(len(rows), dtype=bool)
+    for some, tried in ((np.flatnonzero(brief), TRIED[[0, -1]]), (np.flatnonzero(~brief), TRIED)):
+        segment, u = np.repeat(rows[some], len(tried)), np.tile(tried, len(some))
+        _tip, angles = pose(path, segment, u)
+        good[some] = legal(segment, u, branch.of(angles)).reshape(len(some), len(tried)).all(axis=1)
+    return good
 
 
 def _find_states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing
+from verne_post.base.team import ALONE, Team
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.initial_profile import Solver, initial_profile
@@ -50,7 +51,7 @@ class _PlannedSection(Struct, frozen=True, eq=False):
 
 def plan_continuous(
     section: Section, limits: Limits, cycle: float, effort: Effort = tuning.NORMAL, solver: Solver = reachability.solve,
-    playback: FeedOverride = AS_PLANNED, begin: float = 0.0, jobs: int = 1,
+    playback: FeedOverride = AS_PLANNED, begin: float = 0.0, team: Team = ALONE,
 ) -> ContinuousProfile:  # fmt: skip
     """Plan a section from rest to rest.
 
@@ -68,8 +69,8 @@ def plan_continuous(
         How fast the planned profile is executed.
     begin : float
         When the section begins in the file, s.
-    jobs : int
-        Processes that plan it.
+    team : Team
+        The processes that plan it.
 
     Raises
     ------
@@ -79,8 +80,8 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, jobs)
-    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, jobs)
+    first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, team)
+    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team)
     planned = _plan_with_effort(task, first.profile, bound, effort)
     if effort is tuning.NORMAL and _may_gain(planned, cycle):
         other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)

@@ -4,27 +4,28 @@ A section of any length is taken part by part.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
-from verne_post.base.processes import map_in_order
+from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.cruise import find_cruise
-from verne_post.trajectory.section_path import Grid, Section, grid_along
+from verne_post.trajectory.section_path import Grid, Section, grid_along, join_grids
 from verne_post.trajectory.spline_profile import Profile
 
 #: Solvers of the second-order problem: grid, limits, and the x to start with; see ``reachability.solve``.
 Solver = Callable[..., Array]
 
 
-def second_order_bound(section: Section, limits: Limits, solver: Solver, jobs: int = 1) -> float:
-    """Time of the second-order optimum of a section, s; ``jobs`` processes evaluate its joints."""
+def second_order_bound(section: Section, limits: Limits, solver: Solver, team: Team = ALONE) -> float:
+    """Time of the second-order optimum of a section, s; the processes of a ``team`` evaluate its joints."""
     bound, x_end = 0.0, 0.0
-    for _first, last, grid in _grids(section, jobs):
+    for _first, last, grid in _grids(section, team):
         x = solver(grid, limits, start=x_end)
         seconds, x_end = _least_seconds(section, grid, limits, x, last)
         bound += seconds
@@ -47,18 +48,20 @@ class InitialProfile(Struct, frozen=True, eq=False):
     cruise: Array
 
 
-def initial_profile(section: Section, limits: Limits, unit: float, solver: Solver, jobs: int = 1) -> InitialProfile:
+def initial_profile(
+    section: Section, limits: Limits, unit: float, solver: Solver, team: Team = ALONE
+) -> InitialProfile:
     """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly.
 
     The section is taken part by part, each with a look-ahead that ends at rest. Where even motion would take far more
-    than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes. ``jobs`` processes
-    evaluate the joints.
+    than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes. The processes of
+    a ``team`` evaluate the joints.
     """
     smooth = _Smooth(tuning.START_SMOOTH)
     smooth.add(np.zeros(tuning.START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
     cruise = []
-    for first, last, grid in _grids(section, jobs):
+    for first, last, grid in _grids(section, team):
         x = solver(grid, limits, start=x_end)
         cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
         seconds, x_end = _least_seconds(section, grid, limits, x, last)
@@ -100,18 +103,20 @@ class _Smooth:
         self.last = known[-len(self.kernel) + 1 :]
 
 
-def _grids(section: Section, jobs: int) -> Iterator[tuple[int, int, Grid]]:
+def _grids(section: Section, team: Team) -> Iterator[tuple[int, int, Grid]]:
     """First and last element of every part, the latter excluded, and the grid along it and what it looks ahead to."""
-    elements = len(section.breaks) - 1
-    firsts = range(0, elements, tuning.AT_A_TIME)
-    lasts = [min(first + tuning.AT_A_TIME, elements) for first in firsts]
 
-    def make_grid(part: tuple[int, int]) -> Grid:
+    def make_grid(piece: tuple[int, int]) -> Grid:
         release_memory()
-        first, last = part
-        return grid_along(section, first, min(last + tuning.AT_A_TIME // 8, elements))
+        return grid_along(section, *piece)
 
-    return zip(firsts, lasts, map_in_order(make_grid, zip(firsts, lasts, strict=True), jobs), strict=True)
+    pieces = split_evenly(len(section.breaks) - 1, tuning.GRID_ELEMENTS)
+    grids, known = team.map(make_grid, pieces), list[Grid]()
+    for number in range(0, len(pieces), tuning.GRID_PIECES):
+        known += islice(grids, tuning.GRID_PIECES + 1 - len(known))
+        part = pieces[number : number + tuning.GRID_PIECES]
+        yield part[0][0], part[-1][1], join_grids(known)
+        known = known[tuning.GRID_PIECES :]
 
 
 def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:

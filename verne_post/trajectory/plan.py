@@ -11,8 +11,8 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks, running_sums
-from verne_post.base.processes import map_in_order
+from verne_post.base.columns import Growing, blocks, release_memory, running_sums
+from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
@@ -75,8 +75,8 @@ class PlanningOptions(Struct, frozen=True):
         How fast what is planned is executed.
     weights : ndarray, shape (2 h + 1,)
         Of the input shaper that the rows are convolved with; every section has h cycles of rest before and after it.
-    jobs : int
-        Processes that plan.
+    team : Team
+        The processes that plan.
     """
 
     cycle: float
@@ -84,7 +84,7 @@ class PlanningOptions(Struct, frozen=True):
     quality: bool = False
     playback: FeedOverride = field(default_factory=FeedOverride)
     weights: Array = field(default_factory=lambda: UNSHAPED)
-    jobs: int = 1
+    team: Team = ALONE
 
     @property
     def rest(self) -> int:
@@ -221,20 +221,20 @@ class _Planner:
         for section, total in enumerate(self.profiles.total.tolist()):
             begin_s = self.clock.at(section)
             if self.continuous[section]:
-                yield section, self._plan(begin_s, self.planning.jobs, section)
+                yield section, self._plan(begin_s, self.planning.team, section)
             elif begin_s < playback.steady:
                 self.cycles[section] = playback.cycles(total, begin_s, self.planning.cycle)
 
     def plan_each(self) -> Iterator[tuple[int, _SectionProfile]]:
         """Plan the continuous sections: several processes plan short ones side by side, and each long one together."""
-        jobs, sections = self.planning.jobs, np.flatnonzero(self.continuous)
+        team, sections = self.planning.team, np.flatnonzero(self.continuous)
         long = np.diff(self.begins)[sections] >= LONG_SECTION
         for together, group in groupby(zip(long.tolist(), sections.tolist(), strict=True), key=itemgetter(0)):
             run = [section for _long, section in group]
-            plan = partial(self._plan, 0.0, jobs if together else 1)
-            yield from zip(run, map_in_order(plan, run, 1 if together else jobs), strict=True)
+            plan = partial(self._plan, 0.0, team if together else ALONE)
+            yield from zip(run, map(plan, run) if together else team.map(plan, run), strict=True)
 
-    def _plan(self, begin_s: float, jobs: int, section: int) -> _SectionProfile:
+    def _plan(self, begin_s: float, team: Team, section: int) -> _SectionProfile:
         """Plan a continuous section that begins at a time (s)."""
         # scipy, and toppra even more so, are only imported where they are needed
         from verne_post.trajectory import continuous
@@ -247,15 +247,15 @@ class _Planner:
         try:
             profile = continuous.plan_continuous(
                 path, self.limits, planning.cycle, tuning.QUALITY if planning.quality else tuning.NORMAL,
-                _solver(planning.solver), planning.playback, begin_s, jobs,
+                _solver(planning.solver), planning.playback, begin_s, team,
             )  # fmt: skip
             if planning.solver == "both":
-                toppra_bound = second_order_bound(path, self.limits, _solver("toppra"), jobs)
+                toppra_bound = second_order_bound(path, self.limits, _solver("toppra"), team)
         except (ValueError, RuntimeError) as error:
             line = int(contour.line(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
-        return _SectionProfile(profile.s, profile.bound, toppra_bound, self._find_feed_reached(path, profile.s))
+        return _SectionProfile(profile.s, profile.bound, toppra_bound, self._find_feed_reached(path, profile.s, team))
 
     def keep(self, section: int, planned: _SectionProfile) -> None:
         """Keep the profile of a section, with rows of rest beside other continuous sections."""
@@ -268,16 +268,21 @@ class _Planner:
         self.toppra_bound_s += planned.toppra_bound_s
         self.reached[planned.reached] = True
 
-    def _find_feed_reached(self, path: ContourSection, s: Array) -> Ints:
+    def _find_feed_reached(self, path: ContourSection, s: Array, team: Team) -> Ints:
         """Segments (m,) on which the steps between rows s (n,) are as long as the feed rate allows."""
+
+        def find(part: tuple[int, int]) -> Ints:
+            release_memory()
+            first, last = part
+            rows = s[first : last + 1]
+            element, w = path.locate(0.5 * (rows[1:] + rows[:-1]))
+            cap = tuning.FEED_REACHED * self.joints.speed_cap(element, w)
+            fast = np.diff(rows) / self.planning.cycle >= cap
+            return np.unique(self.joints.contour.segment[element[fast]])
+
         found = Growing(np.intp)
-        for begin, end in blocks(len(s) - 1):
-            for row in range(begin, end, tuning.AT_A_TIME):
-                part = s[row : min(row + tuning.AT_A_TIME, end) + 1]
-                element, w = path.locate(0.5 * (part[1:] + part[:-1]))
-                cap = tuning.FEED_REACHED * self.joints.speed_cap(element, w)
-                fast = np.diff(part) / self.planning.cycle >= cap
-                found.extend(np.unique(self.joints.contour.segment[element[fast]]))
+        for segments in team.map(find, split_evenly(len(s) - 1, tuning.SHARED_ROWS)):
+            found.extend(segments)
         return found.column()
 
     def motion_profiles(self) -> MotionProfiles:

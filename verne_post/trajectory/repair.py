@@ -15,7 +15,6 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, blocks, release_memory
-from verne_post.base.processes import map_in_order
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.local_slowdown import excess_of_rows, slow_down_locally
@@ -143,7 +142,7 @@ def _repair_stretches(
     edges = np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()
     groups = [slice(first, last) for first, last in pairwise(edges)]
     shift = partial(_shift_stretches, task, reach, z, low, high, more)
-    for some, (shifted, excesses) in zip(groups, map_in_order(shift, groups, task.jobs), strict=True):
+    for some, (shifted, excesses) in zip(groups, task.team.map(shift, groups), strict=True):
         ends = np.cumsum(lengths[some])[:-1]
         places = zip(low[some].tolist(), high[some].tolist(), strict=True)
         for (a, b), part, worst in zip(places, np.split(shifted, ends), np.split(excesses, ends), strict=True):

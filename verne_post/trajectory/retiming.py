@@ -11,7 +11,6 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, release_memory
-from verne_post.base.processes import map_in_order
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.cruise import Piece, split_into_pieces
@@ -42,7 +41,7 @@ def _retime(task: SectionTask, profile: Profile, settings: PassSettings) -> tupl
     knots = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
     settled, legal = Growing(float), True
     groups = _group(split_into_pieces(task, profile, knots, settings))
-    for coefficients, all_legal in map_in_order(partial(_solve_group, task, profile, settings), groups, task.jobs):
+    for coefficients, all_legal in task.team.map(partial(_solve_group, task, profile, settings), groups):
         settled.copy(coefficients)
         legal &= all_legal
     return Times.of_coefficients(settled.column(), knot), legal

@@ -8,8 +8,8 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks, release_memory
-from verne_post.base.processes import map_in_order
 from verne_post.base.rows import row_max
+from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import SectionTask, joints_at
 
@@ -55,16 +55,17 @@ def excess(task: SectionTask, s: Array) -> Array:
     The rows s (n,) rest at both ends.
     """
     worst = Growing(float)
-    for part in map_in_order(partial(_excess_from, task, s), range(0, len(s) - REST_ROWS, tuning.AT_A_TIME), task.jobs):
+    for part in task.team.map(partial(_excess_of_rows, task, s), split_evenly(len(s) - REST_ROWS, tuning.SHARED_ROWS)):
         worst.extend(part)
     return worst.column()
 
 
-def _excess_from(task: SectionTask, s: Array, first: int) -> Array:
-    """The part of :func:`excess` that begins at a row."""
+def _excess_of_rows(task: SectionTask, s: Array, part: tuple[int, int]) -> Array:
+    """The part of :func:`excess` of some rows."""
     release_memory()
+    first, last = part
     before = min(first, 1)
-    rows = JointRows.at(task, s[first - before : first + tuning.AT_A_TIME + REST_ROWS])
+    rows = JointRows.at(task, s[first - before : last + REST_ROWS])
     return rows_excess(rows, task)[before:]
 
 

@@ -9,6 +9,7 @@ from verne_post.base import spans
 from verne_post.base.arrays import Array
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_max
+from verne_post.base.team import ALONE, Team
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 
@@ -52,8 +53,8 @@ class SectionTask(Struct, frozen=True, eq=False):
         Control cycle, and the time scale of the profile, s.
     cruise : ndarray, shape (k, 2)
         Ranges of s in which the profile is known to be even, at the feed rate; see :mod:`cruise`.
-    jobs : int
-        Processes that plan it.
+    team : Team
+        The processes that plan it.
     """
 
     section: Section
@@ -61,7 +62,7 @@ class SectionTask(Struct, frozen=True, eq=False):
     cycle: float
     unit: float
     cruise: Array = field(default_factory=lambda: np.empty((0, 2)))
-    jobs: int = 1
+    team: Team = ALONE
 
 
 class Grid(Struct, frozen=True, eq=False):
@@ -142,6 +143,17 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
         return np.concatenate([a[:1], a, a[-1:]])
 
     return Grid(np.concatenate([breaks[:1], s, breaks[-1:]]), framed(d1), framed(d2), framed(d3), framed(speed))
+
+
+def join_grids(pieces: list[Grid]) -> Grid:
+    """Grids along stretches that follow each other, as one."""
+    first, last = pieces[0], pieces[-1]
+
+    def join(name: str) -> Array:
+        inner = [getattr(piece, name)[1:-1] for piece in pieces]
+        return np.concatenate([getattr(first, name)[:1], *inner, getattr(last, name)[-1:]])
+
+    return Grid(*map(join, Grid.__struct_fields__))
 
 
 def _join_short(section: Section, breaks: Array) -> Array:

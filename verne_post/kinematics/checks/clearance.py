@@ -12,6 +12,7 @@ import numpy as np
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.team import ALONE, Team
 from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, chunk_elements, cover_elements
 from verne_post.kinematics.checks.limits import JointBounds, check_limits
 from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
@@ -29,10 +30,10 @@ HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 
 
 def check_constraints(
-    joints: JointPath, progress: Callable[[int], None] | None = None, jobs: int = 1
+    joints: JointPath, progress: Callable[[int], None] | None = None, team: Team = ALONE
 ) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check of a contour: :func:`check_limits`, the clearances of the machine file, and the keep-out boxes."""
-    bounds, findings = check_limits(joints, progress, jobs)
+    bounds, findings = check_limits(joints, progress, team)
     for model in clearances(joints):
         if model.names:
             findings += check_clearance(joints, model)

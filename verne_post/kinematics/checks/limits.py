@@ -15,8 +15,8 @@ from msgspec import Struct
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable
-from verne_post.base.processes import map_in_order
 from verne_post.base.rows import row_max
+from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
 from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, chunk_elements, cover_elements
 from verne_post.kinematics.checks.violations import (
@@ -60,7 +60,7 @@ class JointBounds(Struct, frozen=True, eq=False):
 
 
 def check_limits(
-    joints: JointPath, progress: Callable[[int], None] | None = None, jobs: int = 1
+    joints: JointPath, progress: Callable[[int], None] | None = None, team: Team = ALONE
 ) -> tuple[JointBounds, list[Finding]]:
     """Check every element of a contour.
 
@@ -68,8 +68,8 @@ def check_limits(
     ----------
     progress : callable, optional
         Called with the number of elements that have been checked.
-    jobs : int
-        Processes that look for what is far from every limit.
+    team : Team
+        The processes that look for what is far from every limit.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def check_limits(
     limits = _LimitCheck(joints)
     every = GrowingTable(**dict.fromkeys(("first", "second", "third"), (float, len(joints.machine.columns))))
     chunks, ahead = tee(chunk_elements(len(contour)))
-    for chunk, parts in zip(chunks, map_in_order(limits.open_spans, ahead, jobs), strict=True):
+    for chunk, parts in zip(chunks, team.map(limits.open_spans, ahead), strict=True):
         derivatives = _Derivatives(joints, chunk, limits.needs_derivatives(chunk))
         for part in parts:
             # of an element that cannot be reached, and has more spans than are checked together, the rest tells nothing

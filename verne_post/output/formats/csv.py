@@ -11,7 +11,7 @@ from verne_post.output.spool import WrittenRows
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write what ``verify`` reads."""
     yield csv_header(rows.columns, rows.format.drives).encode()
-    yield from rows.written_by(lambda block: csv_rows(block).encode())
+    yield from (csv_rows(block).encode() for block in rows.blocks())
 
 
 FORMAT: Final = FileFormat(write, ".csv")

@@ -1,0 +1,153 @@
+"""Work on several cores: processes that run the same program side by side and share the work of its maps."""
+
+import os
+import pickle
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from itertools import chain, islice, pairwise
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+#: Items of a map that each process works on before all exchange results: with more they wait less for each other, with
+#: fewer there are fewer results in memory.
+ROUND: Final = 8
+
+
+def can_fork() -> bool:
+    """True where a process can go on as several that share what it has computed; libraries of macOS do not survive that."""
+    return sys.platform.startswith("linux")
+
+
+class Team:
+    """Processes that run the same program from the same state on.
+
+    Each of them executes every line, but in :meth:`map` only works on some of the items, and is told the results of the others.
+    So they stay alike, and functions and items may hold anything. What is to happen once is for the process that :attr:`leads`.
+    """
+
+    def __init__(self, rank: int, size: int, links: "tuple[Connection, ...]") -> None:
+        self._rank, self._size = rank, size
+        #: To all the others for the process that leads, to that one for the others.
+        self._links = links
+
+    @property
+    def leads(self) -> bool:
+        """True in the process that there was before, and that goes on after the others."""
+        return self._rank == 0
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """Results of a function for each item, in their order. Results are pickled, also in part.
+
+        An error of the function is raised when its item is reached.
+
+        Raises
+        ------
+        ChildProcessError
+            Another process was killed.
+        """
+        if self._size == 1:
+            yield from map(function, items)
+            return
+        rest = iter(items)
+        while some := list(islice(rest, ROUND * self._size)):
+            parts = self._exchange([_try(function, item) for item in some[self._rank :: self._size]])
+            for number in range(len(some)):
+                result, error = parts[number % self._size][number // self._size]
+                if error is not None:
+                    raise error
+                yield result
+
+    def _exchange(self, mine: list[Any]) -> list[list[Any]]:
+        """What each process has, by rank."""
+        packed = pickle.dumps(mine, pickle.HIGHEST_PROTOCOL)
+        try:
+            if self.leads:
+                every = [packed, *(link.recv_bytes() for link in self._links)]
+                for rank, link in enumerate(self._links, start=1):
+                    for other, part in enumerate(every):
+                        if other != rank:
+                            link.send_bytes(part)
+            else:
+                (link,) = self._links
+                link.send_bytes(packed)
+                every = [packed if rank == self._rank else link.recv_bytes() for rank in range(self._size)]
+        except (EOFError, ConnectionError):
+            raise ChildProcessError(None, "was killed, perhaps for want of memory", "a process of --jobs") from None
+        return [mine if rank == self._rank else pickle.loads(part) for rank, part in enumerate(every)]
+
+
+#: One process.
+ALONE: Final = Team(0, 1, ())
+
+
+@contextmanager
+def work_together(jobs: int) -> Iterator[Team]:
+    """Go on as so many processes up to the end of the ``with``, where all but this one end."""
+    if jobs == 1:
+        yield ALONE
+        return
+    from multiprocessing import Pipe  # slow to import
+
+    pairs = [Pipe() for _ in range(1, jobs)]
+    rank, followers = 0, []
+    try:
+        for number in range(1, jobs):
+            pid = _fork()
+            if not pid:
+                rank = number
+                _leave_to_leader()
+                break
+            followers.append(pid)
+        mine = (pairs[rank - 1][1],) if rank else tuple(near for near, _far in pairs)
+        for link in chain.from_iterable(pairs):
+            if link not in mine:  # whoever holds one would keep the other end from seeing that its process has ended
+                link.close()
+        yield Team(rank, jobs, mine)
+    finally:
+        if rank:
+            os._exit(0)
+        for link in chain.from_iterable(pairs):
+            link.close()
+        for pid in followers:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+            with suppress(ChildProcessError):  # a program may have said that nobody waits for its processes
+                os.waitpid(pid, 0)
+
+
+def split_evenly(n: int, most: int) -> list[tuple[int, int]]:
+    """First and last (excluded) of parts of n items, none of more than ``most``; several are even in number, as two processes want."""
+    count = -(-n // most)
+    count += count > 1 and count % 2
+    return list(pairwise(n * number // max(count, 1) for number in range(count + 1)))
+
+
+def _fork() -> int:
+    with warnings.catch_warnings():
+        # of forking beside threads: those of the linear algebra rest meanwhile
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def _leave_to_leader() -> None:
+    """In a new process: leave alone the streams of the one that leads, and its answers to signals."""
+    sys.stdout = sys.stderr = None
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes; the one that leads says so
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
+def _try(function: Callable[[Item], Result], item: Item) -> tuple[Result | None, Exception | None]:
+    """The result for an item, or the error."""
+    try:
+        return function(item), None
+    except Exception as error:
+        return None, error
