@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: Items of a map that each process works on before all exchange results: with more they wait less for each other, with
-#: fewer there are fewer results in memory.
+#: Items of a map that each process works on before all exchange results. More of them wait in memory; fewer are of unequal
+#: work: with 2 and 4 two processes take 2 % longer, with 16 and 32 no less.
 ROUND: Final = 8
 
 
@@ -27,7 +27,7 @@ def can_fork() -> bool:
 
 
 class Team:
-    """Processes that run the same program from the same state on.
+    """Processes that run the same program from the same state on (single program, multiple data).
 
     Each of them executes every line, but in :meth:`map` only works on some of the items, and is told the results of the others.
     So they stay alike, and functions and items may hold anything. What is to happen once is for the process that :attr:`leads`.
@@ -44,7 +44,7 @@ class Team:
         return self._rank == 0
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
-        """Results of a function for each item, in their order. Results are pickled, also in part.
+        """Results of a function for each item, in their order; those of other processes are copies, by pickle.
 
         An error of the function is raised when its item is reached.
 
@@ -97,7 +97,7 @@ def work_together(jobs: int) -> Iterator[Team]:
     from multiprocessing import Pipe  # slow to import
 
     pairs = [Pipe() for _ in range(1, jobs)]
-    rank, followers = 0, []
+    rank, followers, leader = 0, [], os.getpid()
     try:
         for number in range(1, jobs):
             pid = _fork()
@@ -112,7 +112,7 @@ def work_together(jobs: int) -> Iterator[Team]:
                 link.close()
         yield Team(rank, jobs, mine)
     finally:
-        if rank:
+        if os.getpid() != leader:
             os._exit(0)
         for link in chain.from_iterable(pairs):
             link.close()
