@@ -131,16 +131,25 @@ def zigzag_table() -> str:
     return table(["zigzag of 1 mm, F3000, serial", "ms a corner", "free optimum", "ratio", "stops"], rows)
 
 
-def wave(x: Array, feed: float) -> bytes:
-    """A surface with waves of 16 mm, 2 mm high, cut along x (n,) in mm, with three decimals."""
+def wave(x: Array, feed: float, *, arcs: bool = False) -> bytes:
+    """A surface with waves of 16 mm, 2 mm high, cut along x (n,) in mm, with three decimals: lines, or arcs as curved as it is."""
     z = 60 + 2 * np.sin(np.pi * x / 8)
     ends = [f"X{p:.3f} Z{q:.3f}" for p, q in zip(x, z, strict=True)]
-    return program([f"G21 G90 G94 G64 P0.01 F{feed:g}", f"G0 Y0 A0 C0 {ends[0]}", *(f"G1 {end}" for end in ends[1:])])
+    words = [f"G1 {end}" for end in ends]
+    if arcs:
+        middle, way = 0.5 * (x[1:] + x[:-1]), np.sign(x[1] - x[0])
+        slope, bend = np.pi / 4 * np.cos(np.pi * middle / 8), -(np.pi**2) / 32 * np.sin(np.pi * middle / 8)
+        curvature = bend / (1 + slope**2) ** 1.5
+        words[1:] = [
+            f"G{2 if k * way > 0 else 3} {end} R{abs(1 / k):.3f}" if abs(k) > 1e-4 else f"G1 {end}"
+            for end, k in zip(ends[1:], curvature, strict=True)
+        ]
+    return program([f"G21 G90 G94 G18 G64 P0.01 F{feed:g}", f"G0 Y0 A0 C0 {ends[0]}", *words[1:]])
 
 
-def speeds(x: Array, feed: float, machine: str) -> tuple[Array, Array]:
+def speeds(source: bytes, feed: float, machine: str) -> tuple[Array, Array]:
     """Where the tip is between rows, mm along x in order, and its speed there over the feed rate."""
-    result = convert(wave(x, feed), load(machine), Options(tool_length=LENGTH_MM))
+    result = convert(source, load(machine), Options(tool_length=LENGTH_MM))
     assert result.setpoints is not None, result.findings
     joints = result.setpoints.values / [column.factor for column in load(machine).columns]
     tip, _angles, _ok = load(machine).five_axis.nominal(joints, np.full(len(joints), LENGTH_MM))
@@ -153,13 +162,15 @@ def surface_table() -> str:
     """Time of a wave by steps, and how two passes of opposite directions, their points half a step apart, differ in speed."""
     rows, places = [], np.linspace(20, 76, 4000)
     for machine in ("serial", "verne"):
-        for step in (0.1, 0.25, 0.5):
+        for step, arcs in ((0.1, False), (0.25, False), (0.5, False), (0.25, True), (0.5, True), (1.0, True)):
             x = np.arange(0, 96 + 1e-9, step)
             differences = []
             for feed in (4000, 12000):
-                there, back = speeds(x, feed, machine), speeds(x[::-1][:-1] - step / 2, feed, machine)
+                passes = (wave(along, feed, arcs=arcs) for along in (x, x[::-1][:-1] - step / 2))
+                there, back = (speeds(source, feed, machine) for source in passes)
                 differences.append(np.abs(np.interp(places, *there) - np.interp(places, *back)).max())
-            rows.append([f"{machine}, {step} mm", f"{seconds(wave(x, 12000), machine):.3f}",
+            rows.append([f"{machine}, {'arcs of ' if arcs else ''}{step:g} mm",
+                         f"{seconds(wave(x, 12000, arcs=arcs), machine):.3f}",
                          *(f"{100 * one:.2f} %" for one in differences)])  # fmt: skip
     header = ["wave of 96 mm", "s at F12000", "neighbouring passes, F4000", "F12000: largest difference"]
     return table(header, rows)

@@ -8,7 +8,7 @@ from verne_post.base.rows import row_norm
 from verne_post.model.options import Options
 from verne_post.toolpath import compensation
 from verne_post.toolpath.contour_pose import contour_pose
-from verne_post.toolpath.corners import find_bends, find_slopes
+from verne_post.toolpath.corners import Chords, find_bends, find_slopes
 
 from ..builders import MACHINE
 from .polylines import contour_of, flat, program_of, shares_of_tolerance
@@ -55,7 +55,8 @@ def compensate(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     soft = np.ones(len(xy), dtype=bool)
     soft[[0, -1]] = False
     bound = np.full(len(xy), TOLERANCE_MM)
-    moved, chain = compensation.compensate_blends(vertex, vertex, s, soft, bound, bound)
+    chords = Chords(np.zeros((len(s) - 1, 3)), np.ones(len(s) - 1))
+    moved, chain = compensation.compensate_blends(vertex, vertex, s, soft, chords, bound, bound)
     return vertex, moved, chain
 
 

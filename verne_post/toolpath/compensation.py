@@ -20,6 +20,7 @@ from verne_post.toolpath.corners import (
     METRIC,
     SEGMENTS,
     USED_SHARE,
+    Chords,
     displacement,
     find_bend_shares,
     find_bends,
@@ -55,7 +56,7 @@ OVERLAP: Final = 64
 
 
 def compensate_blends(
-    programmed: Array, vertex: Array, s: Array, soft: Mask, tip_tolerance: Array, axis_tolerance: Array
+    programmed: Array, vertex: Array, s: Array, soft: Mask, chords: Chords, tip_tolerance: Array, axis_tolerance: Array
 ) -> tuple[Array, Mask]:
     """Move vertices outward, where blends over two segments then stay within the tolerance.
 
@@ -67,6 +68,8 @@ def compensate_blends(
         Metric length at the corners, mm.
     soft : ndarray of bool, shape (n + 1,)
         Vertices of finely divided feed moves that are no features.
+    chords : Chords
+        How far the n segments are from what is programmed.
     tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
         mm and rad.
 
@@ -87,7 +90,13 @@ def compensate_blends(
         first = max(begin - OVERLAP, 0)
         rows, mine = slice(first, end + OVERLAP), slice(begin - first, end - first)
         poses, members = _compensate(
-            programmed[rows], vertex[rows], s[rows], soft[rows], tip_tolerance[rows], axis_tolerance[rows]
+            programmed[rows],
+            vertex[rows],
+            s[rows],
+            soft[rows],
+            chords.take(slice(first, end + OVERLAP - 1)),
+            tip_tolerance[rows],
+            axis_tolerance[rows],
         )
         moved.extend(poses[mine])
         chain.extend(members[mine])
@@ -106,7 +115,7 @@ def chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
 
 
 def _compensate(
-    programmed: Array, vertex: Array, s: Array, soft: Mask, tip_tolerance: Array, axis_tolerance: Array
+    programmed: Array, vertex: Array, s: Array, soft: Mask, chords: Chords, tip_tolerance: Array, axis_tolerance: Array
 ) -> tuple[Array, Mask]:
     """As :func:`compensate_blends`, of a part of a path."""
     n = len(s) - 1
@@ -134,7 +143,7 @@ def _compensate(
         moved = vertex + np.where(chain[:, None], outward, 0.0)
         moved_slope = find_slopes(moved[:-1], moved[1:], length)
         corners = Corners(s, corners.reach, find_bends(moved_slope), shape)
-        used = find_deviations(corners, moved_slope, moved - programmed, tip_tolerance, axis_tolerance)
+        used = find_deviations(corners, moved_slope, moved - programmed, chords, tip_tolerance, axis_tolerance)
         beyond = chain & (used > USED_SHARE - UNSEEN)
         if not beyond.any():
             return moved, chain

@@ -15,8 +15,8 @@ from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules
 from verne_post.toolpath.corners import NEIGHBOURS
 from verne_post.toolpath.elements import find_feeds, measure_rotation
 from verne_post.toolpath.fairing import fair_path
-from verne_post.toolpath.linear_circles import straighten_circles
 from verne_post.toolpath.rounding import RoundedSegments, round_corners
+from verne_post.toolpath.straighten import straighten
 
 __all__ = ["Smoothing", "make_exact_contour", "smooth_contour"]
 
@@ -103,18 +103,18 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
     if n < 2:
         return make_exact_contour(path)
     s = running_sums(path.length)
-    straight, off = straighten_circles(path, moves, smoothing)
+    straight, left = straighten(path, moves, smoothing)
     shape, chain = straight, np.zeros(n + 1, dtype=bool)
     if smoothing.overlap:
-        shape, chain = fair_path(straight, off, s, moves, smoothing)
+        shape, chain = fair_path(straight, left, s, moves, smoothing)
 
     def round_part(part: tuple[int, int]) -> tuple[RoundedSegments, Feeds]:
         release_memory()
         begin, end = part
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
-        rules = find_corner_rules(straight, off, first, last, moves, smoothing)
+        rules = find_corner_rules(straight, left.swing, first, last, moves, smoothing)
         corners = slice(first, last + 1)
-        seen = straight.part(first, last), off[first:last], shape.part(first, last), s[corners], chain[corners]
+        seen = straight.part(first, last), left.part(first, last), shape.part(first, last), s[corners], chain[corners]
         rounded = round_corners(*seen, rules, smoothing)
         return rounded.part(begin - first, end - first), find_feeds(path.part(begin, end))
 

@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
@@ -52,7 +53,8 @@ USED_SHARE: Final = 0.97
 #: Overlapping corner blends that leave the tolerance together are narrowed by no more than this at a time, and so often.
 NARROWING: Final = 0.6
 NARROWINGS: Final = 12
-#: Where segments near wide shapes are looked at, besides their middle: lobes of two blends add up anywhere.
+#: Where segments near wide shapes, and chords of arcs, are looked at besides their middle: lobes of two blends, or a blend and an
+#: arc's height, add up anywhere.
 _PLACES: Final = (0.1, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9)
 #: The contour beside a segment depends on no more than so many segments on each side: on those that a corner blend reaches,
 #: and on as many again in each round of narrowing.
@@ -62,6 +64,32 @@ METRIC: Final = np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
 #: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: blending it would not be
 #: faster, and the curve would all but come back on itself.
 REVERSAL: Final = -0.9
+
+
+class Chords(Struct, frozen=True):
+    """How far n straight segments are from the arcs for which they stand.
+
+    Attributes
+    ----------
+    sag : ndarray, shape (n, 3)
+        From the middle of the arc to that of its chord, mm; 0 for segments that stand for none.
+    cosine : ndarray, shape (n,)
+        Of half the angle of the arc, which is below pi; 1 for segments that stand for none.
+    """
+
+    sag: Array
+    cosine: Array
+
+    def take(self, segment: Ints | slice) -> "Chords":
+        """Those of some segments."""
+        return Chords(self.sag[segment], self.cosine[segment])
+
+    def height(self, part: Array) -> Array:
+        """From the arcs to the segments (n, 3), mm, at shares ``part`` (n,) of their chords."""
+        from_middle = (2.0 * part - 1.0) ** 2
+        root = np.sqrt(1.0 - (1.0 - self.cosine**2) * from_middle)
+        share = (1.0 - from_middle) * (1.0 + self.cosine) / (root + self.cosine)
+        return np.asarray(share[:, None] * self.sag)
 
 
 def find_slopes(start: Array, end: Array, length: Array) -> Array:
@@ -93,7 +121,12 @@ def find_reversals(slope: Array) -> Mask:
 
 
 def find_share_used(
-    off: Array, slope: Array, ends: tuple[Array, Array], tip_tolerance: Array, axis_tolerance: Array
+    off: Array,
+    slope: Array,
+    ends: tuple[Array, Array],
+    tip_tolerance: Array,
+    axis_tolerance: Array,
+    chords: Chords | None = None,
 ) -> Array:
     """What displacements use of the tolerance (n,): 1 where all of it, 0 where there is neither displacement nor tolerance.
 
@@ -111,16 +144,26 @@ def find_share_used(
         From the poses to both ends of their segment, mm: the nearest pose lies between.
     tip_tolerance, axis_tolerance : ndarray, shape (n,)
         mm and rad.
+    chords : Chords, optional
+        How far the segments are from what was programmed.
     """
     square = np.where(slope[:, 3:].any(axis=1), 0.0, row_sum(slope[:, :3] ** 2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         along = np.where(square > 0, row_sum(off[:, :3] * slope[:, :3]) / square, 0.0).clip(*ends)
         same, nearest = (
-            (row_norm(away[:, :3]) / tip_tolerance, row_norm(away[:, 3:]) / axis_tolerance)
-            for away in (off, off - along[:, None] * slope)
+            (
+                row_norm(away[:, :3] + _find_heights(chords, ends, by)) / tip_tolerance,
+                row_norm(away[:, 3:]) / axis_tolerance,
+            )
+            for by, away in ((0.0, off), (along, off - along[:, None] * slope))
         )
         used = np.fmax(np.fmin(np.fmax(*same), np.fmax(*nearest)), np.hypot(*np.nan_to_num(same)) / np.sqrt(2.0))
     return np.where(np.isfinite(used), used, 0.0)
+
+
+def _find_heights(chords: Chords | None, ends: tuple[Array, Array], along: Array | float) -> Array | float:
+    """From arcs to their chords (n, 3), mm, ``along`` (n,) mm beyond poses that are ``ends`` from the ends."""
+    return 0.0 if chords is None else chords.height((along - ends[0]) / (ends[1] - ends[0]))
 
 
 def find_bend_shares(bend: Array, slope: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
@@ -225,10 +268,13 @@ def measure_gaps(reach: Array, s: Array) -> Array:
     return gap
 
 
-def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+def find_deviations(
+    corners: Corners, slope: Array, shift: Array, chords: Chords, tip_tolerance: Array, axis_tolerance: Array
+) -> Array:
     """The largest share of the tolerance (n + 1,) that the contour uses anywhere where the blend of a corner reaches.
 
-    Looked at are corners and the middle of segments; near wide shapes also places in between, and where each swings out.
+    Looked at are corners and the middle of segments; near wide shapes and on chords of arcs also places in between, and where each
+    wide shape swings out.
 
     Parameters
     ----------
@@ -237,6 +283,8 @@ def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance:
         Derivative of the segments by s.
     shift : ndarray, shape (n + 1, 5)
         How far vertices have been moved before.
+    chords : Chords
+        How far the segments are from what was programmed.
     tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
         The tolerance of a point between two corners is the smaller of theirs.
     """
@@ -246,7 +294,8 @@ def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance:
     near_wide = np.zeros(n + 2 * SEGMENTS, dtype=bool)
     for step in range(2 * SEGMENTS):
         near_wide[wide + step] = True
-    looked = np.flatnonzero(near_wide[SEGMENTS:-SEGMENTS])
+    bent = chords.sag.any(axis=1)
+    looked = np.flatnonzero(near_wide[SEGMENTS:-SEGMENTS] | bent)
     between = np.concatenate([np.arange(n), np.repeat(looked, len(_PLACES))])
     share = np.concatenate([np.full(n, 0.5), np.tile(_PLACES, len(looked))])
     outside = OUTSIDE[corners.shape[wide]] * reach[wide]
@@ -264,10 +313,9 @@ def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance:
     ):
         ends = s[owner] - at, s[owner + 1] - at
         part = (-ends[0] / (ends[1] - ends[0]))[:, None]
-        used = find_share_used(
-            off + shift[owner] + part * (shift[owner + 1] - shift[owner]), slope[owner], ends,
-            *(np.minimum(bound[low], bound[high]) for bound in (tip_tolerance, axis_tolerance)),
-        )  # fmt: skip
+        away = off + shift[owner] + part * (shift[owner + 1] - shift[owner])
+        tip, axis = (np.minimum(bound[low], bound[high]) for bound in (tip_tolerance, axis_tolerance))
+        used = find_share_used(away, slope[owner], ends, tip, axis, chords.take(owner) if bent.any() else None)
         for step in range(-SEGMENTS, SEGMENTS + 2):
             near = np.clip(owner + step, 0, n)
             covers = np.abs(at - s[near]) < reach[near]
@@ -276,7 +324,13 @@ def find_deviations(corners: Corners, slope: Array, shift: Array, tip_tolerance:
 
 
 def narrow_blends(
-    corners: Corners, kept: Mask, slope: Array, shift: Array, tip_tolerance: Array, axis_tolerance: Array
+    corners: Corners,
+    kept: Mask,
+    slope: Array,
+    shift: Array,
+    chords: Chords,
+    tip_tolerance: Array,
+    axis_tolerance: Array,
 ) -> Array:
     """Reaches (n + 1,) of overlapping corner blends, narrowed until their sum stays within the tolerance.
 
@@ -285,7 +339,7 @@ def narrow_blends(
     reach = corners.reach.copy()
     for _ in range(NARROWINGS):
         corners = replace(corners, reach=reach)
-        worst = find_deviations(corners, slope, shift, tip_tolerance, axis_tolerance) / USED_SHARE
+        worst = find_deviations(corners, slope, shift, chords, tip_tolerance, axis_tolerance) / USED_SHARE
         beyond = (worst > 1.0) & ~kept
         if not beyond.any():
             return reach

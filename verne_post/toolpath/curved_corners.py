@@ -142,11 +142,11 @@ def find_reaches(jump: Array, slopes: tuple[Array, Array], most: Array, toleranc
     row = np.repeat(np.arange(m), SHAPES * places)
     shape = np.tile(np.repeat(np.arange(SHAPES), places), m)
     ends = np.full(len(row), -np.inf), np.full(len(row), np.inf)
-    bounds = tuple(bound[row] for bound in tolerances)
+    tip, axis = (bound[row] for bound in tolerances)
     for _ in range(STEPS):
         wide = np.repeat(reach.ravel(), places)
         used = np.maximum(*(
-            find_share_used(displace(jump[row], wide, shape, side * np.tile(_COARSE, m * SHAPES)), slope[row], ends, *bounds)
+            find_share_used(displace(jump[row], wide, shape, side * np.tile(_COARSE, m * SHAPES)), slope[row], ends, tip, axis)
             for side, slope in zip((-1.0, 1.0), slopes, strict=True)
         ))  # fmt: skip
         used = np.maximum(used.reshape(m, SHAPES, places).max(axis=2), np.finfo(float).tiny)

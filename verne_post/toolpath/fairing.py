@@ -21,6 +21,7 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.compensation import compensate_blends
 from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules, limit_fairing
 from verne_post.toolpath.corners import NEIGHBOURS, find_reversals, find_slopes
+from verne_post.toolpath.straighten import Straightened
 
 #: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for blending corners.
 FAIRING_SHARE: Final = 0.35
@@ -41,13 +42,15 @@ ROUNDS: Final = 8
 MOSTLY_HELD: Final = 0.5
 
 
-def fair_path(path: ToolPath, off: Array, s: Array, moves: Moves, smoothing: Smoothing) -> tuple[ToolPath, Mask]:
+def fair_path(
+    path: ToolPath, left: Straightened, s: Array, moves: Moves, smoothing: Smoothing
+) -> tuple[ToolPath, Mask]:
     """Move the vertices of finely divided feed moves; returns also which are compensated (n + 1,).
 
     Parameters
     ----------
-    off : ndarray, shape (n,)
-        What segments use of the axis tolerance, rad.
+    left : Straightened
+        How far segments are from programmed curves.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
     moves : Moves
@@ -59,7 +62,7 @@ def fair_path(path: ToolPath, off: Array, s: Array, moves: Moves, smoothing: Smo
     for begin, end in blocks(n):
         vertex.extend(path.end[begin:end])
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
-        part, rules = path.part(first, last), find_corner_rules(path, off, first, last, moves, smoothing)
+        part, rules = path.part(first, last), find_corner_rules(path, left.swing, first, last, moves, smoothing)
         reversal = find_reversals(find_slopes(part.start, part.end, part.length))
         soft = rules.allowed & rules.straight & ~rules.smooth & ~reversal
         # a segment that continues in another, or ends at a curve, keeps its direction, which was matched as programmed
@@ -79,7 +82,7 @@ def fair_path(path: ToolPath, off: Array, s: Array, moves: Moves, smoothing: Smo
     programmed = vertex.column()
     moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"])
     bounds = (columns[name] / FAIRING_SHARE for name in ("tip", "axis"))
-    moved, chain = compensate_blends(programmed, moved, s, columns["free"], *bounds)
+    moved, chain = compensate_blends(programmed, moved, s, columns["free"], left.chords, *bounds)
     ends = GrowingTable(start=(float, 5), end=(float, 5))
     for begin, end in blocks(n):
         soft = columns["soft"][begin : end + 1, None]

@@ -16,6 +16,7 @@ from verne_post.toolpath.corner_rules import CornerRules, Smoothing
 from verne_post.toolpath.curved_corners import blend_curved_corners
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 from verne_post.toolpath.spline_corners import put_curves
+from verne_post.toolpath.straighten import Straightened
 
 
 class RoundedSegments(Struct, frozen=True):
@@ -64,16 +65,16 @@ class RoundedSegments(Struct, frozen=True):
 
 
 def round_corners(
-    path: ToolPath, off: Array, shape: ToolPath, s: Array, chain: Mask, rules: CornerRules, smoothing: Smoothing
+    path: ToolPath, left: Straightened, shape: ToolPath, s: Array, chain: Mask, rules: CornerRules, smoothing: Smoothing
 ) -> RoundedSegments:
     """Blend the corners of some segments, whose vertices have been moved to those of ``shape``.
 
     Parameters
     ----------
     path, shape : ToolPath
-        n segments as programmed, but for great circles that are followed linearly, and as they are followed.
-    off : ndarray, shape (n,)
-        How far the former are from the programmed great circle, rad.
+        n segments as programmed, but for curves that are followed as straight segments, and as they are followed.
+    left : Straightened
+        How far the former are from the programmed curves.
     s : ndarray, shape (n + 1,)
         Metric length at the corners, mm.
     chain : ndarray of bool, shape (n + 1,)
@@ -110,12 +111,15 @@ def round_corners(
         kind[chain] = 0
         reach[chain] = chain_reach(chain, blends.find_widest(kind, share), s)[chain]
         bounds = rules.tip_tolerance, rules.axis_tolerance
-        reach = blends.narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, *bounds)
+        reach = blends.narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, left.chords, *bounds)
     reach = np.where(blended, reach, 0.0)
     curved = np.flatnonzero(rules.curved)
     # corner blends that reach over a corner leave less to the curve after it
     most = np.minimum(most, blends.measure_gaps(reach, s)[curved])
-    bounds = tip_left[curved], axis_left[curved]
+    # blends of curved corners are measured from chords: shapes with lobes may add to what those are off
+    sag = row_norm(left.chords.sag)
+    beside = np.maximum(sag[curved - 1], sag[curved])
+    bounds = tip_left[curved] - beside, axis_left[curved]
 
     def allowed_jerk(corner: Ints, along: Array) -> Array:
         return smoothing.jerk_limit(path.start[corner], along, path.tool_length[corner - 1])
@@ -129,7 +133,7 @@ def round_corners(
     used = ~stops & ~rules.smooth
     used |= shift.any(axis=1)  # also where a corner has become a stop
     whole = rules.axis_tolerance.copy()
-    whole[1:-1] += np.maximum(off[1:], off[:-1])
+    whole[1:-1] += np.maximum(left.swing[1:], left.swing[:-1])
     tip, axis = (_spread_to_segments(np.where(used, bound, 0.0), reach, s) for bound in (rules.tip_tolerance, whole))
     elements = split_into_elements(path, corners)
     segment = elements["segment"]
@@ -137,7 +141,17 @@ def round_corners(
     begin, end = (s[segment] + elements[side] * path.length[segment] for side in ("low", "high"))
     elements["blended"] = blends.find_blended(corners, segment, begin, end)
     return RoundedSegments(
-        elements, reach, bend, kind, stops, curved, jump[:, 1:], curve, controls, tip, np.maximum(axis, off)
+        elements,
+        reach,
+        bend,
+        kind,
+        stops,
+        curved,
+        jump[:, 1:],
+        curve,
+        controls,
+        np.maximum(tip, sag / blends.USED_SHARE),
+        np.maximum(axis, left.swing / blends.USED_SHARE),
     )
 
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
@@ -80,13 +80,22 @@ class BetweenRowsCheck:
 
     def _places(self, row: Ints, segment: Ints, part: Array) -> tuple[Ints, Ints, Array]:
         """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
-        path = self.reference.path
-        straight = (path.arc[segment] < 0) & (path.spline[segment] < 0) & (path.circle[segment] < 0)
+        straight = self._are_straight(segment)
         last = np.diff(row, append=-1) != 0
         touch, within = ragged(np.where(straight, ~last, len(_PLACES)))
         share = np.where(straight[touch], _PLACES[-1], np.array(_PLACES)[within])
         low, high = part[touch].T
         return row[touch], segment[touch], low + share * (high - low)
+
+    def _are_straight(self, segment: Ints) -> Mask:
+        """Segments (m,) that are straight, or arcs no farther from their chords than their tolerance."""
+        path = self.reference.path
+        straight = (path.spline[segment] < 0) & (path.circle[segment] < 0)
+        on_arc = np.flatnonzero(path.arc[segment] >= 0)
+        arcs, row = path.arcs, path.arc[segment[on_arc]]
+        height = np.maximum(arcs.r0, arcs.r1)[row] * (1.0 - np.cos(np.minimum(0.5 * np.abs(arcs.sweep[row]), np.pi)))
+        straight[on_arc] &= height <= self.reference.tip_tolerance[segment[on_arc]]
+        return straight
 
     def _compare(self, rows: MeasuredRows, row: Ints, segment: Ints, u: Array) -> None:
         """Compare places u (m,) of segments (m,) with the straight steps to rows (m,).
