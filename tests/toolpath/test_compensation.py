@@ -8,7 +8,8 @@ from verne_post.base.rows import row_norm
 from verne_post.model.options import Options
 from verne_post.toolpath import compensation
 from verne_post.toolpath.contour_pose import contour_pose
-from verne_post.toolpath.corners import Chords, find_bends, find_slopes
+from verne_post.toolpath.corners import find_bends, find_slopes
+from verne_post.toolpath.deviations import Chords
 
 from ..builders import MACHINE
 from .polylines import contour_of, flat, program_of, shares_of_tolerance

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verne_post.base.units import ROTARY_METRIC_MM
-from verne_post.toolpath import corners
+from verne_post.toolpath import corners, deviations
 from verne_post.toolpath.contour_pose import contour_pose
 from verne_post.toolpath.corner_shapes import (
     EVEN_PEAK,
@@ -159,7 +159,7 @@ def test_a_pose_beyond_the_end_of_its_segment_is_measured_from_the_end() -> None
 
     def used(before: float, after: float, turning: float = 0.0) -> float:
         slope = np.array([[1.0, 0, 0, turning, 0]])
-        return float(corners.find_share_used(off, slope, (before * one, after * one), 0.02 * one, 0.5e-3 * one)[0])
+        return float(deviations.find_share_used(off, slope, (before * one, after * one), 0.02 * one, 0.5e-3 * one)[0])
 
     left_behind = np.hypot(np.hypot(0.5, 0.2), 0.4) / np.sqrt(2.0)
     assert used(-1.0, 1.0) == pytest.approx(

@@ -20,16 +20,14 @@ from verne_post.toolpath.corners import (
     METRIC,
     SEGMENTS,
     USED_SHARE,
-    Chords,
     displacement,
-    find_bend_shares,
     find_bends,
-    find_deviations,
     find_slopes,
     find_widest,
     limit_overlap,
     smaller_beside,
 )
+from verne_post.toolpath.deviations import Chords, find_bend_shares, find_deviations
 
 #: The contour passes vertices on the inside at this share of the chord error. At 0.8 it uses as much of the tolerance at
 #: vertices as in the middle of chords (measured from 0.3 to 1.3 on waves of 0.35 and 0.5 mm: 0.0066 to 0.0045 mm).

@@ -12,7 +12,7 @@ from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath, sections_at
 from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules
-from verne_post.toolpath.corners import NEIGHBOURS
+from verne_post.toolpath.deviations import NEIGHBOURS
 from verne_post.toolpath.elements import find_feeds, measure_rotation
 from verne_post.toolpath.fairing import fair_path
 from verne_post.toolpath.rounding import RoundedSegments, round_corners

@@ -31,7 +31,8 @@ from verne_post.toolpath.corner_shapes import (
     jump_values,
     shape_value,
 )
-from verne_post.toolpath.corners import LEAST_CYCLES, METRIC, USED_SHARE, find_share_used
+from verne_post.toolpath.corners import LEAST_CYCLES, METRIC, USED_SHARE
+from verne_post.toolpath.deviations import find_share_used
 from verne_post.toolpath.evaluate import coordinates, pose_derivatives
 
 #: Where blends are measured, on each side: while a reach is sought, and at last.

@@ -20,7 +20,8 @@ from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.compensation import compensate_blends
 from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules, limit_fairing
-from verne_post.toolpath.corners import NEIGHBOURS, find_reversals, find_slopes
+from verne_post.toolpath.corners import find_reversals, find_slopes
+from verne_post.toolpath.deviations import NEIGHBOURS
 from verne_post.toolpath.straighten import Straightened
 
 #: Vertices of finely divided curves move by at most this share of their tolerance; the rest is for blending corners.

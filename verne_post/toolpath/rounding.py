@@ -14,6 +14,7 @@ from verne_post.toolpath import corners as blends
 from verne_post.toolpath.compensation import chain_reach
 from verne_post.toolpath.corner_rules import CornerRules, Smoothing
 from verne_post.toolpath.curved_corners import blend_curved_corners
+from verne_post.toolpath.deviations import find_bend_shares, narrow_blends
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 from verne_post.toolpath.spline_corners import put_curves
 from verne_post.toolpath.straighten import Straightened
@@ -92,7 +93,7 @@ def round_corners(
     bend = blends.find_bends(slope)
     bend[~rules.straight] = 0.0
     blended = rules.allowed & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
-    share = np.where(blended, blends.find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
+    share = np.where(blended, find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
     feed = blends.smaller_beside(find_feeds(path).cap)
     kind = blends.choose_shapes(
         share,
@@ -111,7 +112,7 @@ def round_corners(
         kind[chain] = 0
         reach[chain] = chain_reach(chain, blends.find_widest(kind, share), s)[chain]
         bounds = rules.tip_tolerance, rules.axis_tolerance
-        reach = blends.narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, left.chords, *bounds)
+        reach = narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, left.chords, *bounds)
     reach = np.where(blended, reach, 0.0)
     curved = np.flatnonzero(rules.curved)
     # corner blends that reach over a corner leave less to the curve after it

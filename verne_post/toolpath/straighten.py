@@ -21,7 +21,7 @@ from verne_post.model.moves import Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.chords import OVERLAP, choose_chords
 from verne_post.toolpath.corner_rules import Smoothing, find_segment_tolerances
-from verne_post.toolpath.corners import Chords
+from verne_post.toolpath.deviations import Chords
 from verne_post.toolpath.evaluate import arc_tip, circle_axis
 
 #: Share of the axis tolerance that following a great circle linearly may use. The corners have the rest. Over 600 random programs
