@@ -419,6 +419,7 @@ def test_plain_lines_are_what_the_general_reader_makes_of_them(run):
 @pytest.mark.parametrize("odd", [
     "; note", "", "L X+5 ; note", "12 ; note", "* - note", "L X+5 ; note ~\nY+7", "; note ~\nL X+5", "F200", "L X+5 ; RND R2",
     "; note\nRND R2\nL Y+30", "; one\n\n; two\nCHF 1\nL X+20 Y+30", "L X+1 ~\n; note\nL X+5",
+    "CT X+30 Y+9", "L X+5 Y+5\nL Z+7\nCT X+30 Y+9", "L X+5 C+3\nCT X+30 Y+9", "CALL LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 2\nLBL 1\nCT X+30 Y+9\nLBL 0\nLBL 2",
 ])  # fmt: skip
 def test_comments_among_plain_lines_are_what_the_general_reader_makes_of_them(view, monkeypatch, odd):
     stretch = [f"L X+{k} Y+{k * k % 7}" for k in range(12)]
@@ -429,6 +430,24 @@ def test_comments_among_plain_lines_are_what_the_general_reader_makes_of_them(vi
     monkeypatch.setattr("verne_post.gcode.plain.MIN_LINES", 10**9)
     slow, slow_errors = view(text, dialect="heidenhain")
     assert fast_errors == slow_errors
+    for name in ("kind", "end", "feed", "line"):
+        assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=name == "feed"), name
+
+
+@pytest.mark.parametrize(
+    "before",
+    ["TOOL CALL 1 Z S1000 F900", "CR X+20 Y+5 R+30 DR- F900", "F900", "L X+5 F900", "L X+5 F300\nM136\nM137\nF900"],
+)
+def test_stretches_of_turns_alone_have_the_feed_in_force(view, monkeypatch, before):
+    turns = [f"L C+{5 * k}" for k in range(13)]
+    steps = [f"L X+{k}" for k in range(13)]
+    text = "\n".join(["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F500", "L X+0 Y+0 Z+80 A+0 C+0 FMAX M3", "M128", "L X+1 F300",
+                      *steps, before, *turns, "L X+5 M8", *turns[::-1], "L C+0", "END PGM T MM"])  # fmt: skip
+    fast, errors = view(text, dialect="heidenhain")
+    monkeypatch.setattr("verne_post.gcode.plain.MIN_LINES", 10**9)
+    slow, _errors = view(text, dialect="heidenhain")
+    assert errors == ()
+    assert fast.feed[-1] == 900.0
     for name in ("kind", "end", "feed", "line"):
         assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=name == "feed"), name
 

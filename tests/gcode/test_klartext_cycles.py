@@ -207,6 +207,34 @@ def test_calls(run):
     assert holes(moves)[:, 0].tolist() == [4, 10, 20, 30, 40]
 
 
+def test_a_new_cycle_ends_the_calls_of_every_block(run):
+    moves = run(CENTRE, "L X+10 FMAX M89", CENTRE, "L X+20 FMAX", "L X+30 FMAX", "L X+40 FMAX M99")
+    assert holes(moves)[:, 0].tolist() == [10, 40]
+
+
+def test_between_places_of_a_pattern_the_tool_is_as_high_as_it_stood(run):
+    """The greater of Q203 + Q204 and the height at the call; a call at one place has its feed rate for the way there alone."""
+    places = "PATTERN DEF ROW1 (X+10 Y+0 D+10 NUM3 ROT+0 Z+0)"
+    for stood, between in ((40, 40), (3, 5)):
+        moves = run(CENTRE, places, f"L Z+{stood} FMAX", "CYCL CALL PAT FMAX")
+        sideways = np.flatnonzero(np.abs(np.diff(moves.end[:, 0])) > 1.0)[1:] + 1
+        assert len(sideways) == 2
+        assert (moves.end[sideways, 2] == between).all()
+
+
+def test_patterns_begin_at_the_second_clearance(run):
+    grid = "CYCL DEF 221 G Q225=11 Q226=1 Q237=3 Q238=5 Q242=2 Q243=2 Q224=0 Q200=2 Q203=0 Q204=20 Q301=1"
+    moves = run(CENTRE, "L Z+3 FMAX", grid)
+    first = int(np.flatnonzero(moves.end[:, 0] == 11.0)[0])
+    assert moves.end[first - 1 : first + 2, 2].tolist() == [20.0, 20.0, 2.0]
+
+
+def test_the_feed_of_a_call_at_a_place_holds_for_the_way_there(run):
+    moves = run(CENTRE, "L X+5 F300", "CYCL CALL POS X+10 Y+10 F777", "L X+20")
+    assert moves.feed[np.flatnonzero(np.isclose(moves.end[:, 0], 10.0))[0]] == 777.0
+    assert moves.feed[-1] == 300.0
+
+
 def test_calls_at_places(run):
     moves = run(CENTRE, "CYCL CALL POS X+10 Y+20 Z+3 FMAX", "CYCL CALL POS IX+5 F200")
     low = moves.end[np.isclose(moves.feed, 150.0)]

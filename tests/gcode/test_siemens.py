@@ -59,6 +59,8 @@ def same_moves(view, siemens, rs274):
     ("R1=0\nLOOP\nR1=R1+1\nX=R1\nIF R1==2 GOTOF RAUS\nENDLOOP\nRAUS: X9", "G0 X1\nX2\nX9"), ("R1=0\nREPEAT\nR1=R1+1\nX=R1\nUNTIL R1==2", "G0 X1\nX2"),
     ("A1: X=IC(1)\nREPEAT A1 P=2", "G0 X1\nX2\nX3"), ("A1: X=IC(1)\nY=IC(1)\nA2: X=IC(1)\nREPEATB A1 P=2\nX9", "G0 X1\nY1\nX2\nX3\nX4\nX9"),
     ("A1: X=IC(1)\nA2: Y=IC(1)\nZ9\nREPEAT A1 A2", "G0 X1\nY1\nZ9\nX2\nY2"), ("A1: X=IC(1)\nENDLABEL: Y=IC(1)\nREPEAT A1", "G0 X1\nY1\nX2\nY2"),
+    ("R1=0\nA1: X=IC(10)\nIF R1==2 GOTOF A2\nY=IC(1)\nA2: R1=R1+1\nENDLABEL:\nREPEAT A1 P=3", "G0 X10\nY1\nX20\nY2\nX30\nX40\nY3"),
+    ("R1=0\nA1: R1=R1+1\nX=R1\nA3: IF R1>2 GOTOF A9\nREPEAT A1 A3 P=9\nX50\nA9: X9", "G0 X1\nX2\nX3\nX9"),
     ("SUB1\nX9\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1\nX9"), ("L10 P2\nM30\n%_N_L10_SPF\nX=IC(1)\nRET", "G0 X1\nX2"),
     ("SUB1(2,,4)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL A1, INT B1=7, REAL C1)\nX=A1 Y=B1 Z=C1\nM17", "G0 X2 Y7 Z4"),
     ("DEF REAL Q\nSUB1(Q)\nX=Q\nM30\n%_N_SUB1_SPF\nPROC SUB1(VAR REAL A1)\nA1=5\nM17", "G0 X5"),

@@ -57,6 +57,13 @@ def test_feeds_of_cycles(view):
     assert spindle == ["clockwise", "counterclockwise", "clockwise"]
 
 
+def test_without_sdr_the_spindle_turns_as_before_the_thread(view):
+    moves, errors = view("G0 X0 Y0 Z60 F300 S1000 M4\nCYCLE840(50,0,2,-10,,0.3)", dialect="siemens")
+    assert errors == ()
+    spindle = [event.data["direction"] for event in moves.events if event.kind == "spindle"]
+    assert spindle == ["counterclockwise", "clockwise", "counterclockwise"]
+
+
 def test_corners_of_cycles_are_not_blended(view):
     moves, errors = view(f"G64\n{HEAD}X5\nCYCLE82(20,0,2,-10)\nX7", dialect="siemens")
     assert errors == ()

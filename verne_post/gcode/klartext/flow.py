@@ -1,16 +1,20 @@
 """The order in which the lines of a Klartext program are executed: labels, repeats, subprograms, and plain stretches."""
 
+import math
 from typing import Final
 
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.execution import Execution, StopConditions, may_restart
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import MAX_DEPTH
+from verne_post.gcode.klartext.elements import Point
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
+from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
@@ -174,12 +178,29 @@ def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> 
     if last - row < plain.MIN_LINES:
         return False
     interpreter.block.line = flow.shown or flow.line
+    state = interpreter.state
+    start, state.feed_angular = (state.position[0], state.position[1]), state.feed
     done = plain.execute(chunk.lines, row, last, interpreter, flow.shown)
     if done > row:
         first, flow.line = flow.line, flow.line + done - row
-        interpreter.last_rapid, interpreter.direction = bool(interpreter.state.motion == 0), None
+        interpreter.last_rapid = bool(state.motion == 0)
+        interpreter.direction = _find_last_direction(chunk.lines, row, done, start)
         flow.repeats.count(flow.text, first, flow.line - 1, 0)
     return done > row
+
+
+def _find_last_direction(lines: PlainLines, first: int, done: int, start: Point) -> Point | None:
+    """Direction in XY of the last move of a stretch that begins at ``start``; None without one, or where A or C turn."""
+    last = done - 1 - int(lines.moves[first:done][::-1].argmax())
+    if (lines.row[last, [_A, _C]] == last).any():
+        return None
+    ends = [
+        [lines.filled[k, axis] if k >= first and lines.row[k, axis] >= first else start[axis] for axis in (0, 1)]
+        for k in (last - 1, last)
+    ]
+    du, dv = (float(end - begin) for begin, end in zip(*ends, strict=True))
+    size = math.hypot(du, dv)
+    return None if size < ZERO_LENGTH_MM else (du / size, dv / size)
 
 
 def _is_ready(interpreter: Klartext) -> bool:

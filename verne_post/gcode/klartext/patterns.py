@@ -76,6 +76,7 @@ class KlartextPatterns(KlartextSettings):
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
             self.cycle, self.cycle_unread, self.assigned = DefinedCycle(number, q), False, given
+            self.modal = False
             return
         self.assigned = {name: given.get(name, value) for name, value in self.assigned.items()}
         self.check_nothing_waits(f"CYCL DEF {number}")
@@ -157,16 +158,18 @@ class KlartextPatterns(KlartextSettings):
             self.call_cycle()
 
     def call_at(self, statement: Statement, words: Words) -> None:
-        """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle."""
+        """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle. Its F holds for the way there alone."""
         here = self.input_of(self.state.position)
         x, y = words.coordinate("X", here[0]), words.coordinate("Y", here[1])
         z = words.coordinate("Z", 0.0)
+        before = self.state.feed, self.state.feed_mode
         if not words.rapid:
             self.set_feed(statement, words)
         words.check_used(statement, "F M")
         if x is None and y is None and z is None:
             raise statement.error("VP005", "CYCL CALL POS needs coordinates")
         self._run_at((here[0] if x is None else x, here[1] if y is None else y, z or 0.0), rapid=words.rapid)
+        self.state.feed, self.state.feed_mode = before
 
     def call_places(self, statement: Statement, words: Words) -> None:
         """CYCL CALL PAT: at every place of PATTERN DEF."""
@@ -176,11 +179,12 @@ class KlartextPatterns(KlartextSettings):
         if not self.places:
             raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
         rapid = words.rapid or not self.state.feed
+        height = self.state.position[2]
         for place in self.places:
-            self._run_at(place, rapid=rapid)
+            self._run_at(place, rapid=rapid, least=height)
 
-    def _run_at(self, place: Place, *, rapid: bool) -> None:
-        """First up, where the tool is lower than the clearance of this place, then sideways, then the cycle."""
+    def _run_at(self, place: Place, *, rapid: bool, least: float = -math.inf) -> None:
+        """First up to the clearance of this place and to ``least`` (Z of the frame), then sideways, then the cycle."""
         if self.cycle_unread:
             return
         if self.cycle is None:
@@ -189,10 +193,9 @@ class KlartextPatterns(KlartextSettings):
         self.check_nothing_waits("a cycle call")
         self._refuse_compensation("a cycle call")
         x, y, z = place
-        clear = self.cycle.q[203] + z + self.cycle.q[200]
-        if self.state.position[2] < self._z(clear):
-            self._to(clear, 0.0)
-        height = self.state.position[2]
+        height = max(self.state.position[2], self._z(self.cycle.q[203] + z + self.cycle.q[200]), least)
+        if self.state.position[2] < height:
+            self._go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
         placed = self.place([x, y, 0.0])  # type: ignore[arg-type]
         end = [placed[0], placed[1], height, *self.state.position[3:]]
         self.check_upright("a motion")
@@ -215,8 +218,8 @@ class KlartextPatterns(KlartextSettings):
         second = q[204] if q[301] else 0.0
         self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: second})
         try:
-            for place in places:
-                self._run_at(place, rapid=True)
+            for k, place in enumerate(places):
+                self._run_at(place, rapid=True, least=-math.inf if k else self._z(q[203] + q[204]))
             if not q[301] and q[204] > q[200]:
                 self._to(q[203] + q[204], 0.0)
         finally:

@@ -36,14 +36,14 @@ _KEYWORD: Final = re.compile(
 #: is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
-_CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORECASE)
+_CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORECASE)
 #: Statements that change the corner at the end of the move before them.
-_CORNER: Final = re.compile(rb"[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
-_IGNORED_LINE: Final = re.compile(rb"[ \t\r]*\d*[ \t]*(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
+_CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
+_IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
 #: A line that is nothing but a comment; one that goes on is a comment in the next line too.
-_REMARK: Final = re.compile(rb"[ \t]*\d*[ \t]*;.*", re.DOTALL)
+_REMARK: Final = re.compile(rb"[ \t]*+\d*+[ \t]*+;.*", re.DOTALL)
 _LABEL: Final = re.compile(
-    rb"^[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
+    rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
 _G: Final = 10

@@ -261,7 +261,10 @@ class _Hole:
             self._go(self.clear, rapid=False)
         finally:
             state.feed = feed
-        to._switch_spindle(self.block.line, on=after != 5, backwards=after == 4)
+        if out:
+            to._switch_spindle(self.block.line, on=after != 5, backwards=after == 4)
+        else:  # without SDR the direction comes back by itself
+            to._switch_spindle(self.block.line, on=True, backwards=backwards)
         self._go(self.retract, rapid=True)
 
     # --- CYCLE83 --------------------------------------------------------------------------------------------

@@ -127,7 +127,9 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
         where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
         raise cursor.error("VP023", f"{word} {target}: there is no such label or block number{where}", at)
     flow.line = found
-    flow.frame.repeats.clear()
+    repeats = flow.frame.repeats
+    while repeats and not repeats[-1].first <= found <= repeats[-1].last:
+        repeats.pop()  # a jump inside the stretch goes on with it
 
 
 def _read_target(flow: Running, cursor: Cursor) -> str:
