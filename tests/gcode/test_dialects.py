@@ -18,6 +18,7 @@ from verne_post import convert
 from verne_post.app.assemble import read_draft
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.model.findings import InputError
+from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
@@ -401,6 +402,17 @@ def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
     assert moves.end[2:5, 2].tolist() == [1, -2, 1]
 
 
+def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
+    for dialect, out in (("fanuc", [(2.0, MoveKind.FEED), (50.0, MoveKind.RAPID)]), ("rs274", [(50.0, MoveKind.FEED)])):
+        time = 500 if dialect == "fanuc" else 0.5
+        text = f"{'O1' if dialect == 'fanuc' else ''}\nG21 G90 G94 G17\nG0 X0 Y0 Z50.\nF100\nG98 G89 X10. Z-5. R2. P{time}\nG80\nM30\n"
+        moves, errors = view(text, dialect=dialect)
+        assert errors == ()
+        after = moves.kind == MoveKind.DWELL
+        last = int(np.flatnonzero(after)[0]) + 1
+        assert [(float(z), kind) for z, kind in zip(moves.end[last:, 2], moves.kind[last:], strict=True)] == out
+
+
 @pytest.mark.parametrize(("text", "code", "line"), [
     ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTHED/30", "VP002", 1),
     ("FEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 2), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/TAP,5", "VP002", 1),
@@ -408,6 +420,11 @@ def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
     ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGTH,5", "VP002", 1),
     ("CUTCOM/LEFT", "VP002", 1), ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,.6,.8,5\nGOTO/10,0,0", "VP008", 4),
     ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,0,1,9\nGOTO/10,0,0", "VP008", 4), ("GOTO/1,$\n\n,2", "VP001", 1), ("GOTO/1,,2", "VP001", 1), ("12,3", "VP001", 1),
+    ("MULTAX/OF", "VP005", 1), ("UNITS/MM,INCHES", "VP005", 1), ("COOLNT/ON,FROG", "VP005", 1), ("GOHOME/1,2,3", "VP005", 1), ("RAPID/5", "VP005", 1),
+    ("CUTCOM/OFF,LEFT", "VP002", 1), ("CYCLE/OFF,DRILL", "VP005", 1), ("STOP/5", "VP005", 1), ("OPSTOP/X", "VP005", 1), ("CIRCLE/0,0,0,0,0,1,5,1", "VP005", 1),
+    ("SPINDL/500,CLW,CCLW", "VP005", 1), ("SPINDL/OFF,CLW", "VP005", 1), ("SPINDL/9,OFF", "VP005", 1), ("SPINDL/9,RPM,RPM", "VP005", 1), ("SPINDL", "VP005", 1),
+    ("CYCLE/DRILL,DEPTH,5,DEPTH,8,CLEAR,2", "VP004", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RAPTO,2", "VP004", 1), ("CYCLE/DRILL,5,CLEAR,2,MMPM,9,IPM,9", "VP004", 1),
+    ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RETURN,1", "VP007", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,STEP,2", "VP002", 1),
     ("FEDRAT/9,FPM", "VP005", 1), ("SPINDL/FAST", "VP005", 1), ("GOTO/1,2,1E99", "VP007", 1), ("AUXFUN/250", "VP002", 1), ("GOTO/0,0,0 $", "VP001", 1),
 ])  # fmt: skip
 def test_statements_that_are_refused(view, text, code, line):

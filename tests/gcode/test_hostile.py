@@ -193,3 +193,13 @@ def test_the_spindle_starts_again_the_way_it_turned(view):
         "stop",
         "counterclockwise",
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [("X" * 200_000, "siemens"), ("R" + "1" * 200_000 + "=1", "siemens"), ("A" * 200_000 + "/1", "aptcl")],
+)
+def test_messages_are_short(view, text, dialect):
+    found = view(f"G0 X1\n{text}\n" if dialect == "siemens" else f"{text}\nFINI", dialect=dialect)[1]
+    assert found
+    assert all(len(item.message) < 2000 for item in found)

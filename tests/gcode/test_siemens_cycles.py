@@ -57,6 +57,20 @@ def test_feeds_of_cycles(view):
     assert spindle == ["clockwise", "counterclockwise", "clockwise"]
 
 
+def test_mistakes_of_modal_cycles_have_no_column_of_another_line(view):
+    head = "G0 X0 Y0 Z60 F300 S1000 M3\nMCALL CYCLE83(50,0,2,-20,,5,,2,0.5,0.5,1,1)\n"
+    for block in ("X10", "HOLES1(0,0,0,10,20,2)"):
+        found = view(f"{head}{block}\nMCALL\nM30", dialect="siemens")[1]
+        assert [(item.code, item.line, item.column) for item in found] == [("VP007", 3, None)]
+
+
+def test_mistakes_of_a_proc_line_name_it(view):
+    text = "G0 X0\n  FACE(30,-9)\nM30\n%_N_FACE_SPF\nPROC FACE(REAL A1, FOO B1)\nX=A1\nM17"
+    found = view(text, dialect="siemens")[1]
+    assert [(item.line, item.column) for item in found] == [(2, 3)]
+    assert "PROC of FACE, line 5" in found[0].message
+
+
 def test_without_sdr_the_spindle_turns_as_before_the_thread(view):
     moves, errors = view("G0 X0 Y0 Z60 F300 S1000 M4\nCYCLE840(50,0,2,-10,,0.3)", dialect="siemens")
     assert errors == ()

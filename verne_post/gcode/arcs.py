@@ -96,7 +96,9 @@ def radius_arc(
         )
     short = half - abs(radius)
     if short > ARC_R_TOO_SMALL_MM or radius == 0.0:
-        raise BlockError("VP008", f"R{radius:g} is too small to reach the end point; it takes at least {half:.4f} mm")
+        raise BlockError(
+            "VP008", f"the radius {radius:g} mm is too small to reach the end point; it takes at least {half:.4f} mm"
+        )
     height = 0.0
     if half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * abs(radius):
         height = math.sqrt(radius * radius - half * half)

@@ -25,6 +25,8 @@ class CycleCodes(SplineCodes):
 
     #: Cycles that need P.
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 860, 880, 890)
+    #: G89 feeds out to the height that G98 or G99 asks for; False: to R, and goes on in rapid traverse.
+    feeds_out_whole: ClassVar[bool] = True
     #: R and the bottom stay at their heights when G90 or G91 changes; else the numbers stay, and are read anew.
     keeps_heights: ClassVar[bool] = False
     #: L0 stores the words of a cycle and drills no hole.
@@ -227,7 +229,7 @@ class CycleCodes(SplineCodes):
             return
         if motion in _DWELLS and (motion in self.needs_dwell or cycle.dwell):
             self._record_dwell(block, cycle.dwell or 0.0)
-        if motion == 850:
+        if motion == 850 or (motion == 890 and not self.feeds_out_whole):
             self._go(block, feed, {w: cycle.clear})
         if motion in (860, 880):
             self._switch_spindle(block.line, on=False)
@@ -235,7 +237,7 @@ class CycleCodes(SplineCodes):
             self.recorder.event(block.line, "stop", stop="program")
             self.state.position = [retract if axis == w else value for axis, value in enumerate(self.state.position)]
         else:
-            self._go(block, feed if motion == 890 else rapid, {w: retract})
+            self._go(block, feed if motion == 890 and self.feeds_out_whole else rapid, {w: retract})
         if motion in (860, 880):
             self._switch_spindle(block.line, on=True, backwards=self.state.spindle_reversed)
 

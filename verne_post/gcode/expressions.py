@@ -29,6 +29,10 @@ PRECEDENCE: Final = {
 Key = int | str
 
 
+#: Characters of a message: a name may be as long as its file.
+_LONGEST_MESSAGE: Final = 1000
+
+
 class BlockError(Exception):
     """A block that cannot be used: finding code, sentence, 1-based column (None: the whole block).
 
@@ -40,7 +44,8 @@ class BlockError(Exception):
         self, code: str, message: str, column: int | None = None, line: int | None = None, about: str | None = None
     ) -> None:
         super().__init__(message)
-        self.code, self.message, self.column, self.line, self.about = code, message, column, line, about
+        self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
+        self.code, self.column, self.line, self.about = code, column, line, about
 
 
 class Values(Protocol):

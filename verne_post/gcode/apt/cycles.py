@@ -4,7 +4,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
+from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
 from verne_post.gcode.cycle_codes import MAX_PECKS
 from verne_post.gcode.expressions import BlockError
 
@@ -12,6 +12,13 @@ from verne_post.gcode.expressions import BlockError
 FEED_UNITS: Final = {
     "MMPM": (94, False), "PERMIN": (94, None), "IPM": (94, True), "MMPR": (95, False), "PERREV": (95, None),
     "IPR": (95, True),
+}  # fmt: skip
+
+
+#: Words of a hole -> what they say.
+_MEANINGS: Final = {
+    "DEPTH": "DEPTH", "FEDTO": "DEPTH", "CLEAR": "CLEAR", "RAPTO": "CLEAR", "STEP": "STEP", "INCR": "STEP", "DWELL": "DWELL",
+    "RETURN": "RETURN", "RTRCTO": "RETURN",
 }  # fmt: skip
 
 
@@ -37,6 +44,7 @@ def read_cycle(s: Statement) -> Cycle | None:
     """
     kind = s.words[0].upper() if s.words else ""
     if kind in ("OFF", "NOMORE"):
+        read_word(s, (kind,))
         return None
     if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
         raise BlockError(
@@ -52,13 +60,15 @@ def read_cycle(s: Statement) -> Cycle | None:
         if not words or not is_number(words[0]):
             raise BlockError("VP005", f"CYCLE: {name} needs a number after it")
         value = read_numbers(s, [words.pop(0)])[0]
-        if name in FEED_UNITS:
-            feed = (value, *FEED_UNITS[name])
-        elif name in ("DEPTH", "FEDTO", "CLEAR", "RAPTO", "STEP", "INCR", "DWELL", "RETURN", "RTRCTO"):
-            cleared = value if name == "CLEAR" else cleared
-            values[{"FEDTO": "DEPTH", "INCR": "STEP", "RTRCTO": "RETURN", "RAPTO": "CLEAR"}.get(name, name)] = value
-        else:
+        meaning = "feed" if name in FEED_UNITS else _MEANINGS.get(name)
+        if meaning is None:
             raise BlockError("VP002", f"CYCLE: {name} is not a word that is known here")
+        if meaning in values:
+            raise BlockError("VP004", f"CYCLE: {name} stands beside another word that says the same")
+        values[meaning] = value
+        if meaning == "feed":
+            feed = (value, *FEED_UNITS[name])
+        cleared = value if name == "CLEAR" else cleared
     if cleared < 0:
         raise BlockError(
             "VP007",
@@ -67,6 +77,10 @@ def read_cycle(s: Statement) -> Cycle | None:
     for name in ("DEPTH", "CLEAR"):
         if name not in values:
             raise BlockError("VP005", f"CYCLE/{kind} needs {name}")
+    if "STEP" in values and kind not in ("DEEP", "BRKCHP"):
+        raise BlockError("VP002", f"CYCLE/{kind} drills in one plunge, without STEP; write DEEP or BRKCHP")
+    if values.get("RETURN", values["CLEAR"]) < values["CLEAR"]:
+        raise BlockError("VP007", f"CYCLE: RETURN {values['RETURN']:g} lies below CLEAR {values['CLEAR']:g}")
     if kind in ("DEEP", "BRKCHP") and not values.get("STEP", 0.0) > 0:
         raise BlockError("VP005", f"CYCLE/{kind} needs STEP, greater than 0")
     if kind in ("FACE", "CSINK") and "DWELL" not in values:

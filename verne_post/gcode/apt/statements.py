@@ -82,6 +82,23 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     return values
 
 
+def read_word(statement: Statement, expected: Sequence[str]) -> str:
+    """The only word of a statement, which is one of those expected; "" where none is expected.
+
+    Raises
+    ------
+    BlockError
+        For anything else.
+    """
+    words = [word.upper() for word in statement.words]
+    if not words and not expected:
+        return ""
+    if len(words) != 1 or words[0] not in expected:
+        takes = " or ".join(expected) if expected else "nothing after it"
+        raise BlockError("VP005", f"{statement.major} takes {takes}; here is {', '.join(words)[:40] or 'nothing'}")
+    return words[0]
+
+
 def read_statements(source: Text) -> Iterator[Statement | Points | BlockError]:
     """Statements in order; ``$`` at the end of a line goes on in the next, ``$$`` begins a remark."""
     begin, pending, number = 0, "", 0

@@ -11,7 +11,7 @@ from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.apt.coordinates import IDENTITY, apply, read_matrix
 from verne_post.gcode.apt.cycles import FEED_UNITS, Cycle, read_cycle
-from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
+from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
 from verne_post.gcode.block import Block
 from verne_post.gcode.cycle_codes import PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import BlockError
@@ -23,6 +23,8 @@ _REMARKS: Final = (
     "PARTNO", "MACHIN", "REMARK", "INTOL", "OUTTOL", "TOLER", "LINTOL", "CUTTER", "SEQNO", "LEADER", "DISPLY",
 )  # fmt: skip
 _PLANES: Final = {0: 19, 1: 18, 2: 17}
+#: Centre, axis and radius; some CAM systems append the tolerance and sizes of the tool.
+_CIRCLE_NUMBERS: Final = (7, 11)
 #: How far the axis of a circle may be off X, Y or Z: the last of six printed decimals.
 _CIRCLE_AXIS: Final = 1e-6
 #: How far a start point may be off a circle: points are printed with few decimals, and CAM systems round the radius.
@@ -174,8 +176,10 @@ class Translator(Struct):
 
     def _circle(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
-        if len(numbers) < 7:
-            raise BlockError("VP005", "CIRCLE takes centre x, y, z, axis i, j, k, and the radius")
+        if len(numbers) not in _CIRCLE_NUMBERS:
+            raise BlockError(
+                "VP005", f"CIRCLE takes centre x, y, z, axis i, j, k, and the radius; here are {len(numbers)} numbers"
+            )
         center, normal = apply(self.matrix, numbers[:3], shift=True), apply(self.matrix, numbers[3:6], shift=False)
         if self.cycle is not None:
             raise BlockError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
@@ -242,6 +246,7 @@ class Translator(Struct):
     # --- modes ------------------------------------------------------------------------------------------
 
     def _rapid(self, s: Statement) -> Iterator[Block]:
+        read_word(s, ())
         self.rapid = True
         return iter(())
 
@@ -267,13 +272,11 @@ class Translator(Struct):
     def _units(self, s: Statement) -> Iterator[Block]:
         if self.cycle is not None or self.circle is not None:
             raise BlockError("VP017", "UNITS under CYCLE or after CIRCLE, whose numbers are in the old unit")
-        unit = s.words[0].upper() if s.words else ""
-        if unit not in ("MM", "INCHES", "INCH"):
-            raise BlockError("VP005", "UNITS takes MM or INCHES")
+        unit = read_word(s, ("MM", "INCHES", "INCH"))
         yield _block(s, ("G", 21.0 if unit == "MM" else 20.0))
 
     def _multax(self, s: Statement) -> Iterator[Block]:
-        self.multax = not s.words or s.words[0].upper() != "OFF"
+        self.multax = not s.words or read_word(s, ("ON", "OFF")) == "ON"
         return iter(())
 
     def _tlaxis(self, s: Statement) -> Iterator[Block]:
@@ -326,19 +329,19 @@ class Translator(Struct):
     def _spindl(self, s: Statement) -> Iterator[Block]:
         words = [word.upper() for word in s.words]
         speed = [word for word in words if is_number(word)]
-        others = [word for word in words if not is_number(word) and word not in ("RPM", "CLW", "ON")]
-        if len(speed) > 1 or any(word not in ("OFF", "CCLW") for word in others):
-            raise BlockError("VP005", "SPINDL takes a speed with RPM, CLW, CCLW, or ON, OFF")
+        others = [word for word in words if not is_number(word)]
+        modes = [word for word in others if word != "RPM"]
+        allowed = [["OFF"]] if not speed else []
+        allowed += [sorted({switch, way} - {""}) for switch in ("", "ON") for way in ("", "CLW", "CCLW")]
+        if len(speed) > 1 or sorted(modes) not in allowed or not words or others.count("RPM") > len(speed):
+            raise BlockError("VP005", "SPINDL takes a speed with RPM and CLW or CCLW, or ON, or OFF alone")
         backwards = "CCLW" in others or ("CLW" not in words and not speed and self.state.spindle_reversed)
         code = 5.0 if "OFF" in others else 4.0 if backwards else 3.0
         yield _block(s, ("M", code), **({"S": read_numbers(s, speed)[0]} if speed else {}))
 
     def _coolnt(self, s: Statement) -> Iterator[Block]:
-        what = s.words[0].upper() if s.words else "ON"
         codes = {"ON": 8.0, "FLOOD": 8.0, "MIST": 7.0, "OFF": 9.0}
-        if what not in codes:
-            raise BlockError("VP005", "COOLNT takes ON, FLOOD, MIST or OFF")
-        yield _block(s, ("M", codes[what]))
+        yield _block(s, ("M", codes[read_word(s, tuple(codes)) if s.words else "ON"]))
 
     def _delay(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
@@ -347,6 +350,7 @@ class Translator(Struct):
         yield _block(s, ("G", 4.0), P=numbers[0])
 
     def _stop(self, s: Statement) -> Iterator[Block]:
+        read_word(s, ())
         yield _block(s, ("M", {"STOP": 0.0, "OPSTOP": 1.0, "FINI": 30.0, "END": 30.0}[s.major]))
 
     def _pprint(self, s: Statement) -> Iterator[Block]:
@@ -363,11 +367,12 @@ class Translator(Struct):
         yield _block(s, ("M", numbers[0]))
 
     def _gohome(self, s: Statement) -> Iterator[Block]:
+        read_word(s, ())
         yield _block(s, ("G", 91.0), ("G", 28.0), Z=0.0)
         yield _block(s, ("G", 90.0))
 
     def _cutcom(self, s: Statement) -> Iterator[Block]:
-        if not s.words or s.words[0].upper() != "OFF":
+        if [word.upper() for word in s.words] != ["OFF"]:
             raise BlockError("VP002", "CUTCOM is not executed: let the CAM system write the path of the tool's tip")
         yield _block(s, ("G", 40.0))
 

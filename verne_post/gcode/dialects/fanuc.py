@@ -66,6 +66,7 @@ class FanucInterpreter(NurbsCodes):
     o_letters: ClassVar[bytes] = b"O:"
     end_alone: ClassVar[bool] = True
     needs_dwell: ClassVar[tuple[int, ...]] = (820, 890)
+    feeds_out_whole: ClassVar[bool] = False
     keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
     perpendicular_entry: ClassVar[bool] = True

@@ -99,13 +99,17 @@ class Library:
 
 
 def read_procedure(section: Section) -> Procedure:
-    """The PROC line of a subprogram; one without has no values."""
+    """The PROC line of a subprogram; one without has no values. Errors have its line."""
     for line in range(section.first, min(section.last, section.first + _LINES_BEFORE) + 1):
         text = code_part(decode_line(section.text.line(line)).rstrip("\r"))
         if not text.strip() or text.lstrip().startswith("%"):
             continue
         match = _PROC.match(text)
-        return Procedure(line - 1) if match is None else _read_proc(Cursor(text, match.end()), line)
+        try:
+            return Procedure(line - 1) if match is None else _read_proc(Cursor(text, match.end()), line)
+        except BlockError as error:
+            error.line = line
+            raise
     return Procedure(section.first - 1)
 
 

@@ -100,8 +100,16 @@ class Executor:
             return False
         if not self.is_drilling(self.modal.name):
             return True
-        self.drilling.run(self.modal, words.line)
+        self._drill_modal(self.modal, words.line)
         return False
+
+    def _drill_modal(self, call: Call, line: int) -> None:
+        """Execute the cycle of MCALL; its columns are those of another line."""
+        try:
+            self.drilling.run(call, line)
+        except BlockError as error:
+            error.column = None
+            raise
 
     def _go_on(self, words: Words, code: str) -> None:
         """Execute a block once more as if there were a length, a feed rate and a turning spindle: its end point counts."""
@@ -180,4 +188,4 @@ class Executor:
         for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
             to.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:
-                self.drilling.run(self.modal, line)
+                self._drill_modal(self.modal, line)

@@ -190,7 +190,11 @@ class Flow:
                 "VP024", f"more than {MAX_DEPTH} calls inside each other, the last of {call.name}", call.column
             )
         executor = self.executor
-        procedure = read_procedure(section)
+        try:
+            procedure = read_procedure(section)
+        except BlockError as error:
+            where = f"PROC of {section.name}, line {error.line}"
+            raise BlockError(error.code, f"{where}: {error.message}", call.column) from None
         scope, results = bind_arguments(call, procedure, executor.variables)
         executor.event(self.shown_line or line, "call", label=section.name)
         saved = executor.modes.copy() if procedure.save else None
