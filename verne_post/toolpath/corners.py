@@ -45,9 +45,10 @@ LEAST_CYCLES: Final = 4.0
 USED_SHARE: Final = 0.97
 #: mm of metric length of a unit of each coordinate of a pose.
 METRIC: Final = np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
-#: A corner that turns back this sharply (cosine of the angle between the tangents) is a stop: blending it would not be
-#: faster, and the curve would all but come back on itself.
-REVERSAL: Final = -0.9
+#: A corner that turns back this sharply (cosine of the angle between the tangents, 172 degrees) is a stop. Single corners of 150 to
+#: 173 degrees take 0.978 of the time of a stop with -0.9, 0.894 with -0.99, 0.887 with -0.995, where one of 400 random programs is
+#: slower by 12 %.
+REVERSAL: Final = -0.99
 
 
 def find_slopes(start: Array, end: Array, length: Array) -> Array:
