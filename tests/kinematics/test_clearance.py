@@ -165,10 +165,12 @@ def test_clearances_of_many_poses_against_brute_force(bodied):
 
 
 @pytest.mark.parametrize("tilt", [0.0, 30.0])
-def test_cones_measure_the_angle_from_the_middle(bodied, tilt):
-    machine = bodied()
-    centre = np.array([[0.0, 0.0, 1400.0]])
+@pytest.mark.parametrize("y", [0.0, 200.0])  # where the platform is tilted, too
+def test_cones_measure_the_angle_from_the_middle(bodied, tilt, y):
+    machine = bodied({"rods.cone_centre": [0.0, y, 1400.0]})
+    centre = np.array([[0.0, y, 1400.0]])
     rho, alpha, _ok = machine.module.inverse(centre)
+    alpha_centre = alpha
     tool, angles = np.array([120.0]), np.array([[np.radians(tilt), 0.0]])
     margins, _p = machine.clearance.evaluate(pose_of(centre, alpha, rho, np.zeros((1, 3)), angles, tool))
     cones = [k for k, margin in enumerate(machine.clearance.names) if margin.code == "VP214"]
@@ -177,7 +179,7 @@ def test_cones_measure_the_angle_from_the_middle(bodied, tilt):
     rho, alpha, _ok = machine.module.inverse(moved)
     margins, _p = machine.clearance.evaluate(pose_of(moved, alpha, rho, np.zeros((1, 3)), angles, tool))
     start, end = machine.clearance.module.rods(rho, tilted(moved, alpha))
-    start0, end0 = machine.clearance.module.rods(machine.module.inverse(centre)[0], tilted(centre, np.zeros(1)))
+    start0, end0 = machine.clearance.module.rods(machine.module.inverse(centre)[0], tilted(centre, alpha_centre))
     turned = [
         np.degrees(np.arccos(((end - start)[0, k] @ (end0 - start0)[0, k]) / np.linalg.norm((end - start)[0, k]) ** 2))
         for k in range(6)

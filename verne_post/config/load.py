@@ -322,11 +322,9 @@ def _rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPlaces) 
     from verne_post.kinematics.as_built.bodies import VerneRods  # few machine files have their diameters
     from verne_post.kinematics.as_built.machine import AsBuiltMachine
 
-    as_built = (
-        five_axis if isinstance(five_axis, AsBuiltMachine) else AsBuiltMachine(nominal, places, Deviations.none())
-    )
+    drawn = AsBuiltMachine(nominal, places, Deviations.none()).geometry
     assert isinstance(nominal.module, VerneGeometry)
-    return VerneRods(nominal.module, as_built.geometry)
+    return VerneRods(nominal.module, five_axis.geometry if isinstance(five_axis, AsBuiltMachine) else drawn, drawn)
 
 
 def _clearance(

@@ -159,8 +159,8 @@ class RodModule(Protocol):
     def shortest_rod(self) -> float:
         """mm."""
 
-    def middle(self, position: Array) -> tuple[Array, Platform]:
-        """Sliders (1, 3) and platform at a position (3,) of P, of the machine without deviations."""
+    def directions(self, position: Array) -> tuple[Array, Array]:
+        """Directions of the rods (k, 3) at a position (3,) of P, of the machine as drawn: in the base frame, and in the platform's."""
 
     def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""

@@ -16,11 +16,13 @@ from verne_post.model.poses import Platform
 class VerneRods(Struct, frozen=True, eq=False):
     """The six rods at their places; implements ``RodModule``.
 
-    The nominal kinematics need only D1 - d1 and D2 - d2; distances between legs need the joints' own places.
+    The nominal kinematics need only D1 - d1 and D2 - d2; distances between legs need the joints' own places: as built in
+    ``geometry``, as drawn in ``drawn``.
     """
 
     module: VerneGeometry
     geometry: AsBuiltGeometry
+    drawn: AsBuiltGeometry
 
     rod_legs: ClassVar[tuple[str, ...]] = ("I", "I", "II", "II", "III", "III")
     parallelograms: ClassVar[tuple[str, ...]] = ("II", "III")
@@ -30,10 +32,13 @@ class VerneRods(Struct, frozen=True, eq=False):
         """Length of the shortest rod, mm."""
         return float(self.geometry.rods.min())
 
-    def middle(self, position: Array) -> tuple[Array, Platform]:
-        """Sliders (1, 3) and platform at a position (3,) of P, of the nominal machine."""
+    def directions(self, position: Array) -> tuple[Array, Array]:
+        """Directions of the rods (6, 3) at a position (3,) of P, as drawn: in the base frame, and in the platform's."""
         rho, alpha, _ok = solve_inverse(self.module, position[None])
-        return rho, Platform(position[None], np.array([[float(alpha[0]), 0.0, 0.0]]))
+        platform = Platform(position[None], np.array([[float(alpha[0]), 0.0, 0.0]]))
+        start, end = rod_ends(self.drawn, rho, platform)
+        direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
+        return direction[0], platform.of_vectors().turn_back(direction)[0]
 
     def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""

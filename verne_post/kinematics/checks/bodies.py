@@ -119,7 +119,7 @@ class Clearance:
         if module is not None and bodies.cone_centre is not None:
             columns += self._cones(module, start, end, platform)
             # rates of the three angles as a vector: at most this factor less than the rate of the rotation
-            beta = float(np.nanmax(np.abs(platform.angles[:, 1])))
+            beta = float(np.nanmax(np.abs(platform.angles[:, 1]), initial=0.0))
             points.append(module.shortest_rod * np.sqrt(1.0 + np.sin(beta)) * platform.angles)
         return np.stack(columns, axis=1), {"module": np.stack(points, axis=1), "table": np.stack(on_table, axis=1)}
 
@@ -148,13 +148,14 @@ class Clearance:
 
     def _cones(self, module: RodModule, start: Array, end: Array, platform: Platform) -> list[Array]:
         """What is left of the cones, degrees: for each leg its worst rod."""
-        rest = self._rest_directions(module)
+        assert self.bodies.cone_centre is not None
+        rest_of_slider, rest_of_platform = module.directions(self.bodies.cone_centre)
         direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
         legs = np.array(module.rod_legs)
         columns = []
-        for cone, seen in (
-            (self.bodies.slider_cone, direction),
-            (self.bodies.platform_cone, _at_every_rod(platform).turn_back(direction)),
+        for cone, seen, rest in (
+            (self.bodies.slider_cone, direction, rest_of_slider),
+            (self.bodies.platform_cone, platform.of_vectors().turn_back(direction), rest_of_platform),
         ):
             if cone is not None:
                 # atan2 keeps its digits where the rod stands in the middle of the cone
@@ -163,18 +164,6 @@ class Clearance:
                 left = DEG_PER_RAD * (cone - angle)
                 columns += [left[:, legs == leg].min(axis=1) for leg in dict.fromkeys(module.rod_legs)]
         return columns
-
-    def _rest_directions(self, module: RodModule) -> Array:
-        """Directions of the rods (k, 3) in the middle of the joints' cones, platform upright."""
-        assert self.bodies.cone_centre is not None
-        start, end = module.rods(*module.middle(self.bodies.cone_centre))
-        direction = (end - start)[0]
-        return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
-
-
-def _at_every_rod(platform: Platform) -> Platform:
-    """Platforms (n,) as (n, 1), so that vectors (n, k, 3) can be turned."""
-    return Platform(platform.position[:, None], platform.angles[:, None])
 
 
 def _leg_pairs(module: RodModule) -> list[tuple[str, str]]:
