@@ -269,6 +269,18 @@ def test_joints_that_stand_elsewhere_than_commanded(model, draw_poses, true_mach
     assert fit(exact, PRIOR, everything(exact)).probability < 1e-6
     found = fit(known, PRIOR, everything(known))
     assert 1e-3 < found.probability < 0.999
+    held = hold_out(known, PRIOR, everything(known))
+    assert (held.tip**2).mean() == pytest.approx(held.expected_tip**2, rel=0.35)  # 60 readings of three coordinates
+
+
+def test_coordinates_that_no_reading_of_a_place_has_are_no_unknowns(model, draw_poses, read_tools, true_machine):
+    """Spheres whose heights, or all but one coordinate, were not measured take up as many equations as they have coordinates."""
+    readings = read_tools(draw_poses(60, 4), true_machine(4), 4)
+    for measured in (2, 1):
+        tip = np.array(readings.tip)
+        tip[:, measured:] = np.nan
+        measurement = Measurement(model, replace(readings, tip=tip, station=np.arange(60) % 20))
+        assert fit(measurement, PRIOR, everything(measurement)).freedom == measured * (60 - 20)
 
 
 # --- priors ------------------------------------------------------------------------------------------------

@@ -4,10 +4,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import verne_post
 from verne_post.calibration.as_built import plan as planning
-from verne_post.calibration.as_built.data import prior_of_covariance, prior_of_manufacture, tolerance_vector
+from verne_post.calibration.as_built.data import (
+    JointUncertainty,
+    prior_of_covariance,
+    prior_of_manufacture,
+    tolerance_vector,
+)
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit
 from verne_post.calibration.as_built.program import program_lines
@@ -45,6 +51,25 @@ def test_forty_planned_poses_beat_forty_random_ones_by_a_third(forty, model, dra
     assert planned.max() < random.max()
     # what it promises is what it gives
     assert np.sqrt((planned**2).mean()) == pytest.approx(np.sqrt((forty.errors**2).mean()), rel=0.25)
+
+
+def test_joints_that_stand_elsewhere_count_in_what_a_plan_promises(
+    as_built, model, draw_poses, read_tools, monkeypatch
+):
+    monkeypatch.setattr(planning, "CANDIDATES", 800)
+    sigma = JointUncertainty(0.02, 5e-5)
+    plan = planning.plan_poses(as_built, model, PRIOR, (60.0, 160.0), 20, 0.003, sigma)
+    held, random, squares = draw_poses(300, 9), np.random.default_rng(3), []
+    for seed in range(10):
+        true = SIGMA * np.random.default_rng([11, seed]).standard_normal(58)
+        stood = plan.poses.joints + sigma.spread * random.standard_normal(plan.poses.joints.shape)
+        readings = read_tools(replace(plan.poses, joints=stood), true, seed)
+        measurement = Measurement(model, replace(readings, joints=plan.poses.joints), (), sigma)
+        found = fit(measurement, PRIOR, np.ones(20, dtype=bool))
+        one, other = (model.predict(vector, held.joints, held.length).tip for vector in (found.deviations, true))
+        squares.append(((one - other) ** 2).sum(axis=1).mean())
+    assert np.sqrt(np.mean(squares)) == pytest.approx(np.sqrt((plan.errors**2).mean()), rel=0.25)
+    assert np.median(plan.errors) > 0.01  # with exact joints 0.004
 
 
 def test_poses_are_legal_different_and_of_both_tools(forty, as_built):
@@ -88,7 +113,7 @@ def test_senses_of_the_machine_file_are_those_of_the_program(forty, machine):
 def test_tips_stay_at_the_places_that_are_named(as_built, model, monkeypatch):
     monkeypatch.setattr(planning, "CANDIDATES", 400)
     places = np.array([[0.0, 0.0, 40.0], [120.0, 30.0, 60.0]])
-    plan = planning.plan_poses(as_built, model, PRIOR, (100.0,), 10, 0.003, places)
+    plan = planning.plan_poses(as_built, model, PRIOR, (100.0,), 10, 0.003, places=places)
     assert {tuple(tip) for tip in plan.poses.tip} == {tuple(place) for place in places}
 
 

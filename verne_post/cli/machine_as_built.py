@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from verne_post.cli.common import expect_machine, name_machine, refuse, require_positive, sigma_option
 from verne_post.cli.files import RunFiles, is_dash, shown_name
@@ -163,7 +164,7 @@ def tolerances(
 @click.option(
     "--simulate",
     metavar="NAME|FILE",
-    help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm.",
+    help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm, --sigma-rho, --sigma-angle-mrad.",
 )
 @click.option("--seed", type=Whole(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
 @click.option(
@@ -189,7 +190,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
         raise click.UsageError("READINGS.csv is missing: name a file of readings, or --plan N for the poses to measure")
     if is_dash(output):
         raise click.UsageError("-o -: a second file is written beside FILE; name it")
-    _require_used(given, plan=given["planned"] is not None, plot=plot)
+    _require_used(given, readings, plan=given["planned"] is not None, plot=plot)
     for option in ("drift_mm", "dwell"):
         if given[option] is not None:
             require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
@@ -220,7 +221,12 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
         return refuse(name, error)
 
 
-def _require_used(given: dict[str, Any], *, plan: bool, plot: Path | None) -> None:
+def _is_given(parameter: str) -> bool:
+    """True where an option stands on the command line."""
+    return click.get_current_context().get_parameter_source(parameter) == ParameterSource.COMMANDLINE
+
+
+def _require_used(given: dict[str, Any], readings: str | None, *, plan: bool, plot: Path | None) -> None:
     """Refuse options that would be ignored."""
     if not plan:
         for option, key in (
@@ -228,6 +234,9 @@ def _require_used(given: dict[str, Any], *, plan: bool, plot: Path | None) -> No
         ):  # fmt: skip
             if given[key] not in (None, ()):
                 raise click.UsageError(f"{option} is about poses to measure: it goes with --plan N")
+    elif readings is None and (given["length_file"] or _is_given("sigma_mrad")):
+        option = "--lengths" if given["length_file"] else "--sigma-mrad"
+        raise click.UsageError(f"{option} is about readings that were made: it goes with READINGS.csv")
     elif given["as_json"]:
         raise click.UsageError("--json: a plan is a program and a file of readings; leave it out")
     elif plot is not None:
@@ -236,6 +245,8 @@ def _require_used(given: dict[str, Any], *, plan: bool, plot: Path | None) -> No
         raise click.UsageError("--seed is about the noise of --simulate")
     if given["drift_mm"] is not None and not given["touch_up"]:
         raise click.UsageError("--drift-mm goes with --touch-up")
+    if given["covariance"] and not given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
+        raise click.UsageError("--covariance tells what is known; leave --tolerance-mm and -mrad out")
     if given["touch_up"] and (given["tolerance_mm"] or given["tolerance_mrad"]):
         raise click.UsageError(
             "--touch-up takes what is known from the calibration; leave --tolerance-mm and -mrad out"

@@ -44,7 +44,6 @@ def _measurement(
         files.read(readings, "READINGS.csv"), opened.machine, given["sigma_mm"], given["sigma_mrad"]
     )
     lengths = read_length_readings(files.read(given["length_file"], "--lengths")) if given["length_file"] else ()
-    joint_sigma = JointUncertainty(given["sigma_rho"], MILLI * given["sigma_angle_mrad"])
     model = AsBuiltModel(opened.as_built)
     closed = model.predict(opened.as_built.deviations.to_vector(), tools.joints, tools.length).ok
     open_ = [
@@ -57,7 +56,11 @@ def _measurement(
         tools = align_stations(model, opened.as_built.deviations.to_vector(), tools)
     except ValueError as error:
         raise InputError(finding("VP502", str(error))) from None
-    return Measurement(model, tools, lengths, joint_sigma), blank
+    return Measurement(model, tools, lengths, _joint_sigma(given)), blank
+
+
+def _joint_sigma(given: dict[str, Any]) -> JointUncertainty:
+    return JointUncertainty(given["sigma_rho"], MILLI * given["sigma_angle_mrad"])
 
 
 def _prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given: dict[str, Any]) -> Prior:
@@ -163,7 +166,7 @@ def run_plan(
     try:
         with progress_line("choosing poses"):
             plan = plan_poses(
-                machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"],
+                machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"], _joint_sigma(given),
                 np.array(places) if places else None,
             )  # fmt: skip
     except ValueError as error:
@@ -173,7 +176,9 @@ def run_plan(
     tips = np.full((planned, 3), np.nan)
     if given["simulate"] is not None:
         true = opened.like(files, given["simulate"])
-        tips = simulate_tips(true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0)
+        tips = simulate_tips(
+            true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0, _joint_sigma(given)
+        )
     text = "".join(program_lines(machine, plan.middle, poses, plan.over, dwell, output.name))
     with progress_line(f"checking {program}") as progress:
         checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True), progress)

@@ -78,6 +78,16 @@ class JointUncertainty(Struct, frozen=True):
     slider: float = 0.0
     angle: float = 0.0
 
+    @property
+    def spread(self) -> Array:
+        """Of the five joints (5,)."""
+        return np.array([self.slider] * 3 + [self.angle] * 2)
+
+    def covariance(self, by_joint: Array) -> Array:
+        """Covariance (n, k, k) that it gives to quantities whose derivatives by the joints are ``by_joint`` (n, k, 5)."""
+        scaled = by_joint * self.spread
+        return np.asarray(scaled @ scaled.transpose(0, 2, 1))
+
 
 COMMANDED_EXACTLY: Final = JointUncertainty()
 

@@ -34,16 +34,19 @@ class Blocks(Struct, frozen=True, eq=False):
     used : ndarray of bool, shape (n, 5)
     off : ndarray, shape (n, 5)
         Measured minus predicted, mm and rad; NaN where not measured.
+    spread : ndarray, shape (n, 5, 5)
+        From standard uncertainties to mm and rad: with its transpose the covariance of the readings.
     """
 
     residual: Array
     design: Array
     used: Mask
     off: Array
+    spread: Array
 
     def take(self, chosen: Ints | Mask) -> "Blocks":
         """Some of the blocks."""
-        return Blocks(self.residual[chosen], self.design[chosen], self.used[chosen], self.off[chosen])
+        return Blocks(*(getattr(self, name)[chosen] for name in self.__struct_fields__))
 
 
 class Measurement(Struct, frozen=True, eq=False):
@@ -79,8 +82,9 @@ class Measurement(Struct, frozen=True, eq=False):
         if not self.lengths:
             return tools
         lengths = self._length_blocks(unknowns)
-        return Blocks(*(np.concatenate([getattr(part, name) for part in (tools, lengths)])
-                        for name in ("residual", "design", "used", "off")))  # fmt: skip
+        return Blocks(
+            *(np.concatenate([getattr(part, name) for part in (tools, lengths)]) for name in tools.__struct_fields__)
+        )
 
     def _tool_blocks(self, unknowns: Array) -> Blocks:
         tools, n = self.tools, len(self.tools)
@@ -102,9 +106,7 @@ class Measurement(Struct, frozen=True, eq=False):
             design[rows, :3, columns] = seen.tip_by_station[rows]
             design[rows, 3:, columns] = across[rows] @ seen.axis_by_station[rows]
         by_joint = np.concatenate([seen.turn @ rates.tip_by_joint, across @ seen.turn @ rates.axis_by_joint], axis=1)
-        spread = np.array([self.joint_sigma.slider] * 3 + [self.joint_sigma.angle] * 2)
-        by_joint = by_joint * spread
-        covariance = by_joint @ by_joint.transpose(0, 2, 1)
+        covariance = self.joint_sigma.covariance(by_joint)
         own = np.concatenate([np.repeat(tools.sigma_tip[:, None], 3, 1), np.repeat(tools.sigma_axis[:, None], 2, 1)], 1)
         covariance[:, range(ROWS), range(ROWS)] += own**2
         return _whiten(off, design, covariance)
@@ -147,6 +149,7 @@ def _whiten(off: Array, design: Array, covariance: Array) -> Blocks:
     used = np.isfinite(off)
     both = used[:, :, None] & used[:, None, :]
     covariance = np.where(both, covariance, np.eye(ROWS))
-    inverse = np.linalg.inv(np.linalg.cholesky(covariance))
+    spread = np.asarray(np.linalg.cholesky(covariance), dtype=float)
+    inverse = np.linalg.inv(spread)
     residual = (inverse @ np.where(used, off, 0.0)[..., None])[..., 0]
-    return Blocks(residual, inverse @ np.where(used[..., None], design, 0.0), used, off)
+    return Blocks(residual, inverse @ np.where(used[..., None], design, 0.0), used, off, spread)

@@ -114,10 +114,23 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     blocks = measurement.blocks(mean + factor @ at)
     upper = np.linalg.qr(_stack(blocks, kept, factor), mode="r")
     chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
-    turned = _turned_stations(measurement)
-    seen = {int(station) for station in measurement.tools.station[kept[: len(measurement.tools)]]} - {-1}
-    freedom = int(blocks.used[kept].sum()) - sum(SIZE if station in turned else 3 for station in seen)
+    freedom = int(blocks.used[kept].sum()) - _count_taken_by_stations(measurement, blocks, kept)
     return Fit(mean + factor @ at, factor @ np.linalg.inv(upper), blocks, chi_square, freedom, converged)
+
+
+def _count_taken_by_stations(measurement: Measurement, blocks: Blocks, kept: Mask) -> int:
+    """How many equations the places and turns of stations take up: as many of their unknowns as readings say something of."""
+    turned, tools, taken = _turned_stations(measurement), measurement.tools, 0
+    for station in range(measurement.stations):
+        rows = np.flatnonzero((tools.station == station) & kept[: len(tools)])
+        first = COUNT + SIZE * station
+        columns = slice(first, first + (SIZE if station in turned else 3))
+        taken += (
+            int(np.linalg.matrix_rank(blocks.design[rows, :, columns].reshape(len(rows) * ROWS, -1)))
+            if len(rows)
+            else 0
+        )
+    return taken
 
 
 def _stack(blocks: Blocks, kept: Mask, factor: Array) -> Array:
@@ -264,8 +277,8 @@ def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> 
     flat, residual = reach.reshape(len(held) * ROWS, -1), blocks.residual.ravel()
     spread = np.eye(len(flat)) + flat @ flat.T
     probability = float(chdtrc(int(blocks.used.sum()), residual @ np.linalg.solve(spread, residual)))
-    share = 1.0 + (reach[:, :3] ** 2).sum(axis=2)  # of the fit's uncertainty and the reading's own
-    variance = (tools.sigma_tip[held, None] ** 2 * share * blocks.used[:, :3]).sum(axis=1)
+    parts = blocks.spread @ np.concatenate([np.broadcast_to(np.eye(ROWS), blocks.spread.shape), reach], axis=2)
+    variance = ((parts[:, :3] ** 2).sum(axis=2) * blocks.used[:, :3]).sum(axis=1)  # the reading's own, and the fit's
     return _Predicted(blocks.off, variance, probability)
 
 

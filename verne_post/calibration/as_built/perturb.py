@@ -3,14 +3,24 @@
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.deviations import Deviations
 
 
-def simulate_tips(machine: AsBuiltMachine, joints: Array, length: Array, sigma: float, seed: int) -> Array:
-    """Tips (n, 3) that an instrument of uncertainty ``sigma`` (mm) reads on a machine at joints (n, 5), table frame."""
-    tip, _axis, _ok = machine.forward(joints, length)
-    return np.asarray(tip + sigma * np.random.default_rng(seed).standard_normal(tip.shape))
+def simulate_tips(
+    machine: AsBuiltMachine,
+    joints: Array,
+    length: Array,
+    sigma: float,
+    seed: int,
+    joint_sigma: JointUncertainty = COMMANDED_EXACTLY,
+) -> Array:
+    """Tips (n, 3) that an instrument of uncertainty ``sigma`` (mm) reads on a machine commanded to joints (n, 5), table frame."""
+    random = np.random.default_rng(seed)
+    noise = sigma * random.standard_normal((len(joints), 3))
+    tip, _axis, _ok = machine.forward(joints + joint_sigma.spread * random.standard_normal(joints.shape), length)
+    return np.asarray(tip + noise)
 
 
 def draw_deviations(seed: int, tolerances: Array) -> Deviations:

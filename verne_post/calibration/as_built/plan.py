@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.calibration.as_built.data import Prior
+from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty, Prior
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.program import find_middle, order_poses, reached_from, round_poses
 from verne_post.calibration.as_built.workspace import WorkspacePoses, sample_workspace
@@ -54,9 +54,10 @@ def plan_poses(
     lengths: Sequence[float],
     count: int,
     sigma_tip: float,
+    joint_sigma: JointUncertainty = COMMANDED_EXACTLY,
     places: Array | None = None,
 ) -> Plan:
-    """Plan ``count`` readings of tips, each coordinate to ``sigma_tip`` (mm).
+    """Plan ``count`` readings of tips, each coordinate to ``sigma_tip`` (mm), at joints known to ``joint_sigma``.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ def plan_poses(
         Tools, gauge line to tip, mm.
     count : int
     sigma_tip : float
+    joint_sigma : JointUncertainty
     places : ndarray, shape (k, 3), optional
         Tips stand at these places of the table frame only, mm.
 
@@ -85,7 +87,7 @@ def plan_poses(
     if len(candidates.length) < count:
         raise ValueError(f"only {len(candidates.length)} of {CANDIDATES} poses tried can be visited")
     workspace = sample_workspace(machine, WORKSPACE_POSES, lengths, rng)
-    chosen, errors = choose_poses(model, prior, candidates, workspace, count, sigma_tip)
+    chosen, errors = choose_poses(model, prior, candidates, workspace, count, sigma_tip, joint_sigma)
     poses = candidates.take(np.array(chosen))
     order, over = order_poses(machine, poses)
     return Plan(poses.take(np.array(order)), over, middle, errors)
@@ -98,6 +100,7 @@ def choose_poses(
     workspace: WorkspacePoses,
     count: int,
     sigma_tip: float,
+    joint_sigma: JointUncertainty = COMMANDED_EXACTLY,
 ) -> tuple[list[int], Array]:
     """Choose poses whose tips, measured to ``sigma_tip`` (mm), leave the smallest mean square tip error.
 
@@ -113,6 +116,7 @@ def choose_poses(
     count : int
         Poses to choose, no more than there are candidates.
     sigma_tip : float
+    joint_sigma : JointUncertainty
 
     Returns
     -------
@@ -121,7 +125,9 @@ def choose_poses(
     errors : ndarray, shape (m,)
         Expected tip error (root mean square) at the workspace poses, mm.
     """
-    design = model.rates(prior.mean, candidates.joints, candidates.length)[1].tip @ prior.factor / sigma_tip
+    rates = model.rates(prior.mean, candidates.joints, candidates.length)[1]
+    noise = np.linalg.cholesky(sigma_tip**2 * np.eye(3) + joint_sigma.covariance(rates.tip_by_joint))
+    design = np.linalg.solve(noise, rates.tip @ prior.factor)
     seen = model.rates(prior.mean, workspace.joints, workspace.length)[1].tip @ prior.factor
     weight = np.einsum("nkp,nkq->pq", seen, seen) / len(seen)
     covariance = np.eye(weight.shape[0])
