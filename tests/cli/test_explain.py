@@ -191,6 +191,25 @@ def test_other_machines_have_their_own_numbers_of_solutions(name: str, each: int
     assert text.count("in use") == 1
 
 
+def test_solutions_of_an_as_built_machine_have_the_c_that_is_used(
+    explain: Callable[..., str], run: Callable[..., Any], tmp_path: Path
+) -> None:
+    built = tmp_path / "built.toml"
+    assert run("machine", "perturb", "--seed", "1", "-o", built).code == 0
+    program = lines("G49 G0 X40 Y-30 Z80 A20 C30", "G1 X60 Y10 Z70 A25 C50 F800", "M2")
+    for words in ((), ("--correct-axis",)):
+        text = explain(program, 2, "--machine", built, *words, *OPTIONS)
+        (row,) = [line for line in text.splitlines() if line.endswith("in use")]
+        shown = re.search(r"joints +(rho1 .*)", text)
+        assert shown
+        numbers, used = (re.findall(r"(?:rho\d|a) (-?[\d.]+)", part) for part in (shown.group(1), row))
+        assert [f"{float(value):.4f}" for value in numbers] == used
+
+
+def test_a_dry_run_has_the_length_of_the_tool(explain: Callable[..., str]) -> None:
+    assert "tool length 80 mm" in explain(PROGRAM, 2, "--tool-length", "80", "--wcs", "G54=0,0,0", "--air", "30")
+
+
 def test_margins_reach_to_clearances_and_the_table(explain: Callable[..., str], tmp_path: Path) -> None:
     """A spindle of radius 60 whose nose is 20 over the face: 40 short, and every solution says so."""
     file = tmp_path / "guarded.toml"

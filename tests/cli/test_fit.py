@@ -130,6 +130,24 @@ def test_least_time_is_no_longer(tmp_path: Path, run: Callable[..., Any]) -> Non
     assert all(item["after"] >= 0 for item in found["margins"])
 
 
+def test_a_dry_run_is_fitted_where_it_is_lifted(tmp_path: Path, run: Callable[..., Any]) -> None:
+    path = tmp_path / "air.nc"
+    path.write_text(
+        "G21 G90 G94\nG0 X40 Y-30 Z50 A20 C30\nG1 X60 Y10 Z40 A25 C50 F800\nG1 X10 Y40 Z60 A-15 C90\nM2\n",
+        encoding="utf-8",
+    )
+    words = ("--tool-length", "80", "--wcs", "G54=10,-20,30,15", "--range", "z=0,500")
+    found = []
+    for more in ((), ("--air", "500", "--air-along", "table")):
+        answer = run("fit", path, *words, *more)
+        assert answer.code == 0, answer.out
+        found += re.findall(r"^  --wcs (\S+)", answer.out, re.MULTILINE)
+    assert found[0] != found[1]
+    assert (
+        run("check", path, "--tool-length", "80", "--wcs", found[1], "--air", "500", "--air-along", "table").code == 0
+    )
+
+
 def test_an_impossible_program_is_refused_with_the_axis(tmp_path: Path, run: Callable[..., Any]) -> None:
     program = tmp_path / "p.nc"
     program.write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 A130 F900\nM2\n", encoding="utf-8")

@@ -42,7 +42,7 @@ def explain_line(line: Line) -> Iterator[str]:
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tip, angles = solved.tip[0], solved.angles[0]
     tool = float(joints.contour.tool_length(np.array([line.last]))[0])
-    yield from _words(line, tool)
+    yield from _words(line, tool - joints.lift)
     yield ""
     yield "from words to joints, at the end of the motion"
     yield from _program_step(line, angles)
@@ -156,7 +156,11 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(platform.position)}, "
            f"platform tilt alpha {degrees_text(float(platform.alpha))} deg")  # fmt: skip
     names = ", ".join(machine.module.actuators)
-    yield f"  joints               {names} from P; a = A + alpha, c = C:"
+    a, c = (
+        f"-({text})" if column.factor < 0 else text
+        for column, text in zip(machine.columns[-2:], ("A + alpha", "C"), strict=True)
+    )
+    yield f"  joints               {names} from P; a = {a}, c = {c}:"
     shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
     yield f"                       {shown}"
 

@@ -19,6 +19,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES, SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branch_choice import choose_branches
+from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.work_offset import (
     DECIMALS,
     WRITTEN_DECIMALS,
@@ -78,7 +79,8 @@ def propose(
             finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset (G10), or only "
                     "names machine coordinates")
         )  # fmt: skip
-    low, high = _ranges(points, machine, ranges or {}, here, free)
+    raised = options.air if options.air_along == "table" else 0.0
+    low, high = _ranges(points, machine, ranges or {}, here, free, raised)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     notify = None if progress is None else partial(progress, "seeking a place")
     after = search.find_best(here, least_time=least_time, notify=notify)
@@ -118,17 +120,29 @@ def _path_at(source: Text, machine: Machine, options: Options, system: int, plac
 
 
 def _path_of(moves: Moves, machine: Machine, options: Options) -> ToolPath:
-    """The tool path of moves, on the branches of the table that keep the limits."""
-    return choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)[0]
+    """The tool path of moves, on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
+    path = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)[0]
+    return lift_path(path, options.air, along_tool=options.air_along == "tool") if options.air else path
 
 
 def _ranges(
-    points: PartPoints, machine: Machine, given: Mapping[str, tuple[float, float]], here: Place, free: str
+    points: PartPoints,
+    machine: Machine,
+    given: Mapping[str, tuple[float, float]],
+    here: Place,
+    free: str,
+    raised: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as given."""
+    """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as given.
+
+    Points are ``raised`` mm over where the part is.
+    """
     cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip
     part = float(np.hypot(cut[:, 0], cut[:, 1]).max())
-    aside, lowest = max(machine.table_radius - part, _LEAST * machine.table_radius), -float(points.tip[:, 2].min())
+    aside, lowest = (
+        max(machine.table_radius - part, _LEAST * machine.table_radius),
+        raised - float(points.tip[:, 2].min()),
+    )
     low = np.minimum([-aside, -aside, lowest, -np.pi], here.array())
     high = np.maximum([aside, aside, lowest + _LIFT_MM, np.pi], here.array())
     for letter, (first, last) in given.items():

@@ -260,7 +260,7 @@ def identify_(
     from verne_post.calibration.identify import Uncertainty, identify
     from verne_post.calibration.readings import read_readings, refused_lengths
     from verne_post.model.findings import InputError
-    from verne_post.model.protocols import Identifiable
+    from verne_post.model.protocols import AxisCorrecting, Identifiable
 
     try:
         machine_name = name_machine(files, machine_name)
@@ -272,6 +272,11 @@ def identify_(
         raise click.UsageError(
             f"--machine {machine_name}: the lengths of a machine of kind {machine.kind!r} cannot be identified from "
             "sliders and poses; its module gives no loop equations"
+        )
+    if isinstance(machine.five_axis, AxisCorrecting):
+        raise click.UsageError(
+            f"--machine {machine_name}: identify fits the lengths as drawn, and this file has [as_built]; use machine calibrate, "
+            "or a file without [as_built]"
         )
     present = {key: float(getattr(module, key)) for key in module.length_names}
     groups = [_lengths(text, "--tie", "=", present) for text in tied]

@@ -163,13 +163,19 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         return found, turn
 
     def _correct(
-        self, tip: Array, angles: Array, length: Array, share: Array, rotation: Array
+        self,
+        tip: Array,
+        angles: Array,
+        length: Array,
+        share: Array,
+        rotation: Array,
+        side: Array = inverse.WORKING_SIDE,
     ) -> tuple[Array, inverse.PlatformSolution]:
         """Joint C that takes its share of the axis error, and the solutions with it."""
         turn = np.zeros_like(length)  # of C, that would take the whole error
         for _ in range(_CORRECTION_STEPS):
             pose = inverse.stand_on_table(self.geometry, tip, angles, angles[1] + turn, length)
-            found = inverse.solve_platform(self.geometry, pose, rotation)
+            found = inverse.solve_platform(self.geometry, pose, rotation, side)
             axis = pose.axis_along + pose.axis_upright
             rate = self.geometry.tilt_axis @ inverse.cross(self._rotary_axis_upright(angles[0]), axis)
             step = found.across / rate
@@ -178,7 +184,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
                 break
         taken = angles[1] + share * turn
         pose = inverse.stand_on_table(self.geometry, tip, angles, taken, length)
-        return taken, inverse.solve_platform(self.geometry, pose, rotation)
+        return taken, inverse.solve_platform(self.geometry, pose, rotation, side)
 
     def _rotary_axis_upright(self, tilt: Array) -> Array:
         """Directions of the rotary axis (3, n) in the upright frame with joint A at ``tilt`` (n,)."""
@@ -192,17 +198,21 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         return q, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """The solutions that continue those of the nominal machine, each solved with the true parts."""
+        """The solutions that continue those of the nominal machine, each solved with the true parts, and C as :meth:`solve` has it."""
         tip = pose_vectors(tip, "tip")
         solutions = []
         for one in self.nominal_machine.inverse_all(tip, axis, tool_length):
             angles = np.array(one.angles)[:, None]
             length = np.array([tool_length + self.nose_offset])
-            pose = inverse.stand_on_table(self.geometry, tip[:, None], angles, angles[1], length)
+            turn = angles[1]
+            pose = inverse.stand_on_table(self.geometry, tip[:, None], angles, turn, length)
             side = np.array(one.signs, dtype=float)[LEG]
             with np.errstate(invalid="ignore", divide="ignore"):
                 found = inverse.solve_platform(self.geometry, pose, tilted(np.array([one.alpha])), side)
-            q = _joints(angles, found, angles[1])[0]
+                share = np.zeros(1) if self.correction is None else self.correction.share(angles[0])
+                if share[0] > 0:
+                    turn, found = self._correct(tip[:, None], angles, length, share, found.rotation, side)
+            q = _joints(angles, found, turn)[0]
             if np.isfinite(q).all():
                 tilt = float(angles_of_rotation(found.rotation)[0, 0])
                 solutions.append(replace(one, q=tuple(float(value) for value in q), alpha=tilt))
