@@ -402,6 +402,17 @@ def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
     assert moves.end[2:5, 2].tolist() == [1, -2, 1]
 
 
+def test_compensation_begins_with_the_first_motion_in_the_plane(view):
+    """A block that moves Z alone, or nothing, is no start-up."""
+    head = "%\nO1\nT1 M6\nG21 G90 G94 G17\nG0 X0 Y0 Z5. F100\n"
+    contour = "X30.\nY30.\nG40 X0 Y0\nM30\n%"
+    wanted = view(f"{head}G1 Z-5.\nG41 D1 {contour}", dialect="fanuc")[0].end[-4:]
+    for begin in ("G1 G41 D1 Z-5.", "G41 D1\nG1 Z-5."):
+        moves, errors = view(f"{head}{begin}\n{contour}", dialect="fanuc")
+        assert errors == ()
+        np.testing.assert_allclose(moves.end[-4:], wanted)
+
+
 def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
     for dialect, out in (("fanuc", [(2.0, MoveKind.FEED), (50.0, MoveKind.RAPID)]), ("rs274", [(50.0, MoveKind.FEED)])):
         time = 500 if dialect == "fanuc" else 0.5
@@ -420,7 +431,7 @@ def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
     ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGTH,5", "VP002", 1),
     ("CUTCOM/LEFT", "VP002", 1), ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,.6,.8,5\nGOTO/10,0,0", "VP008", 4),
     ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,0,1,9\nGOTO/10,0,0", "VP008", 4), ("GOTO/1,$\n\n,2", "VP001", 1), ("GOTO/1,,2", "VP001", 1), ("12,3", "VP001", 1),
-    ("MULTAX/OF", "VP005", 1), ("UNITS/MM,INCHES", "VP005", 1), ("COOLNT/ON,FROG", "VP005", 1), ("GOHOME/1,2,3", "VP005", 1), ("RAPID/5", "VP005", 1),
+    ("CIRCLE/0,0,0,0,0,1,5\nCIRCLE/0,0,0,0,0,1,6", "VP017", 2), ("MULTAX/OF", "VP005", 1), ("UNITS/MM,INCHES", "VP005", 1), ("COOLNT/ON,FROG", "VP005", 1), ("GOHOME/1,2,3", "VP005", 1), ("RAPID/5", "VP005", 1),
     ("CUTCOM/OFF,LEFT", "VP002", 1), ("CYCLE/OFF,DRILL", "VP005", 1), ("STOP/5", "VP005", 1), ("OPSTOP/X", "VP005", 1), ("CIRCLE/0,0,0,0,0,1,5,1", "VP005", 1),
     ("SPINDL/500,CLW,CCLW", "VP005", 1), ("SPINDL/OFF,CLW", "VP005", 1), ("SPINDL/9,OFF", "VP005", 1), ("SPINDL/9,RPM,RPM", "VP005", 1), ("SPINDL", "VP005", 1),
     ("CYCLE/DRILL,DEPTH,5,DEPTH,8,CLEAR,2", "VP004", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RAPTO,2", "VP004", 1), ("CYCLE/DRILL,5,CLEAR,2,MMPM,9,IPM,9", "VP004", 1),

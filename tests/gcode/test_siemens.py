@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.gcode.conftest import make_tool
 from verne_post.model.moves import MoveKind, PathMode
 
 HEAD = "G0 X0 Y0 Z5 F100\n"
@@ -270,3 +271,15 @@ def test_comments_before_the_first_header_are_no_program(view):
     assert moves.end[-1, 0] == 7.0
     moves, errors = view("G0 X3\nM30\n%_N_PART_SPF\nG0 X7\nM17", dialect="siemens")
     assert moves.end[-1, 0] == 3.0
+
+
+def test_d0_leaves_the_radius_out(view):
+    contour = "G41 G1 X10 Y10 F100\nX30\nY30\nG40 X50"
+    tools = {2: make_tool(2, 25.0, 10.0)}
+    on_contour = view(f"T2 M6\nD0\n{contour}", dialect="siemens", tools=tools)[0]
+    plain = view("T2 M6\nD0\nG1 X10 Y10 F100\nX30\nY30\nX50", dialect="siemens", tools=tools)[0]
+    np.testing.assert_allclose(on_contour.end, plain.end)
+    beside = view(f"T2 M6\nD1\n{contour}", dialect="siemens", tools=tools)[0]
+    assert abs(beside.end[1, 1] - 15.0) < 1e-9
+    for edge, radius in ((0, 0.0), (1, 5.0)):
+        assert view(f"T2 M6\nD{edge}\nG0 X=$P_TOOLR", dialect="siemens", tools=tools)[0].end[-1, 0] == radius

@@ -319,6 +319,16 @@ def test_a_rotated_frame_rotates_tool_axes(machine):
     assert axis == pytest.approx((0, 1 / math.sqrt(26), 5 / math.sqrt(26)), abs=1e-9)
 
 
+@pytest.mark.parametrize(("start", "direction"), [("A0 C0", -1), ("A0 C0", 1), ("A30 C40", -1), ("A-5 C170", 1)])
+def test_the_level_plane_turns_the_table_back(machine, start, direction):
+    level = f'CYCLE800(0,"",0,57,0,0,0,0,0,0,0,0,0,{direction})'
+    tilted = f'CYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,{direction})'
+    for before in ("", f"{tilted}\nX0 Y0 Z5\n"):
+        found = poses(machine, f"G0 X0 Y0 Z60 {start}\n{before}{level}\nX1 Y2 Z5")
+        assert found[-1][0] == pytest.approx(np.array(ORIGIN) + (1, 2, 5), abs=1e-9)
+        assert found[-1][1] == pytest.approx((0, 0), abs=1e-9)
+
+
 def test_the_tool_length_counts_in_places_of_the_machine_until_d0(machine):
     table = machine.coordinates
     for edge, length in (("D1", LENGTH), ("D0", 0.0)):

@@ -54,6 +54,8 @@ class Compensation(Struct):
     perpendicular : bool
         The entry move ends beside the start of the first segment of the contour, however long it is; else beside its
         own end.
+    at_once : bool
+        Such a compensation begins with its first block, also without motion in the plane; else with the first that has some.
     """
 
     code: int
@@ -64,6 +66,7 @@ class Compensation(Struct):
     corner: list[float] = field(default_factory=list)
     line: int = 0
     perpendicular: bool = False
+    at_once: bool = True
 
     # --- the three things that may come ---------------------------------------------------------
 
@@ -73,7 +76,7 @@ class Compensation(Struct):
         p, q = (start[u], start[v]), (end[u], end[v])
         length = math.dist(p, q)
         if length == 0.0:
-            if self.segment is None and self.perpendicular:
+            if self.segment is None and self.perpendicular and self.at_once:
                 self._begin(Offset(p, p, (1.0, 0.0), entry=True))
             return self._point_at(end, self.segment.end if self.segment else p)
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)

@@ -29,6 +29,8 @@ class MotionCodes(MachineCodes):
 
     #: The entry move of cutter compensation ends beside the start of the contour, not beside its own end.
     perpendicular_entry: ClassVar[bool] = False
+    #: Such a compensation begins with its first block, also without motion in the plane.
+    begins_at_once: ClassVar[bool] = True
     #: G41.1 and G42.1 are there, which take the diameter itself.
     diameter_codes: ClassVar[bool] = True
     #: What gives a tool length.
@@ -321,7 +323,11 @@ class MotionCodes(MachineCodes):
             raise BlockError("VP017", f"{name} while a tool axis (I J K) holds")
         radius = 0.5 * self._cutter_diameter(block, code)
         state.compensation = Compensation(
-            code, state.plane, radius if code < 420 else -radius, perpendicular=self.perpendicular_entry
+            code,
+            state.plane,
+            radius if code < 420 else -radius,
+            perpendicular=self.perpendicular_entry,
+            at_once=self.begins_at_once,
         )
 
     def _cutter_diameter(self, block: Block, code: int) -> float:

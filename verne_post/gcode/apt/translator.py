@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH
+from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.apt.coordinates import IDENTITY, apply, read_matrix
 from verne_post.gcode.apt.cycles import FEED_UNITS, Cycle, read_cycle
@@ -183,6 +183,8 @@ class Translator(Struct):
         center, normal = apply(self.matrix, numbers[:3], shift=True), apply(self.matrix, numbers[3:6], shift=False)
         if self.cycle is not None:
             raise BlockError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
+        if self.circle is not None:
+            raise BlockError("VP017", "CIRCLE after CIRCLE: the GOTO that ends the first arc is missing")
         self.circle = (*center, *normal, numbers[6])
         return iter(())
 
@@ -217,7 +219,7 @@ class Translator(Struct):
         height = cycle.clear
         if cycle.kind in ("DEEP", "BRKCHP") and cycle.step is not None:
             height -= cycle.step
-            while height > -cycle.depth:
+            while height > -cycle.depth + ZERO_LENGTH_MM / self._unit:  # the last one goes to the bottom
                 yield go(height, rapid=False)
                 if cycle.kind == "DEEP":
                     yield go(cycle.clear, rapid=True)

@@ -70,6 +70,7 @@ class FanucInterpreter(NurbsCodes):
     keeps_heights: ClassVar[bool] = True
     stores_without_holes: ClassVar[bool] = True
     perpendicular_entry: ClassVar[bool] = True
+    begins_at_once: ClassVar[bool] = False
     diameter_codes: ClassVar[bool] = False
     custom_macro: ClassVar[bool] = True
     plain_words: ClassVar[bool] = True

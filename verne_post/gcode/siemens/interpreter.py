@@ -187,6 +187,12 @@ class SiemensInterpreter(SiemensSplines):
             return round(number)
         return number_of_tool(name, f'T="{name}"', "siemens", self.setup, self.state, word.column)
 
+    def _cutter_diameter(self, block: Block, code: int) -> float:
+        """Of the tool in the spindle; with D0 the path is on the contour."""
+        if self.state.loaded_tool and not self.modes.edge:
+            return 0.0
+        return super()._cutter_diameter(block, code)
+
     def _select_edge(self, words: Words, *, loaded: bool) -> None:
         """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away."""
         edge = words.take("D")

@@ -202,7 +202,7 @@ class Swivel:
     def _turn_table(self, block: Block, direction: int) -> None:
         """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part.
 
-        Of the two pairs of A and C that do this, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
+        To the level plane A and C go to 0, which is the only place that means the same on all controls. Of the two pairs of A and C that do this, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
         """
         to = self.to
         state, coordinates = to.state, to.setup.coordinates
@@ -210,6 +210,11 @@ class Swivel:
         if tcp:
             to._require_known(block, [0, 1, 2], "CYCLE800")
         state.tool_axis = None
+        if to.setup.machine and not to.follows_part:
+            a, _b, c = to.modes.frames.rotary
+            turns = 360.0 * round(to.state.position[5] / 360.0)
+            to.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
+            return
         here = coordinates.to_machine(np.array(state.position), state.frame)
         pairs = [coordinates.point_axis(list(state.position), np.array([0.0, 0.0, 1.0]), state.frame)]
         machine = coordinates.to_machine(np.array(pairs[0]), state.frame)

@@ -48,7 +48,7 @@ class SystemVariables:
         tool = (state.tools or {}).get(state.loaded_tool or 0)
         values: dict[str, float | None] = {
             "$P_TOOLNO": float(state.loaded_tool or 0), "$P_TOOLP": float(state.selected_tool or 0), "$P_TOOL": float(to.modes.edge),
-            "$P_TOOLR": None if tool is None else 0.5 * tool.diameter, "$P_TOOLL": state.frame.tool_length if index in ((1,), (3,)) else 0.0,
+            "$P_TOOLR": None if tool is None else 0.5 * tool.diameter * to.modes.edge, "$P_TOOLL": state.frame.tool_length if index in ((1,), (3,)) else 0.0,
             "$P_F": state.feed, "$P_S": state.spindle_speed, "$P_UIFRNUM": float(self._active()), "$P_TRAFO": float(to.modes.tcp),
             "$P_SDIR": 5.0 if not state.spindle_on else 4.0 if state.spindle_reversed else 3.0,
         }  # fmt: skip
