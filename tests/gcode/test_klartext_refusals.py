@@ -217,3 +217,18 @@ def test_a_program_begins_with_its_name_and_unit(view):
 def test_an_unfinished_statement_at_the_end(view):
     _moves, findings = view("BEGIN PGM T MM\nCYCL DEF 200 ~", dialect="heidenhain")
     assert (findings[0].code, findings[0].line) == ("VP001", 2)
+
+
+@pytest.mark.parametrize("block", [
+    "L Z+100 R0 FMAX", "L R0\nL Z+100 FMAX", "L R0 M140 MB10", "L R0\nL A+30 FMAX", "L R0\nCYCL CALL", "L R0\nL Z+1 FMAX M91",
+])  # fmt: skip
+def test_after_r0_the_first_move_is_in_the_plane(view, block):
+    """Whether the tool goes sideways onto the contour with anything else depends on the control."""
+    head = (
+        "BEGIN PGM T MM\nTOOL CALL 1 Z S1000 F500\nL X+0 Y+0 Z+5 A+0 C+0 R0 FMAX M3\nL X+10 Y+10 RL\nL X+30\nL Y+30\n"
+    )
+    tools = {1: make_tool(1, 10.0, 6.0)}
+    found = view(f"{head}{block}\nEND PGM T MM", dialect="heidenhain", tools=tools)[1]
+    assert [item.code for item in found[:1]] == ["VP017"]
+    for fine in ("L X+50 R0", "L R0\nL X+50\nL Z+100 FMAX", "DEP LT LEN5\nL Z+100 FMAX"):
+        assert view(f"{head}{fine}\nEND PGM T MM", dialect="heidenhain", tools=tools)[1] == ()

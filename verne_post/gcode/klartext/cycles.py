@@ -30,7 +30,7 @@ class KlartextCycles(KlartextPlanes):
         """
         state = self.state
         self.check_nothing_waits("a cycle call")
-        self._refuse_compensation(f"cycle {number}")
+        self._refuse_beside(f"cycle {number}")
         self._require_known(self.block, [0, 1, 2], f"cycle {number}")
         self._check_hole(number, q)
         feed, mode = state.feed, state.feed_mode

@@ -56,6 +56,25 @@ class KlartextFrames(Interpreter):
         self.state.feed_angular = self.state.feed
         return super()._feed_of(lengths)
 
+    # --- beside a contour ---------------------------------------------------------------------------
+
+    def _record(self, line: int, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool) -> None:
+        """As all dialects record a straight move; after R0 it needs X or Y."""
+        if not {0, 1} & set(axes):
+            self._refuse_after_side("a move without X and Y")
+        super()._record(line, kind, end, axes, absolute=absolute)
+
+    def _refuse_beside(self, what: str) -> None:
+        """Refuse what moves the tool otherwise than a contour does, while it is beside one."""
+        self._refuse_compensation(what)
+        self._refuse_after_side(what)
+
+    def _refuse_after_side(self, what: str) -> None:
+        """After R0 the tool is beside the contour until it moves in the plane; whether anything else takes it there is open."""
+        if self.state.compensation is None and self.state.centre is not None:
+            raise BlockError("VP017", f"{what} after R0, while the tool is beside the contour: whether it then goes onto the contour depends on the "
+                             "control; move in X and Y first, or write DEP in place of R0")  # fmt: skip
+
     # --- coordinates ---------------------------------------------------------------------------------
 
     @property
@@ -117,7 +136,7 @@ class KlartextFrames(Interpreter):
 
     def move_machine(self, kind: MoveKind, target: Array, axes: list[int]) -> None:
         """All axes of the machine go straight to machine coordinates (9,), at the feed rate of axes (mm, degrees)."""
-        self._refuse_compensation("a motion of machine axes")
+        self._refuse_beside("a motion of machine axes")
         state, coordinates = self.state, self.setup.coordinates
         start = self.machine_position()
         base = replace(state.frame, feature=None)

@@ -238,7 +238,7 @@ class KlartextFunctions(KlartextApproach):
     def retract(self, distance: float | None, kind: MoveKind, feed: float = 0.0) -> None:
         """Away along the tool axis, mm; None: to machine coordinate Z 0, if the tool is below it."""
         state = self.state
-        self._refuse_compensation("a retract along the tool axis")
+        self._refuse_beside("a retract along the tool axis")
         if distance is None:
             machine = self.machine_position()
             if machine[2] < 0 or not state.known[2]:  # while the start is sought, this names Z

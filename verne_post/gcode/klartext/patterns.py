@@ -191,7 +191,7 @@ class KlartextPatterns(KlartextSettings):
             raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
         self._require_known(self.block, [0, 1, 2], "a cycle call")
         self.check_nothing_waits("a cycle call")
-        self._refuse_compensation("a cycle call")
+        self._refuse_beside("a cycle call")
         x, y, z = place
         height = max(self.state.position[2], self._z(self.cycle.q[203] + z + self.cycle.q[200]), least)
         if self.state.position[2] < height:

@@ -63,7 +63,7 @@ class KlartextPlanes(KlartextFunctions):
         BlockError
         """
         self.check_nothing_waits("PLANE")
-        self._refuse_compensation("PLANE")
+        self._refuse_beside("PLANE")
         words = self._read_plane(statement)
         move = words.flag("MOVE", "TURN", "STAY")
         if move is None:

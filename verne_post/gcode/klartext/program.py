@@ -162,7 +162,7 @@ class Klartext(KlartextPatterns):
         if statement.keyword != "L":
             raise statement.error("VP017", f"{name} goes with L")
         self.check_nothing_waits(name)
-        self._refuse_compensation(name)
+        self._refuse_beside(name)
         self.begin_functions(words)
         kind = MoveKind.RAPID if words.rapid else MoveKind.FEED
         self.set_feed(statement, words)
