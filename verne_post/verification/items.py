@@ -3,6 +3,8 @@
 An *item* is a segment or a dwell; a *group* are neighbouring items of one source line, as rows name no more than that.
 """
 
+from typing import Final
+
 import numpy as np
 from msgspec import Struct
 
@@ -10,7 +12,12 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
+from verne_post.model.toolpath import ToolPath
 from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces, progress_lengths
+
+#: Seen from the centre of an arc of fewer tolerances' radius, places within the tolerance of its ends may be in any direction. At 4
+#: they are still in that of their place, within 1 % of the tolerance.
+_TIGHT: Final = 4.0
 
 
 class SegmentMeasures(Struct, frozen=True, eq=False):
@@ -54,12 +61,24 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
             has_tolerance=(tip > 0) | (axis > 0),
             metric_length=length,
             motion_length=np.maximum(np.where(progress > 0, progress, path.length), ZERO_LENGTH_MM),
-            blend_u=(tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM),
+            blend_u=np.maximum(
+                (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM), _turns_of_tight_arcs(path, tip)
+            ),
             tip_pace=tip_pace,
             rotary_pace=rotary_pace,
             axis_pace=axis_pace,
         )
     return SegmentMeasures(**table.columns())
+
+
+def _turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array) -> Array:
+    """A whole turn as a share of segments (n,) that are arcs hardly larger than their tolerance; 0 for the others."""
+    turns = np.zeros(len(path))
+    on_arc = np.flatnonzero(path.arc >= 0)
+    arcs, row = path.arcs, path.arc[on_arc]
+    tight = np.minimum(arcs.r0, arcs.r1)[row] < _TIGHT * tip_tolerance[on_arc]
+    turns[on_arc[tight]] = 2.0 * np.pi / np.abs(arcs.sweep[row[tight]])
+    return turns
 
 
 class Items(Struct, frozen=True, eq=False):
