@@ -7,21 +7,26 @@ rows. Velocities, accelerations and jerks are differences of the joints at these
 limits at ratio 1; the speed keeps the feed cap. Joints along the contour are a B-spline through a dense table. The start is
 the profile of ``--quality``. What is found is a local optimum: the least time is no longer than this.
 
-``--write`` puts the table into docs/performance.md.
+The second table has what copp-py finds along the same contours, where it finds a profile (``third_order_peer.py``).
+``--write`` puts both into docs/performance.md.
 """
 
 import argparse
+import time
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import pairwise
 from typing import Any, Final
 
 import casadi
+import copp_py
 import numpy as np
 from blending import LENGTH_MM, corner, load
 from contouring import blade, processor, table, zigzag
+from msgspec import Struct
 from numpy.typing import NDArray
 from page import write_section
+from third_order_peer import PeerProfile, find_profile
 
 from verne_post import Options
 from verne_post.app.assemble import assemble
@@ -37,6 +42,16 @@ POINTS_PER_MM: Final = 200
 DEGREE: Final = 5
 REST_ROWS: Final = 3
 LONGEST_S: Final = 240.0
+
+
+class Comparison(Struct, frozen=True):
+    """Times of the longest continuous section, s: planned, with ``--quality``, the least; planning's CPU s; and the peer."""
+
+    planned_s: float
+    quality_s: float
+    least_s: float
+    cpu_s: float
+    peer: PeerProfile | None
 
 
 def cases() -> Iterator[tuple[str, bytes, str, Options]]:
@@ -86,14 +101,15 @@ def least_time(section: ContourSection, limits: Limits, rows: Array, cycle: floa
     return float(answer.value(stretch)) * cycle * (n - 1)
 
 
-def compare(source: bytes, machine_name: str, options: Options) -> tuple[float, float, float]:
-    """Planned time, that of ``--quality``, and the least time, s: of the longest continuous section."""
+def compare(source: bytes, machine_name: str, options: Options) -> Comparison:
+    """Plan a program, and its longest continuous section by the other two ways."""
     machine = load(machine_name)
     program = assemble(source, machine, options)
     bounds, _findings = check_program(program)
     joints, contour = program.joints(), program.contour
-    found = []
+    found, spent = [], []
     for quality in (False, True):
+        begun = time.process_time()
         profiles = plan_contour(
             joints,
             bounds.first,
@@ -102,29 +118,57 @@ def compare(source: bytes, machine_name: str, options: Options) -> tuple[float, 
             machine.limits,
             PlanningOptions(program.cycle, quality=quality),
         )
+        spent.append(time.process_time() - begun)
         cycles = np.where(profiles.continuous_first >= 0, profiles.cycles, 0)
         longest = int(np.argmax(cycles))
         begin = int(profiles.continuous_first[longest])
         found.append(profiles.continuous_s[begin : begin + int(cycles[longest]) + 1])
     first, last = list(pairwise(contour.section_begins.tolist()))[longest]
     section = ContourSection(joints, first, last, program.cycle)
-    times = [(len(rows) - 1) * program.cycle for rows in found]
-    return times[0], times[1], least_time(section, machine.limits, found[1], program.cycle)
+    planned, with_quality = ((len(rows) - 1) * program.cycle for rows in found)
+    least = least_time(section, machine.limits, found[1], program.cycle)
+    return Comparison(planned, with_quality, least, spent[0], find_profile(section, machine.limits, program.cycle))
+
+
+def peer_row(name: str, got: Comparison) -> list[str]:
+    """Row of the second table."""
+    ours = [f"{got.cpu_s:.2f}", f"{1e3 * got.planned_s:.0f}"]
+    if got.peer is None:
+        return [name, *ours, "-", "none found", "-", "-"]
+    over = f"{100 * (got.peer.time_s / got.least_s - 1):.1f} %"
+    return [name, *ours, f"{got.peer.cpu_s:.2f}", f"{1e3 * got.peer.time_s:.1f}", over, f"{got.peer.jerk_ratio:.2f}"]
 
 
 def main() -> None:
-    """Measure, print, and with --write put the table into the page."""
+    """Measure, print, and with --write put the tables into the page."""
     parser = argparse.ArgumentParser(description="Planned profiles against the least time.")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/performance.md")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/performance.md")
     given = parser.parse_args()
-    rows = []
+    rows, peers = [], []
     for name, source, machine, options in cases():
-        planned, quality, least = compare(source, machine, options)
-        over = [f"{100 * (time / least - 1):.1f} %" for time in (planned, quality)]
-        rows.append([name, f"{1e3 * planned:.0f}", f"{1e3 * quality:.0f}", f"{1e3 * least:.1f}", *over])
-        print(*rows[-1], sep=" | ", flush=True)
+        got = compare(source, machine, options)
+        times = (got.planned_s, got.quality_s)
+        over = [f"{100 * (seconds / got.least_s - 1):.1f} %" for seconds in times]
+        rows.append([name, *(f"{1e3 * seconds:.0f}" for seconds in times), f"{1e3 * got.least_s:.1f}", *over])
+        peers.append(peer_row(name, got))
+        print(*rows[-1], *peers[-1][1:], sep=" | ", flush=True)
     header = ["contour", "planned ms", "--quality ms", "least ms", "planned over it", "--quality over it"]
-    text = f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, CasADi {casadi.__version__}.\n\n{table(header, rows)}".strip()
+    peer_header = [
+        "contour",
+        "planned CPU s",
+        "planned ms",
+        "its CPU s",
+        "its ms",
+        "over the least",
+        "jerk of its rows",
+    ]
+    text = "\n\n".join(
+        [
+            f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, CasADi {casadi.__version__}, copp-py {copp_py.version()}.",
+            table(header, rows).strip(),
+            table(peer_header, peers).strip(),
+        ]
+    )
     print(text)
     if given.write:
         write_section("optimum", text)
