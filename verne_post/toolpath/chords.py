@@ -89,10 +89,8 @@ def find_cheapest_sequence(loss: Array, never_curved: Mask, never_straight: Mask
     The second index of the losses tells whether the segment before is straight, the third whether the one after is.
     """
     barred = (_NEVER * never_straight - _NEVER * never_curved).tolist()
-    more, came = (
-        barred[0],
-        [],
-    )  # what it costs more so far if the segment is straight; whether the one before is, for both ways
+    # what it costs more so far if the segment is straight; whether the one before is, for both ways
+    more, came = barred[0], []
     for (curved, to_straight, to_curved, both), bar in zip(loss.reshape(-1, 4).tolist(), barred[1:], strict=True):
         came.append((more + to_curved < curved, more + both < to_straight))
         more = min(to_straight, more + both) - min(curved, more + to_curved) + bar
