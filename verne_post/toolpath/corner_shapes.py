@@ -78,7 +78,7 @@ _EVEN: Final = (-6.24067e-5, 0.0267439)
 
 
 def shape_value(shape: Ints, x: Array) -> Array:
-    """G (n,) of shapes (n,) at x (n,), zero outside (-1, 1)."""
+    """G of shapes at x, arrays of any but the same shape; zero outside (-1, 1)."""
     y = np.minimum(np.abs(x), 1.0)
     rest = 1.0 - y
     rest *= rest
@@ -89,7 +89,7 @@ def shape_value(shape: Ints, x: Array) -> Array:
 
 
 def shape_slope(shape: Ints, x: Array) -> Array:
-    """Derivative of G by x (n,), the mean of both sides at 0."""
+    """Derivative of G by x, as :func:`shape_value`; the mean of both sides at 0."""
     y = np.minimum(np.abs(x), 1.0)
     rest = 1.0 - y
     slope = ((3.0 * y + 9.0) * y + 8.0) * rest
@@ -100,19 +100,19 @@ def shape_slope(shape: Ints, x: Array) -> Array:
 
 
 def _put_wide(result: Array, coefficients: Array, shape: Ints, y: Array) -> Array:
-    """Replace what shape 0 has by the polynomials (powers, pieces) of the other shapes (n,) at y (n,) between 0 and 1.
+    """Replace what shape 0 has by the polynomials (powers, pieces) of the other shapes at y between 0 and 1.
 
     Along most of a finely divided program every shape is 0.
     """
     wide = np.flatnonzero(shape)
     if len(wide):
-        at = y[wide]
-        rows = coefficients.take(2 * shape[wide] + (at > KNEE), axis=1)
+        at = y.take(wide)
+        rows = coefficients.take(2 * shape.take(wide) + (at > KNEE), axis=1)
         value = rows[-1]
         for row in rows[-2::-1]:
             value *= at
             value += row
-        result[wide] = value
+        result.put(wide, value)
     return result
 
 

@@ -34,6 +34,8 @@ from verne_post.toolpath.corner_shapes import (
 
 #: A corner blend reaches over at most so many segments on each side; evaluation looks at twice as many corners.
 SEGMENTS: Final = 2
+#: The corners whose blends may reach onto a segment, from the one at its beginning on.
+_NEAR: Final = np.arange(1 - SEGMENTS, SEGMENTS + 1)[:, None]
 #: A wide shape needs so many times the shorter segment beside its corner, where blends may overlap and where they may not.
 #: Measured from 0.5 to 2.0: the cycle time of zigzags and polygons of 5 to 60 degrees falls up to 1.7; at 1.8 those of 20 degrees
 #: lose 8 %, at 2.0 finely divided waves up to 15 %.
@@ -175,11 +177,8 @@ def measure_gaps(reach: Array, s: Array) -> Array:
 
 def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
     """Displacement (m, 5) of the pose by all corner blends at path parameters ``at`` (m,) on segments (m,), mm and rad."""
-    total = np.zeros((len(at), 5))
-    for corner, width, x in _find_near(corners, segment, at):
-        bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= (width * shape_value(corners.shape.take(corner, mode="clip"), x))[:, None]
-        total += bend
+    near, width, x = _find_near(corners, segment, at)
+    total = _sum_bends(corners, near, width * shape_value(corners.shape.take(near, mode="clip"), x))
     for points, row, width, x in _find_curved(corners, segment, at):
         jump, shape = corners.jump[row], corners.shape[corners.curved[row]]
         odd, even = jump_values(shape, x)
@@ -189,11 +188,8 @@ def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
 
 def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
     """Derivative of :func:`displacement` by s."""
-    total = np.zeros((len(at), 5))
-    for corner, _width, x in _find_near(corners, segment, at):
-        bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= shape_slope(corners.shape.take(corner, mode="clip"), x)[:, None]
-        total += bend
+    near, _width, x = _find_near(corners, segment, at)
+    total = _sum_bends(corners, near, shape_slope(corners.shape.take(near, mode="clip"), x))
     for points, row, width, x in _find_curved(corners, segment, at):
         jump, shape = corners.jump[row], corners.shape[corners.curved[row]]
         odd, even = jump_slopes(shape, x)
@@ -201,15 +197,24 @@ def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
     return total
 
 
-def _find_near(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array]]:
-    """Corners whose blends may reach points ``at`` of segments: index, reach, and x of the points on each.
+def _find_near(corners: Corners, segment: Ints, at: Array) -> tuple[Ints, Array, Array]:
+    """Corners (k, m) whose blends may reach points ``at`` (m,) of segments (m,): index, reach, and x of the points on each.
 
     An index beyond the path means the corner at its end, where ``bend`` is 0.
     """
-    for shift in range(1 - SEGMENTS, SEGMENTS + 1):
-        corner = segment + shift
-        width = np.maximum(corners.reach.take(corner, mode="clip"), NO_REACH_MM)
-        yield corner, width, (at - corners.s.take(corner, mode="clip")) / width
+    near = segment + _NEAR
+    width = np.maximum(corners.reach.take(near, mode="clip"), NO_REACH_MM)
+    return near, width, (at - corners.s.take(near, mode="clip")) / width
+
+
+def _sum_bends(corners: Corners, near: Ints, factor: Array) -> Array:
+    """Sum (m, 5) of the bends of corners (k, m), each times a factor."""
+    total = np.zeros((near.shape[1], 5))
+    for corner, times in zip(near, factor, strict=True):
+        bend = corners.bend.take(corner, axis=0, mode="clip")
+        bend *= times[:, None]
+        total += bend
+    return total
 
 
 def find_replaced(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array, Array]]:
@@ -237,11 +242,8 @@ def _find_curved(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[I
 
 def find_blended(corners: Corners, segment: Ints, low: Array, high: Array) -> Mask:
     """Find where a corner blend reaches between ``low`` and ``high`` (m,), by s, on segments (m,)."""
-    blended = np.zeros(len(segment), dtype=bool)
-    for shift in range(1 - SEGMENTS, SEGMENTS + 1):
-        width, middle = (column.take(segment + shift, mode="clip") for column in (corners.reach, corners.s))
-        blended |= (middle - width < high) & (middle + width > low) & (width > 0)
-    return blended
+    width, middle = (column.take(segment + _NEAR, mode="clip") for column in (corners.reach, corners.s))
+    return np.asarray(((middle - width < high) & (middle + width > low) & (width > 0)).any(axis=0))
 
 
 def find_breakpoints(corners: Corners) -> tuple[Ints, Array, Array]:
