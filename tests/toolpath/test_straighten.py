@@ -1,12 +1,14 @@
 """Short arcs that are followed as their chords: which ones, how far the tool is from the arcs, and what it gains."""
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 import verne_post
+from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.toolpath.chords import find_cheapest_sequence
@@ -151,6 +153,25 @@ def test_the_smaller_tolerance_beside_an_arc_holds() -> None:
     height = path.length[arc] ** 2 / (8 * path.arcs.r0[path.arc[arc]])
     assert found[arc[13:]].all() and height[13:].max() > 0.006
     assert not found[arc[:13][height[:13] > 0.002]].any()
+
+
+@pytest.mark.parametrize(
+    "added", [{"approach": "home"}, {"departure": "home"}, {"approach": "home", "departure": "home", "from_line": 20}]
+)
+def test_chords_are_followed_behind_an_approach_too(added: dict[str, Any]) -> None:
+    source = program(chain(40, 0.2, 0.05, 1)).encode()
+    alone, joined = (assemble(source, MACHINE, Options(tool_length=50.0, **more)).contour for more in ({}, added))
+    own = np.flatnonzero(joined.line() > 0)
+    begin = int(np.searchsorted(alone.line(), joined.line()[own[0]]))
+    theirs = begin + np.arange(len(own))
+    assert chords(alone)[alone.segment[theirs]].sum() > 30
+    for w in (0.0, 0.3, 1.0):
+        here, there = (
+            np.concatenate(contour_pose(contour, on, np.full(len(own), w)), axis=1)
+            for contour, on in ((joined, own), (alone, theirs))
+        )
+        # the same numbers, but for the places of segments, which are added up from another beginning
+        np.testing.assert_allclose(here, there, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("cycle", [0.00025, 0.002])

@@ -84,7 +84,7 @@ class Contour(Struct, frozen=True):
     path : ToolPath
         The programmed segments.
     shape : ToolPath
-        The segments that are followed: as programmed, or with vertices moved within their tolerance.
+        The segments that are followed: as programmed, or with vertices moved, and chords for arcs, within their tolerance.
     segment : ndarray of int32, shape (n,)
         The segment that an element belongs to: its source line, feed and tool length.
     low, high : ndarray, shape (n,)

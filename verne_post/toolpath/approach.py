@@ -110,7 +110,6 @@ def add_approach_and_departure(
         columns[name] = np.concatenate(shifted).astype(np.int32)
     for name in ("tip_tolerance", "axis_tolerance"):
         columns[name] = np.pad(getattr(contour, name)[first:], (len(before), len(after)))
-    shape = replace(whole, start=shape.start, end=shape.end, circle=shape.circle, circles=shape.circles)
     return replace(
         contour, **columns, path=whole, shape=shape, feeds=find_feeds(whole),
         corners=contour.corners and replace(contour.corners, shift=contour.corners.shift - shift),
