@@ -8,7 +8,6 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.tolerances import OVERRIDE_FEED
 from verne_post.model.findings import InputError, finding
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
@@ -20,11 +19,11 @@ from verne_post.verification.verifier import Verifier
 MEASURED_ROWS: Final = 1 << 12
 
 
-def verifier_of(program: Program, fmt: SetpointFormat, share: float = 1.0) -> Verifier:
-    """A verifier for setpoints of this program, whose feed rate is checked against ``share`` of the programmed one."""
-    machine, contour = program.machine, program.contour
-    if share != 1.0:
-        contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / share))
+def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
+    """A verifier for setpoints of this program; with a feed override the feed rate is checked against that share of it."""
+    machine, contour, override = program.machine, program.contour, program.options.override
+    if override != 1.0:
+        contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / override))
     return Verifier(
         contour, _measured_by_team(program), machine.limits, machine.columns, fmt, machine.accuracy.uncorrected_axis
     )
@@ -47,7 +46,7 @@ def _measured_by_team(program: Program) -> Forward:
 
 
 def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verification:
-    """Verify setpoints as written against a program; with a feed override the feed rate is checked against that share of it.
+    """Verify setpoints as written against a program.
 
     Raises
     ------
@@ -58,10 +57,8 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
     for block in blocks:
         if verifier is None:
             accept = program.options.accept_rounding
-            override = program.options.override
-            share = 1.0 if override == 1.0 else override * (1.0 + OVERRIDE_FEED)
             fmt = choose_trusted_format(program.machine, block.format, accept_rounding=accept)
-            verifier = verifier_of(program, fmt, share)
+            verifier = verifier_of(program, fmt)
         verifier.feed(block)
     if verifier is None:
         raise InputError(finding("VP020", "the setpoint file has no rows"))

@@ -172,9 +172,6 @@ STANDING_JOINT: Final = 1e-9
 #: other, together 5 % of PATH_TIP_MM.
 ROUNDING_MM: Final = 1e-5
 ROUNDING_RAD: Final = 2e-8
-#: Under a feed override rows may be this much faster than its share of the feed: repairs move rows with the limits and the full
-#: feed in view. The largest of 200 generated programs was 0.28 %.
-OVERRIDE_FEED: Final = 0.005
 
 # --- toolpath ----------------------------------------------------------------------------------
 

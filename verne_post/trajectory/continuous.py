@@ -81,7 +81,7 @@ def plan_continuous(
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
     first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, team)
-    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team)
+    bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team=team)
     planned = _plan_with_effort(task, first.profile, bound, effort)
     if effort is tuning.NORMAL and _may_gain(planned, cycle):
         other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)
@@ -96,7 +96,7 @@ def plan_continuous(
     def rows(slower: float) -> Array:
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
-    return ContinuousProfile(repair_or_slow_down(task, rows), bound)
+    return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), rows), bound)
 
 
 def _may_gain(planned: _PlannedSection, cycle: float) -> bool:

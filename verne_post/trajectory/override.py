@@ -52,6 +52,13 @@ class FeedOverride(Struct, frozen=True):
         risen = np.logaddexp(0.0, (t - self.ramp / 2) / constant) - np.logaddexp(0.0, -_CONSTANTS / 2)
         return self.override * (START_RATE * t + (1.0 - START_RATE) * constant * risen)
 
+    def rate(self, t: float) -> float:
+        """Planned seconds that pass in a second, at time t of the file."""
+        if self.ramp == 0.0:
+            return self.override
+        risen = 1.0 / (1.0 + np.exp(-_CONSTANTS * (t / self.ramp - 0.5)))
+        return float(self.override * (START_RATE + (1.0 - START_RATE) * risen))
+
     def cycles(self, planned: float, begin: float, cycle: float) -> int:
         """Smallest whole number of cycles, 1 or more, in which so many planned seconds pass from time ``begin`` on."""
         if self.ramp == 0.0 or begin >= self.steady:

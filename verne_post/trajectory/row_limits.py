@@ -30,7 +30,7 @@ class JointRows(Struct, frozen=True, eq=False):
         section, cycle = task.section, task.cycle
         ends = np.asarray(section.speed(s), dtype=float)
         middle = np.asarray(section.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
-        cap = np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
+        cap = task.feed_share * np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
         hidden = section.hidden(s)
         too_long = np.flatnonzero(hidden > 1.0)
         slower = (s[too_long + 1] - s[too_long]) / (cycle * hidden[too_long])

@@ -53,6 +53,8 @@ class SectionTask(Struct, frozen=True, eq=False):
         Control cycle, and the time scale of the profile, s.
     cruise : ndarray, shape (k, 2)
         Ranges of s in which the profile is known to be even, at the feed rate; see :mod:`cruise`.
+    feed_share : float
+        Rows may have this share of the feed rate: the override that they are executed with.
     team : Team
         The processes that plan it.
     """
@@ -62,6 +64,7 @@ class SectionTask(Struct, frozen=True, eq=False):
     cycle: float
     unit: float
     cruise: Array = field(default_factory=lambda: np.empty((0, 2)))
+    feed_share: float = 1.0
     team: Team = ALONE
 
 

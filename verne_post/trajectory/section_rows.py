@@ -34,7 +34,7 @@ def sample_rows(
     first = int(np.searchsorted(s, 0.0, side="right")) - 1
     last = int(np.searchsorted(s, section.length, side="left"))
     s = s[max(first, 0) : last + 1]
-    at_start, at_end = _count_creeping(task, s)
+    at_start, at_end = _count_creeping(task, s, cycle * playback.rate(begin))
     rows = Growing(float)
     rows.extend(np.zeros(1))
     rows.copy(s[1 + at_start : len(s) - 1 - at_end])
@@ -42,10 +42,12 @@ def sample_rows(
     return rows.column()
 
 
-def _count_creeping(task: SectionTask, s: Array) -> tuple[int, int]:
-    """How many rows after the first and before the last a joint hardly moves over; the profile creeps there, and need not."""
-    section, limits, cycle = task.section, task.limits, task.cycle
-    n = len(s)
+def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int]:
+    """How many rows after the first and before the last a joint hardly moves over; the profile creeps there, and need not.
+
+    ``cycle`` is what passes of the planned time from row to row, s: under an override the limits count that it leaves.
+    """
+    section, limits, n = task.section, task.limits, len(s)
     count = min(tuning.CREEPING_ROWS, n // 4)
     if count < 2:
         return 0, 0
