@@ -117,6 +117,18 @@ def test_tolerance_stops_and_dwells_are_kept(
     assert np.ptp(dwell, axis=0).max() == 0.0
 
 
+@pytest.mark.parametrize("shaper", ["zv", "ei"])
+@pytest.mark.parametrize("tolerance", [0.0005, 0.001, 0.0015, 0.003])
+def test_tolerances_as_small_as_those_of_exact_paths_are_shared(
+    shaken: Callable[..., vp.Machine], shaper: str, tolerance: float
+) -> None:
+    """Corner and shaper together may use the larger one of the tolerance and 0.001 mm; they took half of one and the other."""
+    program = f"G21 G90 G64 P{tolerance}\nG0 X0 Y0 Z5 A0 C0\nG1 X2 F12000\nG1 X3.9924 Y0.1743\nX6 Y0.2\nM2\n"
+    result = converted(program, shaken([[38, 0.02], [61, 0.02]]), shaper=shaper)
+    assert result.summary is not None
+    assert result.summary.verification.tip_deviation_mm <= max(tolerance, 0.001)
+
+
 def test_approach_in_joint_space_restart_and_slow_start_are_shaped(shaken: Callable[..., vp.Machine]) -> None:
     """Each has been verified; a motion that is straight in the joints is not slowed down."""
     machine = shaken([[25.0, 0.02]], "zv", "verne")

@@ -86,9 +86,8 @@ def _too_fast(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     segment = contour.segment[sampled.shown]
     tip, angles, _ok = program.machine.five_axis.nominal(shaped, contour.path.tool_length[segment])
     meant_tip, meant_angles = contour_pose(contour, sampled.shown, sampled.shown_w)
-    share = tuning.SHAPER_SHARE
-    tip_bound = np.maximum(share * contour.tip_tolerance[segment], EXACT_SHARE * PATH_TIP_MM)
-    axis_bound = np.maximum(share * contour.axis_tolerance[segment], EXACT_SHARE * PATH_AXIS_DEG * RAD_PER_DEG)
+    tip_bound = _left_by_corners(contour.tip_tolerance[segment], PATH_TIP_MM)
+    axis_bound = _left_by_corners(contour.axis_tolerance[segment], PATH_AXIS_DEG * RAD_PER_DEG)
     off = np.maximum(row_norm(tip - meant_tip) / tip_bound, np.abs(angles - meant_angles).max(axis=1) / axis_bound)
     off[contour.path.kind[segment] == SegmentKind.JOINT] = 0.0  # straight in the joints: means of rows stay on it
     factor = np.sqrt(off)  # displacement goes with the square of the speed
@@ -96,6 +95,12 @@ def _too_fast(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     by_feed = np.diff(sampled.at) / (np.minimum(cap[1:], cap[:-1]) * tuning.ACCEPTED_RATIOS[0])
     factor[1:] = np.maximum(factor[1:], by_feed)
     return np.asarray(factor)
+
+
+def _left_by_corners(tolerance: Array, exact: float) -> Array:
+    """What corners leave of the tolerances (n,) to the shaper; of what verification allows ``exact`` paths, where that is more."""
+    by_corners = (1.0 - tuning.SHAPER_SHARE) * tolerance
+    return np.maximum(tolerance, EXACT_SHARE * exact) - by_corners
 
 
 def _slower(s: Array, factor: Array, cycle: float) -> SpeedLimits:
