@@ -182,14 +182,26 @@ def test_arcs_with_a_turning_axis_pass_verification(cycle: float) -> None:
     assert result.ok, result.findings
 
 
-def test_a_place_beside_a_tiny_arc_may_be_anywhere_around_its_centre() -> None:
-    """An arc of 0.064 mm under a tolerance of 0.1 mm: progress on it says nothing."""
-    body = """G64 P0.1
+TINY_ARCS = {
+    # of 0.064 mm: progress on it says nothing
+    "progress": """G64 P0.1
 G1 X-0.2 Y-1
 G3 X0.04260 Y-1.33631 A-0.5619 C-1.0354 R5.707900
 G1 X-0.22471 Y-1.34050 A-0.5863 C0.6807
 G1 X-0.15375 Y-1.87232
 G3 X-0.02959 Y-1.86829 A-0.6305 C0.6963 R0.063887
-G2 X0.08058 Y-1.48629 A-0.6572 C0.8111 R25.852977"""
-    result = verne_post.convert(program(body).encode(), MACHINE, Options(tool_length=80.0, cycle=0.00025))
+G2 X0.08058 Y-1.48629 A-0.6572 C0.8111 R25.852977""",
+    # of 0.091 mm, whose centre the tool passes on the other side
+    "deviation": """G64 P0.1 F900
+G2 X-0.28470 Y0.13831 Z39.95238 I-0.082086 J0.193206
+G2 X-0.15886 Y0.24403 Z39.85255 I0.087431 J0.023687
+G1 X0.38573 Y0.20219""",
+}
+
+
+@pytest.mark.parametrize("body", TINY_ARCS.values(), ids=TINY_ARCS)
+@pytest.mark.parametrize("machine", ["verne", "serial"])
+def test_a_place_beside_a_tiny_arc_may_be_anywhere_around_its_centre(body: str, machine: str) -> None:
+    """Arcs that are smaller than the tolerance of 0.1 mm."""
+    result = verne_post.convert(program(body).encode(), machine, Options(tool_length=80.0, cycle=0.00025))
     assert result.ok, result.findings

@@ -93,8 +93,8 @@ def test_a_pose_of_the_segment_has_no_deviation(machine: Machine, count: int) ->
     on = path.start[segment] + u[:, None] * (path.end - path.start)[segment]
     measured = Measured(np.zeros((count, 5)), on[:, :3], on[:, 3:])
     bounds = np.full(count, TIP_BOUND), np.full(count, ANGLE_BOUND)
-    length = metric_lengths(path)[segment]
-    tip, axis, rotary = deviation_nearby(path, segment, u, measured, *bounds, length)
+    reach = 2 * (bounds[0] + RADIAN_MM * bounds[1]) / metric_lengths(path)[segment]
+    tip, axis, rotary = deviation_nearby(path, segment, u, measured, *bounds, reach)
     assert tip.max() < 1e-12
     assert max(axis.max(), rotary.max()) < 1e-14
 
@@ -113,8 +113,8 @@ def test_the_nearest_pose_in_both_tolerances_is_found(machine: Machine) -> None:
     angles = start[3:] + (u + apart)[:, None] * delta[3:]
     angles[:, 0] += random.uniform(-0.3, 0.3, count) * angle_bound
     measured = Measured(np.zeros((count, 5)), tip, angles)
-    length = metric_lengths(path)[segment]
-    found = np.array(deviation_nearby(path, segment, u, measured, tip_bound, angle_bound, length))
+    reach = 2 * (tip_bound + RADIAN_MM * angle_bound) / metric_lengths(path)[segment]
+    found = np.array(deviation_nearby(path, segment, u, measured, tip_bound, angle_bound, reach))
     at_u = np.array(deviation(path, segment, u, measured))
     better = 0
     for k in range(count):
@@ -127,8 +127,7 @@ def test_the_nearest_pose_in_both_tolerances_is_found(machine: Machine) -> None:
         def share(offs: tuple[float, float, float], k: int = k) -> float:
             return max(offs[0] / tip_bound[k], max(offs[1:]) / angle_bound[k])
 
-        reach = 2.0 * (tip_bound[k] + RADIAN_MM * angle_bound[k]) / length[k]
-        low, high = u[k] - reach, u[k] + reach
+        low, high = u[k] - reach[k], u[k] + reach[k]
         for _ in range(60):  # the share falls, and then rises
             a, b = (2 * low + high) / 3, (low + 2 * high) / 3
             low, high = (low, b) if share(offs(a)) < share(offs(b)) else (a, high)

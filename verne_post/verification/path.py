@@ -6,7 +6,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
-from verne_post.verification.projection import deviation, deviation_nearby
+from verne_post.verification.projection import RADIAN_MM, deviation, deviation_nearby
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -40,11 +40,14 @@ class PathCheck:
             & ~((tip_off <= tip_bound) & (axis_off <= angle_bound) & (rotary_off <= angle_bound))
         )
         if len(doubtful):
+            on, tip_allowed, angle_allowed = segment[doubtful], tip_bound[doubtful], angle_bound[doubtful]
+            # by metric length: near the pole C turns far over a small part of a great circle
+            measures = reference.measures
+            length = np.where(path.spline[on] >= 0, measures.motion_length[on], measures.metric_length[on])
+            reach = np.maximum(2.0 * (tip_allowed + RADIAN_MM * angle_allowed) / length, measures.blend_u[on])
             tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
-                path, segment[doubtful], rows.u[doubtful], pose.select(doubtful), tip_bound[doubtful],
-                angle_bound[doubtful],
-                np.where(path.spline[segment] >= 0, reference.measures.motion_length[segment], reference.measures.metric_length[segment])[doubtful],
-            )  # fmt: skip
+                path, on, rows.u[doubtful], pose.select(doubtful), tip_allowed, angle_allowed, reach
+            )
         self.tip_deviation = max(self.tip_deviation, float(tip_off.max()))
         self.axis_deviation = max(self.axis_deviation, float(axis_off.max()))
         self._compare(rows, "tip", "mm", tip_off, tip_bound)

@@ -312,15 +312,12 @@ def deviation_nearby(
     measured: Measured,
     tip_bound: Array,
     angle_bound: Array,
-    metric_length: Array,
+    reach: Array,
 ) -> tuple[Array, Array, Array]:
-    """As :func:`deviation`, at the pose near u whose larger share of the two bounds (mm, rad) is smallest.
+    """As :func:`deviation`, at the pose within ``reach`` (n,) of u whose larger share of the two bounds (mm, rad) is smallest.
 
-    ``metric_length`` are the :func:`metric_lengths` of the segments (n,).
     A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
     """
-    # by metric length: near the pole C turns far over a small part of a great circle
-    reach = 2.0 * (tip_bound + RADIAN_MM * angle_bound) / metric_length
     low, high = np.clip(u - reach, 0.0, 1.0), np.clip(u + reach, 0.0, 1.0)
     row = np.arange(len(segment))
     rows = np.repeat(row, NEARBY_POINTS)
