@@ -254,3 +254,20 @@ def test_a_restart_needs_to_know_where_the_machine_stands(
     assert answer.code == 2
     assert "--from" in answer.err
     assert answer.out == ""
+
+
+@pytest.mark.parametrize("angle", [90, 120, 150, 171])
+def test_a_restart_begins_beside_a_sharp_corner_too(tmp_path: Path, run: Callable[..., Any], angle: float) -> None:
+    """The middle of the blend is within 0.5 mm of both lines: up to 3 mm from their vertex."""
+    program, out = tmp_path / "p.nc", tmp_path / "o.csv"
+    x, y = 10 + 10 * np.cos(np.radians(angle)), 10 * np.sin(np.radians(angle))
+    program.write_text(f"G21 G90 G64 P0.5\nG0 X0 Y0 Z5 A0 C0\nG1 X10 F700\nX{x:.4f} Y{y:.4f}\nM2\n")
+    words = ("--tool-length", 80, "--wcs", "G54=0,0,60", "--from", "home", "--from-line", 4)
+    answer = run("convert", program, *words, "-o", out)
+    assert answer.code == 0, answer.err
+    assert run("verify", out, "--against", program, *words).code == 0
+    # a file whose motion begins farther away is found out: its first rows on the line are missing
+    rows = out.read_text().splitlines(keepends=True)
+    own = next(number for number, row in enumerate(rows) if row.endswith(",4\n"))
+    out.write_text("".join(rows[: own + 1] + rows[own + 400 :]))
+    assert run("verify", out, "--against", program, *words).code != 0

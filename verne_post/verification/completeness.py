@@ -69,7 +69,7 @@ class CompletenessCheck:
         segment = items.segment[new]
         length = reference.measures.motion_length[segment]
         # a restart may begin beside the corner that the whole program would round
-        aside = np.where(segment == reference.entry, reference.measures.blend_u[segment] * length, 0.0)
+        aside = np.where(segment == reference.entry, reference.entry_aside, 0.0)
         off = np.abs(rows.u[rows.entered]) * length > PATH_TIP_MM + reference.noise.tip + aside
         off &= stops_there & (segment >= 0)
         for k in np.flatnonzero(skips | after_dwell | off).tolist():

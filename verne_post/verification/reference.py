@@ -12,6 +12,7 @@ from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.toolpath import ToolPath
 from verne_post.verification.items import Items, SegmentMeasures, items_of, segment_measures
+from verne_post.verification.projection import RADIAN_MM
 
 #: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per radian of
 #: a table angle's. Half a unit in each actuator moves the tip by at most 1.5 units on the VERNE, 1.6 on the linear delta and
@@ -60,6 +61,9 @@ class Reference(Struct, frozen=True, eq=False):
         How far the motion may be from each segment, mm and rad.
     entry : int
         A restart begins with this segment; -1 for a whole program.
+    entry_aside : float
+        How far along that segment, or before it, the first pose of a restart may be, mm: a corner of which it is the middle
+        is blended beside its vertex, the farther the sharper it is.
     columns : tuple of Column
     factor : ndarray, shape (n_joints,)
         File value over inside value.
@@ -73,6 +77,7 @@ class Reference(Struct, frozen=True, eq=False):
     tip_tolerance: Array
     axis_tolerance: Array
     entry: int
+    entry_aside: float
     measures: SegmentMeasures
     items: Items
     columns: tuple[Column, ...]
@@ -90,10 +95,19 @@ def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...
     derivative_limits = (limits.velocity * size, limits.acceleration * size, limits.jerk * size)
     measures = segment_measures(contour)
     return Reference(
-        contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, measures,
+        contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, _measure_entry(contour), measures,
         items_of(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,
         _rounding_noise(fmt, size, derivative_limits),
     )  # fmt: skip
+
+
+def _measure_entry(contour: Contour) -> float:
+    """Largest distance along the segment that a restart begins with, from its beginning to its first pose, mm."""
+    if contour.entry < 0:
+        return 0.0
+    aside = contour.path.first_pose - contour.path.start[contour.entry]
+    aside[3:] *= RADIAN_MM
+    return float(0.5 * np.pi * np.linalg.norm(aside))  # an arc of up to half a turn is so many times its chord
 
 
 def _rounding_noise(fmt: SetpointFormat, size: Array, derivative_limits: tuple[Array, ...]) -> RoundingNoise:
