@@ -36,6 +36,15 @@ def test_status_with_streams_that_are_closed_or_full(ground: Ground, line: str, 
     assert (ground.out / "a.csv").exists() == (status == 0)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")
+@pytest.mark.parametrize("option", ["-o", "--meta"])
+def test_a_full_device_is_named(ground: Ground, option: str) -> None:
+    more = () if option == "-o" else ("-o", "out/a.csv")
+    refused = ground.run("short.nc", *PLACE, option, "/dev/full", *more)
+    assert refused.status == 2
+    assert b"/dev/full: No space left on device" in refused.err
+
+
 def test_help_to_a_reader_that_has_gone(ground: Ground) -> None:
     for words in (("--help",), ("--version",), ("convert", "--help")):
         read, write = os.pipe()

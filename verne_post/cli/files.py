@@ -192,12 +192,12 @@ class RunFiles:
             return
         if _is_stream(path):
             sys.stdout.flush()
-            with path.open("ab") as stream:
+            with _naming(path), path.open("ab") as stream:
                 stream.writelines(_encode(parts))
             return
         target = Path(os.path.realpath(path))
         with temporary_file(target.parent) as (handle, temporary):
-            with os.fdopen(handle, "wb", closefd=False) as file:
+            with _naming(path), os.fdopen(handle, "wb", closefd=False) as file:
                 file.writelines(_encode(parts))
             umask = os.umask(0)
             os.umask(umask)
@@ -284,6 +284,16 @@ def _refuse_read_only(path: Path, what: str) -> None:
         return
     if not writable:
         raise FileError(f"{_show(what, path)}: is read-only; choose another name, or make it writable")
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Errors name the file that is written, which the system does not for one that is open."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 def _encode(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
