@@ -5,14 +5,14 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, UPRIGHT_DEG, VECTOR_LENGTH
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
+from verne_post.gcode.arcs import Arc, center_arc, radius_arc
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.frame_codes import MAX_LENGTH_MM, whole
+from verne_post.gcode.lengths import arc_length, effective_feed, length_of, line_lengths
 from verne_post.gcode.machine_codes import MachineCodes
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 from verne_post.model.part_setup import tool_text
@@ -253,7 +253,7 @@ class MotionCodes(MachineCodes):
                 state.known[axis] = True
 
     def _feed_of(self, lengths: tuple[object, object]) -> float:
-        """Feed of a move as `dump moves` shows it: see :func:`effective_feed`."""
+        """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.effective_feed`."""
         state = self.state
         return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
 
@@ -368,38 +368,3 @@ class MotionCodes(MachineCodes):
                     "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at A {machine[_A]:g}, "
                     f"C {machine[_C]:g}: this machine always controls the tool centre point; use G53, or turn to A0 C0 before",
                 )  # fmt: skip
-
-
-def length_of(vector: Array) -> Array:
-    """Lengths (...) of vectors (..., 3), rounded alike for one and for many."""
-    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return np.asarray(np.sqrt(x * x + y * y + z * z))
-
-
-def line_lengths(delta: Array) -> tuple[Array, Mask]:
-    """Length of a straight move by LinuxCNC's rule, and whether the tip moves.
-
-    XYZ if they move, else UVW, else the norm of ABC; ``delta`` has shape (..., 9).
-    """
-    linear = np.sqrt(delta[..., 0] ** 2 + delta[..., 1] ** 2 + delta[..., 2] ** 2)
-    second = np.sqrt(delta[..., 6] ** 2 + delta[..., 7] ** 2 + delta[..., 8] ** 2)
-    angular = np.sqrt(delta[..., 3] ** 2 + delta[..., 4] ** 2 + delta[..., 5] ** 2)
-    length = np.where(linear > 0, linear, np.where(second > 0, second, angular))
-    return length, (linear > 0) | (second > 0)
-
-
-def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
-    """Length of a helical arc, mm."""
-    first, second, normal, *_letters = PLANES[arc.plane]
-    radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
-    return math.hypot(radius * math.radians(arc.sweep), end[normal] - start[normal])
-
-
-def effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:
-    """Feed in mm/min, deg/min for rotary-only moves, mm or deg per revolution for G95.
-
-    Inverse time (F in 1/min) becomes the speed that results, length times F.
-    """
-    if mode == FeedMode.INVERSE:
-        return np.asarray(length) * np.asarray(feed)
-    return np.where(np.asarray(tip_moves), np.asarray(feed), np.asarray(angular))

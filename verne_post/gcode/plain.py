@@ -17,7 +17,8 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
-from verne_post.gcode.motion_codes import MotionCodes, effective_feed, line_lengths
+from verne_post.gcode.lengths import effective_feed, line_lengths
+from verne_post.gcode.motion_codes import MotionCodes
 from verne_post.gcode.plain_arcs import PlainArcs
 from verne_post.gcode.recorder import RunEnds
 from verne_post.gcode.setup import Setup

@@ -8,7 +8,8 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode import plain
-from verne_post.gcode.motion_codes import MotionCodes, length_of
+from verne_post.gcode.lengths import length_of
+from verne_post.gcode.motion_codes import MotionCodes
 
 _ROTARY: Final = [3, 4, 5]
 _G: Final = 10

@@ -12,7 +12,7 @@ from verne_post.gcode.apt.statements import Points
 from verne_post.gcode.apt.translator import Translator
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.motion_codes import length_of
+from verne_post.gcode.lengths import length_of
 from verne_post.gcode.words import WordTable
 
 _LETTERS: Final = np.frombuffer(b"XYZIJK", dtype=np.uint8)

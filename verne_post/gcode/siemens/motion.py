@@ -14,7 +14,7 @@ from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import RS274, CodeTable
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.motion_codes import arc_length, length_of
+from verne_post.gcode.lengths import arc_length, length_of
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import Affine, Split, split

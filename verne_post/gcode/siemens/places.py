@@ -9,7 +9,8 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.motion_codes import MAX_TURNS, length_of
+from verne_post.gcode.lengths import length_of
+from verne_post.gcode.motion_codes import MAX_TURNS
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES

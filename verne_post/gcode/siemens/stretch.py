@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.gcode import plain
 from verne_post.gcode.execution import StopConditions
-from verne_post.gcode.motion_codes import length_of
+from verne_post.gcode.lengths import length_of
 from verne_post.gcode.plain_arcs import find_arcs
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import MOTIONS, SiemensInterpreter
