@@ -39,6 +39,19 @@ def corner_times(lead: float, feed: int, angle_deg: float, machine: str, cycle: 
     return seconds[0], seconds[1]
 
 
+@pytest.mark.parametrize("seed", [17, 39])
+def test_a_corner_every_13_um_at_a_feed_far_out_of_reach(seed: int) -> None:
+    """At the feed rate hundreds of corners would share a span of the first grid, and some of them stayed unseen."""
+    random, heading, x, y = np.random.default_rng(seed), 0.0, 0.0, 0.0
+    lines = ["G21 G90 G64 P0.0136", "G0 X0 Y0 Z50 A0 C0", "G1 F13317"]
+    for k in range(600):
+        heading += random.uniform(0.1, 2.0) * (1 if k % 2 else -1)
+        x, y = x + 0.0126 * np.cos(heading), y + 0.0126 * np.sin(heading)
+        lines.append(f"X{x:.4f} Y{y:.4f}")
+    result = verne_post.convert("\n".join([*lines, "M2", ""]).encode(), MACHINE, Options(tool_length=80.0))
+    assert result.ok, result.findings
+
+
 @pytest.mark.parametrize("feed", [3000, 6000])
 def test_a_corner_costs_the_same_wherever_it_is_and_less_than_a_stop(feed: int) -> None:
     """Between lines of any length; a solution that has not settled depends on where its knots are."""

@@ -160,13 +160,14 @@ def join_grids(pieces: list[Grid]) -> Grid:
 
 
 def _join_short(section: Section, breaks: Array) -> Array:
-    """Breaks (n,) without those inside stretches that are passed in no more than ``tuning.SHORT_SPAN`` at the feed rate."""
+    """Breaks (n,) without those inside stretches that are passed in ``tuning.SHORT_SPAN`` at the feed rate, of few elements."""
     if len(breaks) <= tuning.MANY_SPANS:
         return breaks
     speed = np.asarray(section.speed(0.5 * (breaks[1:] + breaks[:-1])), dtype=float)
     way = tuning.SHORT_SPAN * np.where(np.isfinite(speed), speed, 0.0)
     short = np.diff(breaks) < way
     share = np.divide(np.diff(breaks), way, out=np.ones_like(way), where=short)
+    share = np.maximum(share, 1.0 / tuning.SPAN_ELEMENTS)
     kept = (np.diff(np.floor(np.cumsum(share))) > 0) | ~short[1:] | ~short[:-1]
     return breaks[np.concatenate([[True], kept, [True]])]
 
