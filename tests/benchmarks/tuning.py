@@ -49,7 +49,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "VIRTUAL_JERK": HALF_TO_DOUBLE,
     "WINDOW_KNOTS": (0.1, 4.0),
     "LOOK_AHEAD_UNITS": (0.4, 4.0),
-    "TOGETHER_KNOTS": (0.01, 5.0),
+    "TOGETHER_VALUES": (0.01, 5.0),
     "WINDOW_END_X": (0.3, 4.0),
     "START_X": (0.7, 1.02),
     "START_RAMP": (0.3, 2.0),

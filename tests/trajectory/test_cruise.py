@@ -74,7 +74,7 @@ def test_pieces_that_are_solved_together_take_the_time_of_each_alone(monkeypatch
     section, top = cornered(40.0, 6, 0.2, 50.0), limits(3)
     together = plan_continuous(section, top, 1e-3).s
     assert_legal(section, together, top, 1e-3)
-    monkeypatch.setattr(tuning, "TOGETHER_KNOTS", 0)
+    monkeypatch.setattr(tuning, "TOGETHER_VALUES", 0)
     alone = plan_continuous(section, top, 1e-3).s
     assert_legal(section, alone, top, 1e-3)
     # each is within 0.3 % of the time that its six corners take, some 40 ms each

@@ -15,6 +15,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, blocks, release_memory
+from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.local_slowdown import excess_of_rows, slow_down_locally
@@ -138,8 +139,9 @@ def _repair_stretches(
     done = 0  # of the old rows
     rows, ratios = [], []
     lengths = high - low + more
-    group = np.cumsum(np.maximum(lengths, SCATTERED_ROWS)) // tuning.AT_A_TIME
-    edges = np.flatnonzero(np.diff(group, prepend=-1, append=group[-1] + 1)).tolist()
+    passed = np.cumsum(np.maximum(lengths, SCATTERED_ROWS))
+    bounds = [last for _first, last in split_evenly(int(passed[-1]), tuning.SHARED_ROWS)]
+    edges = np.unique(np.searchsorted(passed, [0, *bounds], side="right")).tolist()
     groups = [slice(first, last) for first, last in pairwise(edges)]
     shift = partial(_shift_stretches, task, reach, z, low, high, more)
     for some, (shifted, excesses) in zip(groups, task.team.map(shift, groups), strict=True):

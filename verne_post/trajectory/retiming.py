@@ -40,20 +40,22 @@ def _retime(task: SectionTask, profile: Profile, settings: PassSettings) -> tupl
     knot = settings.knot_units * task.unit
     knots = int(np.ceil(profile.duration / knot * (1 - WHOLE_CYCLE_SHARE)))
     settled, legal = Growing(float), True
-    groups = _group(split_into_pieces(task, profile, knots, settings))
+    rows = 2 + 2 * sum(count or len(task.limits.jerk) for count in settings.tightest_rows)
+    most = tuning.TOGETHER_VALUES // (rows * settings.points_per_knot)
+    groups = _group(split_into_pieces(task, profile, knots, settings), most)
     for coefficients, all_legal in task.team.map(partial(_solve_group, task, profile, settings), groups):
         settled.copy(coefficients)
         legal &= all_legal
     return Times.of_coefficients(settled.column(), knot), legal
 
 
-def _group(pieces: Iterable[Piece]) -> Iterator[list[Piece]]:
-    """Pieces that are solved together: of no more knots than a window has."""
+def _group(pieces: Iterable[Piece], most: int) -> Iterator[list[Piece]]:
+    """Pieces that are solved together: of no more than so many knots, or a single one."""
     group: list[Piece] = []
     knots = 0
     for piece in pieces:
         knots += piece.end - piece.begin
-        if group and knots > tuning.TOGETHER_KNOTS:
+        if group and knots > most:
             yield group
             group, knots = [], piece.end - piece.begin
         group.append(piece)

@@ -142,10 +142,10 @@ TIME_UNIT: Final = 1e-3
 #: slows down at the end of each window.
 WINDOW_KNOTS: Final = 3500
 LOOK_AHEAD_UNITS: Final = 300
-#: Pieces between cruises are solved together up to so many knots. Fewer pay more for each array operation: with 800 finely divided
-#: programs take 8 % more CPU. With 2400 to 3200 they take no less; more no longer fit the processor's cache, and one difficult
-#: piece takes more iterations of all.
-TOGETHER_KNOTS: Final = 1600
+#: Pieces between cruises are solved together up to so many values of their constraints. Fewer pay more for each array operation:
+#: with 20,000 finely divided programs take 8 % more CPU, with 40,000 to 75,000 they take the same. More no longer fit the
+#: processor's cache, and one difficult piece takes more iterations of all.
+TOGETHER_VALUES: Final = 55_000
 #: X at the end of a window that is not the last; and of one after which no next one was feasible: smaller is safer and slower.
 WINDOW_END_X: Final = 0.1
 CRAWLING_X: Final = 0.01
