@@ -1,33 +1,42 @@
 """Numbers of the command line, with the digits that files have."""
 
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import click
-from click.types import FloatParamType
+from click.types import FloatParamType, IntParamType
 
 from verne_post.base.numbers import is_plain, read_number
 
 
-class _Number(FloatParamType):
+class _PlainDigits:
+    """A kind of number of click that refuses what Python reads as a number and no file has: 8_0, or digits of other scripts."""
+
+    called: ClassVar[str]
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Read a number."""
         if isinstance(value, str) and not is_plain(value):
-            self.fail(f"{value!r} is not a number", param, ctx)
-        return super().convert(value, param, ctx)
+            raise click.BadParameter(f"{value!r} is not {self.called}", ctx, param)
+        return super().convert(value, param, ctx)  # type: ignore[misc]  # of the kind beside this class
 
 
-class Whole(click.IntRange):
+class _Number(_PlainDigits, FloatParamType):
+    called = "a number"
+
+
+class _Integer(_PlainDigits, IntParamType):
+    called = "a whole number"
+
+
+class Whole(_PlainDigits, click.IntRange):
     """A whole number within bounds."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read a whole number."""
-        if isinstance(value, str) and not is_plain(value):
-            self.fail(f"{value!r} is not a whole number", param, ctx)
-        return super().convert(value, param, ctx)
+    called = "a whole number"
 
 
-#: A number; whoever uses it checks its bounds.
+#: A number, and a whole one; whoever uses them checks their bounds.
 NUMBER: Final = _Number()
+INTEGER: Final = _Integer()
 
 
 def numbers_of(text: str, what: str, hint: str = "") -> list[float]:

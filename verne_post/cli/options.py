@@ -16,7 +16,7 @@ from verne_post.base.numbers import is_count
 from verne_post.base.printable import printable
 from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
-from verne_post.cli.numbers import NUMBER, Whole, numbers_of
+from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
 from verne_post.cli.setups import Offsets, Placed, place_options
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import check_box, check_work_offsets, system_number
@@ -185,7 +185,7 @@ def _click_type(option: Option) -> Any:
         return bool
     if len(kinds) > 1 or shown.metavar == "auto|N":
         return click.STRING
-    return {float: NUMBER, int: Whole()}.get(kinds[0], click.STRING)
+    return {float: NUMBER, int: INTEGER}.get(kinds[0], click.STRING)
 
 
 def _metavar(kind: Any, shown: About) -> str | None:
