@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from verne_post.model.codes import CODES
+from verne_post.trajectory import tuning
 
 from .builders import load_maker
 
@@ -78,6 +79,14 @@ def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[
         for line in made.man_page().splitlines()
         if line.startswith(".") and not re.match(r"\.(TH|S[HS]|B|I|PP|TP|nf|fi)\b", line)
     ]
+
+
+def test_every_constant_of_planning_is_varied_on_its_page() -> None:
+    script = (ROOT / "tests" / "benchmarks" / "tuning.py").read_text(encoding="utf-8")
+    constants = {name for name in vars(tuning) if name.isupper() and not name.startswith("_")}
+    rows = set(re.findall(r"^\| `([A-Z_]+)", (ROOT / "docs" / "tuning.md").read_text(encoding="utf-8"), re.MULTILINE))
+    not_varied = set(re.findall(r'"([A-Z_]+)"', script.partition("NOT_VARIED = {")[2].partition("}")[0]))
+    assert rows | not_varied == constants
 
 
 def test_reference_has_every_key_of_the_shipped_machine_file() -> None:

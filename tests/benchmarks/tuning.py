@@ -78,6 +78,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "CRUISE_EVEN": HALF_TO_DOUBLE,
     "LONGEST_SPAN": (0.25, 4.0),
     "SHORT_SPAN": (0.01, 3.0),
+    "SPAN_ELEMENTS": (0.25, 4.0),
     "TAIL_SHARE": WIDE,
     "TAIL_NOISE": (1e-2, 1e2),
     "MANY_SPANS": (0.01, 100.0),
@@ -100,6 +101,9 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "MOST_TURN": (0.5, 1.1),
     "BULGE": (0.5, 1.1),
     "AT_A_TIME": (0.01, 10.0),
+    "GRID_ELEMENTS": (0.01, 10.0),
+    "GRID_PIECES": (0.25, 10.0),
+    "SHARED_ROWS": (0.01, 10.0),
     "BLAS_WORK": (0.1, 10.0),
 }
 #: Constants that are no plain numbers: their other values.

@@ -307,7 +307,7 @@ STOP_TO_STOP_SHARE: Final = 1.0 - 1e-6
 #: Elements, sections, rows or times that are worked on together.
 AT_A_TIME: Final = 1 << 14
 #: Elements of a section that one process makes the grid of, and how many such pieces are scanned at a time with one more to look
-#: ahead to.
+#: ahead to. Spans end where pieces do: with 41 elements the time changes by up to 0.2 %.
 GRID_ELEMENTS: Final = 1 << 12
 GRID_PIECES: Final = 4
 #: Rows of a section that one process evaluates together; half as many cost one process 1 % more time in all.
