@@ -443,6 +443,17 @@ def test_statements_that_are_refused(view, text, code, line):
     assert [(item.code, item.line) for item in found[:1]] == [(code, line)]
 
 
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        (" GOTO / 1 , 2 , x3", 17), ("GOTO/1,,2", 8), ("GOTO/1,2,", 10), ("  FOO/1", 3), ("  12,3", 3), ("TLAXIS/0,0,1E99", 12),
+        ("RAPID/5", 7), ("CYCLE/TAP,5", 7), ("CYCLE/DRILL,DEPTH,5,CAM,1", 21), ("LOADTL/1, LENGTH,5", 11), ("GOTO/1,2", None), ("GOTO/1,$\n2,x", None),
+    ],
+)  # fmt: skip
+def test_errors_of_a_word_name_its_column(view, text, column):
+    assert view(f"{text}\nFINI", dialect="aptcl")[1][0].column == column
+
+
 @pytest.mark.parametrize("text", ["", "0", "0/G0X5", "G54", "/M8", " G0X5", "12/1,2", "0 G0 $"])
 def test_text_for_the_control_is_refused_however_it_is_glued(view, text):
     found = view(f"UNITS/MM\nINSERT{text}\nFINI", dialect="aptcl")[1]

@@ -27,8 +27,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP001",
         "unreadable block",
         "error",
-        "The characters of the block do not form words of a letter and a number.",
-        "Write a letter followed by a number; comments stand in ( ) on one line or after a ;.",
+        "The characters of the block do not form words of its language: in G-code, of a letter and a number.",
+        "Write it as the language has it; in G-code, a letter and a number, and comments in ( ) on one line or after a ;.",
     ),
     (
         "VP002",

@@ -48,7 +48,9 @@ def read_cycle(s: Statement) -> Cycle | None:
         return None
     if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
         raise BlockError(
-            "VP002", f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF"
+            "VP002",
+            f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF",
+            s.column_of(kind),
         )
     values: dict[str, float] = {}
     feed, cleared = None, 0.0
@@ -57,14 +59,15 @@ def read_cycle(s: Statement) -> Cycle | None:
         words.insert(0, "DEPTH")
     while words:
         name = words.pop(0).upper()
+        column = s.column_of(name)
         if not words or not is_number(words[0]):
-            raise BlockError("VP005", f"CYCLE: {name} needs a number after it")
+            raise BlockError("VP005", f"CYCLE: {name} needs a number after it", column)
         value = read_numbers(s, [words.pop(0)])[0]
         meaning = "feed" if name in FEED_UNITS else _MEANINGS.get(name)
         if meaning is None:
-            raise BlockError("VP002", f"CYCLE: {name} is not a word that is known here")
+            raise BlockError("VP002", f"CYCLE: {name} is not a word that is known here", column)
         if meaning in values:
-            raise BlockError("VP004", f"CYCLE: {name} stands beside another word that says the same")
+            raise BlockError("VP004", f"CYCLE: {name} stands beside another word that says the same", column)
         values[meaning] = value
         if meaning == "feed":
             feed = (value, *FEED_UNITS[name])

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from itertools import accumulate
 from typing import Final
 
 import numpy as np
@@ -28,12 +29,21 @@ _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
 
 
 class Statement(Struct, frozen=True):
-    """One statement: its first line, major word, and the words after the slash."""
+    """One statement: its first line, major word, and the words after the slash.
+
+    ``columns`` are those of the major word and of the words after it; none where the statement goes over several lines.
+    """
 
     line: int
     major: str
     words: tuple[str, ...]
     text: str
+    columns: tuple[int, ...] = ()
+
+    def column_of(self, word: str) -> int | None:
+        """The column of the first word of this text, in whatever case."""
+        words = (self.major, *self.words)
+        return next((at for one, at in zip(words, self.columns, strict=False) if one.upper() == word.upper()), None)
 
 
 class Points(Struct, frozen=True, eq=False, dict=True):
@@ -51,7 +61,7 @@ class Points(Struct, frozen=True, eq=False, dict=True):
 
     def statement(self, row: int) -> Statement | BlockError:
         """One of them, from 0."""
-        return _read_statement(decode_line(self._lines[row]).strip(), self.line + row)
+        return _read_statement(decode_line(self._lines[row]), self.line + row)
 
     @cached_property
     def values(self) -> tuple[Array, Array, Ints]:
@@ -74,10 +84,11 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     values = []
     for word in words:
         if not is_number(word):
-            raise BlockError("VP001", f"{statement.major}: {word!r} is not a number")
+            raise BlockError("VP001", f"{statement.major}: {word!r} is not a number", statement.column_of(word))
         value = float(word.upper().replace("D", "E"))
         if not abs(value) <= MAX_NUMBER or math.isnan(value):
-            raise BlockError("VP007", f"{statement.major}: {word[:20]} is beyond any machine")
+            column = statement.column_of(word)
+            raise BlockError("VP007", f"{statement.major}: {word[:20]} is beyond any machine", column)
         values.append(value)
     return values
 
@@ -95,7 +106,9 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
         return ""
     if len(words) != 1 or words[0] not in expected:
         takes = " or ".join(expected) if expected else "nothing after it"
-        raise BlockError("VP005", f"{statement.major} takes {takes}; here is {', '.join(words)[:40] or 'nothing'}")
+        here = ", ".join(words)[:40] or "nothing"
+        column = statement.column_of(words[0] if words else statement.major)
+        raise BlockError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
     return words[0]
 
 
@@ -120,9 +133,9 @@ def read_statements(source: Text) -> Iterator[Statement | Points | BlockError]:
             if line.endswith("$") and not free:
                 pending += line[:-1].rstrip() + " "
                 continue
-            text, pending = (pending + line).strip(), ""
-            if text:
-                yield _read_statement(text, begin)
+            text, pending = pending + line, ""
+            if text.strip():
+                yield _read_statement(text, begin, columns=begin == number)
     if pending.strip():
         yield BlockError("VP001", "the statement goes on ($), and the text ends", line=begin)
 
@@ -145,17 +158,22 @@ def _split_text(source: Text) -> Iterator[bytes | Points]:
             number += chunk.count(b"\n", at)
 
 
-def _read_statement(text: str, line: int) -> Statement | BlockError:
-    if text.upper().startswith(_FREE_TEXT):
-        major, rest = text[:6].upper(), text[6:]
-        return Statement(line, major, (), rest.lstrip(" /").rstrip())
+def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement | BlockError:
+    """One statement; ``columns`` are those of the text where it stands on one line."""
+    if text.lstrip().upper().startswith(_FREE_TEXT):
+        text = text.strip()
+        return Statement(line, text[:6].upper(), (), text[6:].lstrip(" /"))
     major_word = _MAJOR.match(text)
+    begins = len(text) - len(text.lstrip())
     if major_word is None:
-        return BlockError(
-            "VP001", f"{text[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50", 1, line=line
-        )
-    major, rest = major_word.group(1).upper(), text[major_word.end() :].strip()
-    words = tuple(word.strip() for word in rest.split(",")) if rest else ()
-    if any(not word for word in words):
-        return BlockError("VP001", f"{major}: nothing between two commas", line=line)
-    return Statement(line, major, words, rest)
+        shown = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
+        return BlockError("VP001", shown, begins + 1 if columns else None, line=line)
+    major, rest = major_word.group(1).upper(), text[major_word.end() :]
+    parts = rest.split(",") if rest.strip() else []
+    ends = accumulate((len(part) + 1 for part in parts), initial=major_word.end())
+    starts = [begins, *(end + len(part) - len(part.lstrip()) for end, part in zip(ends, parts, strict=False))]
+    words = tuple(part.strip() for part in parts)
+    statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else ())
+    if "" in words:
+        return BlockError("VP001", f"{major}: nothing between two commas", statement.column_of(""), line=line)
+    return statement

@@ -67,7 +67,11 @@ class Translator(Struct):
             raise BlockError("VP002", "INSERT puts text into the program of a control; it is not executed", 1)
         method = _STATEMENTS.get(major)
         if method is None:
-            raise BlockError("VP002", f"{major} is not a statement that is executed here; docs/gcode.md lists them", 1)
+            raise BlockError(
+                "VP002",
+                f"{major} is not a statement that is executed here; docs/gcode.md lists them",
+                statement.column_of(major),
+            )
         yield from method(self, statement)
 
     # --- motion -------------------------------------------------------------------------------------
@@ -321,6 +325,7 @@ class Translator(Struct):
                 raise BlockError(
                     "VP002",
                     f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number",
+                    s.column_of(name),
                 )
             offset = read_numbers(s, [rest.pop(0)])[0]
         yield _block(s, ("M", 6.0), T=tool)
