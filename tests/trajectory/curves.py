@@ -34,6 +34,9 @@ class Curve:
     def hidden(self, s: Array) -> Array:
         return np.zeros(len(s) - 1)
 
+    def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
+        return self.q(s), self.hidden(s)
+
 
 def limits(n: int, velocity: float = 833.0, acceleration: float = 5000.0, jerk: float = 1e5) -> Limits:
     """The same dynamics for every joint; sliders of the default machine, mm and s."""

@@ -86,12 +86,18 @@ class JointPath(Struct, frozen=True, eq=False):
 
     def q(self, element: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
-        q = np.empty((len(w), len(self.machine.columns)))
-        for part in _parts(len(w)):
+        return self.joint_poses(element, w).q
+
+    def joint_poses(self, element: Ints, w: Array) -> JointPoses:
+        """As :meth:`q`, with the poses."""
+        n = len(w)
+        rows = JointPoses(np.empty((n, len(self.machine.columns))), np.empty((n, 3)), np.empty((n, 2)))
+        for part in _parts(n):
             tip, angles, length, joint, q_joint = self._evaluate_pose(element[part], w[part])
-            q[part] = self.machine.five_axis.joints(tip, angles, length)
-            q[part][joint] = q_joint
-        return q
+            rows.tip[part], rows.angles[part] = tip, angles
+            rows.q[part] = self.machine.five_axis.joints(tip, angles, length)
+            rows.q[part][joint] = q_joint
+        return rows
 
     def speed_cap(self, element: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""

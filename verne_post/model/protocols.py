@@ -12,7 +12,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
-from verne_post.model.poses import Platform, Pose
+from verne_post.model.poses import JointPoses, Platform, Pose
 
 
 class Margin(Struct, frozen=True):
@@ -58,6 +58,9 @@ class JointFunctions(Protocol):
 
     def q(self, element: Ints, w: Array) -> Array:
         """Joints (n, n_joints) at parameter w (n,) of elements (n,)."""
+
+    def joint_poses(self, element: Ints, w: Array) -> JointPoses:
+        """Joints, and what ``pose`` says, at parameter w (n,) of elements (n,)."""
 
     def speed_cap(self, element: Ints, w: Array) -> Array:
         """Feed cap: largest ds/dt (n,) that the feed rate allows, mm/s; infinite for rapids."""

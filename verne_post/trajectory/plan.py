@@ -143,13 +143,22 @@ class ContourSection:
         The step before the first is taken to have been as long as need be.
         """
         element, w = self.locate(s)
+        return self._hidden(s, element, w, self.joints.pose(self.joints.contour, element, w))
+
+    def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
+        """What :meth:`q` and :meth:`hidden` say of rows s (n,), of poses evaluated once."""
+        element, w = self.locate(s)
+        rows = self.joints.joint_poses(element, w)
+        return rows.q, self._hidden(s, element, w, (rows.tip, rows.angles))
+
+    def _hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
         turned = None
         if len(self.turned) > 1:
             local = element - self.first
             turned = self.turned[local] + w * (self.turned[local + 1] - self.turned[local])
-        return hidden(self.pose, self.joints.contour, s, element, turned)
+        return hidden(self._pose, self.joints.contour, s, element, poses, turned)
 
-    def pose(self, s: Array) -> tuple[Array, Array]:
+    def _pose(self, s: Array) -> tuple[Array, Array]:
         """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
         return self.joints.pose(self.joints.contour, *self.locate(s))
 

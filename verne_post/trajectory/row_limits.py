@@ -11,7 +11,7 @@ from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.base.rows import row_max
 from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
-from verne_post.trajectory.section_path import SectionTask, joints_at
+from verne_post.trajectory.section_path import SectionTask, check_joints
 
 #: Resting rows at both ends, which the differences count as well: jerk is a difference over four rows.
 REST_ROWS: Final = 3
@@ -31,11 +31,12 @@ class JointRows(Struct, frozen=True, eq=False):
         ends = np.asarray(section.speed(s), dtype=float)
         middle = np.asarray(section.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
         cap = task.feed_share * np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
-        hidden = section.hidden(s)
+        q, hidden = section.q_and_hidden(s)
+        check_joints(q, s)
         too_long = np.flatnonzero(hidden > 1.0)
         slower = (s[too_long + 1] - s[too_long]) / (cycle * hidden[too_long])
         cap[too_long] = np.minimum(cap[too_long], slower)
-        return cls(s, joints_at(section, s), cap)
+        return cls(s, q, cap)
 
     def taken(self, rows: Ints) -> "JointRows":
         """Some rows (m,); caps between such as are no neighbours mean nothing."""

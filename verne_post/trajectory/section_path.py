@@ -41,6 +41,9 @@ class Section(Protocol):
     def hidden(self, s: Array) -> Array:
         """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
 
+    def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
+        """What :meth:`q` and :meth:`hidden` say of rows s (n,), for less than one after the other."""
+
 
 class SectionTask(Struct, frozen=True, eq=False):
     """A section that is planned, and what it is planned with.
@@ -181,10 +184,15 @@ def joints_at(section: Section, s: Array) -> Array:
         Naming the first s without joints.
     """
     q = np.asarray(section.q(s), dtype=float)
+    check_joints(q, s)
+    return q
+
+
+def check_joints(q: Array, s: Array) -> None:
+    """Raise ValueError where the joints (n, n_joints) at s (n,) are not finite; it names the first s."""
     if not np.isfinite(q).all():
         bad = s[~np.isfinite(q).all(axis=1)].min()
         raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the section")
-    return q
 
 
 def _samples(section: Section, low: Array, width: Array) -> Array:

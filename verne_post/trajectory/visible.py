@@ -48,7 +48,9 @@ def visible_speed(contour: Contour, element: Ints, cycle: float) -> Array:
         return np.asarray(tuning.MOST_TURN / (cycle * turn_rate(contour, element)))
 
 
-def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Array | None) -> Array:
+def hidden(
+    pose: PoseAt, contour: Contour, s: Array, element: Ints, poses: tuple[Array, Array], turned: Array | None
+) -> Array:
     """How many times too far steps (n - 1,) are from the path between their ends, or arcs turn; up to 1 is near enough.
 
     The step before the first is taken to have been as long as need be.
@@ -60,6 +62,8 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     contour : Contour
     s, element : ndarray, shape (n,)
         The rows: places of the section, and the elements that they are on.
+    poses : tuple of ndarray
+        Tip (n, 3) and angles (n, 2) of the rows.
     turned : ndarray, shape (n,), or None
         How far arcs have turned up to the rows, rad; None where the section has none.
     """
@@ -70,7 +74,7 @@ def hidden(pose: PoseAt, contour: Contour, s: Array, element: Ints, turned: Arra
     rows = np.flatnonzero((element[1:] != element[:-1]) & (way > PATH_TIP_MM))
     if not len(rows):
         return result
-    tip, angles = pose(s)
+    tip, angles = poses
     size = np.stack([row_norm(np.diff(tip, axis=0)), row_norm(np.diff(angles, axis=0))])
     bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length

@@ -61,28 +61,28 @@ class DynamicsCheck:
     def _differences(self, values: Array, first: int, lines: Ints | None) -> Ints:
         """Check differences that end in row ``first`` or later; ``values`` begins with the rows before that row."""
         columns, n = self.reference.columns, len(values) - _REST_ROWS
-        difference = values
+        difference = np.ascontiguousarray(values.T)  # a joint at a time: numpy is slow along short rows
         largest, nearest = np.zeros(n), np.zeros(n, dtype=np.int64)
         for order, (code, ratio) in enumerate(_BOUNDS):
-            difference = np.diff(difference, axis=0) / self.reference.cycle
-            size = np.abs(difference[_REST_ROWS - 1 - order :])
+            difference = np.diff(difference, axis=1) / self.reference.cycle
             limit = self.reference.derivative_limits[order]
-            share = size / limit
-            joint_of_row = share.argmax(axis=1)
-            top = share[np.arange(n), joint_of_row]
-            nearest = np.where(top > largest, order * len(columns) + joint_of_row, nearest)
-            largest = np.maximum(top, largest)
-            self.worst[order] = np.maximum(self.worst[order], size.max(axis=0))
             bound = ratio * limit + self.reference.noise.differences[order]
-            for joint in np.flatnonzero((size > bound).any(axis=0)):
-                rows = np.flatnonzero(size[:, joint] > bound[joint])
+            for joint, size in enumerate(np.abs(difference[:, _REST_ROWS - 1 - order :])):
+                share = size / limit[joint]
+                nearest[share > largest] = order * len(columns) + joint
+                np.maximum(largest, share, out=largest)
+                worst = size.max()
+                self.worst[order][joint] = np.maximum(self.worst[order][joint], worst)
+                if worst <= bound[joint]:
+                    continue
+                rows = np.flatnonzero(~(size <= bound[joint]))
                 column, row = columns[joint], int(rows[0])
                 line = None if lines is None else int(lines[row])
                 unit = f"{column.unit}/s{order + 1}" if order else f"{column.unit}/s"
                 self.findings.add(
-                    code, f"row {first + row}: {DERIVATIVES[order]} of {column.joint} {size[row, joint]:.6g} {unit} exceeds "
+                    code, f"row {first + row}: {DERIVATIVES[order]} of {column.joint} {size[row]:.6g} {unit} exceeds "
                     f"{limit[joint]:g} {unit} ({len(rows)} rows)", line, axis=column.joint,
-                    value=float(size[row, joint]), limit=float(limit[joint]), unit=unit,
+                    value=float(size[row]), limit=float(limit[joint]), unit=unit,
                 )  # fmt: skip
         return np.where(largest < _NEAR_SHARE, len(_BOUNDS) * len(columns), nearest)
 

@@ -3,12 +3,13 @@
 The evaluation of the segments is independent of the tool path's, so that an error there shows as a deviation.
 """
 
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.poses import JointPoses
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
@@ -33,8 +34,13 @@ OTHER_BRANCH: Final = 1.0
 ARC_STEPS: Final = 2
 
 
-class Measured(JointPoses, frozen=True, eq=False):
+class Measured(JointPoses, frozen=True, eq=False, dict=True):
     """Poses that the joint values as written really have."""
+
+    @cached_property
+    def axis(self) -> Array:
+        """Unit tool axes (n, 3) of the nominal angles, table frame."""
+        return tool_axis(self.angles)
 
     def select(self, rows: Ints) -> "Measured":
         """The poses of some rows."""
@@ -75,11 +81,12 @@ def straight_u(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_
 
     ``radian_mm`` is the weight of a radian against a millimetre, one or (n,). What it says of other segments means nothing.
     """
-    delta, now = path.end[segment] - path.start[segment], np.concatenate([tip, angles], axis=1) - path.start[segment]
-    weight = np.ones_like(delta)
-    weight[:, 3:] = np.reshape(radian_mm, (-1, 1)) ** 2
+    start = path.start[segment]
+    delta, now = path.end[segment] - start, np.concatenate([tip, angles], axis=1) - start
+    weighted = delta.copy()
+    weighted[:, 3:] *= np.reshape(radian_mm, (-1, 1)) ** 2
     with np.errstate(invalid="ignore", divide="ignore"):
-        u = np.sum(now * delta * weight, axis=1) / np.sum(delta**2 * weight, axis=1)
+        u = row_sum(now * weighted) / row_sum(delta * weighted)
     on_circle = np.flatnonzero((path.circle[segment] >= 0) & (path.spline[segment] < 0))
     if len(on_circle):
         each = np.broadcast_to(radian_mm, len(segment))[on_circle]
@@ -291,7 +298,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     """
     tip, angles = programmed_pose(path, segment, u)
     tip_off = row_norm(measured.tip - tip)
-    axis_off = row_norm(tool_axis(measured.angles) - tool_axis(angles))
+    axis_off = row_norm(measured.axis - tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     on_circle = np.flatnonzero(path.circle[segment] >= 0)
     moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
@@ -335,4 +342,5 @@ def deviation_nearby(
 def tool_axis(angles: Array) -> Array:
     """Unit tool axes (n, 3) of nominal angles (n, 2), table frame."""
     a, c = angles[:, 0], angles[:, 1]
-    return np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+    tilted = np.sin(a)
+    return np.stack([tilted * np.sin(c), tilted * np.cos(c), np.cos(a)], axis=1)
