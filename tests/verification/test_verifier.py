@@ -391,6 +391,10 @@ PASSING: dict[str, tuple[str, Options]] = {
         "G43.1 Z80\nG0 X0 Y0 Z30 A0 C0\nG1 X2 F900\nG4 P.02\nG43.1 Z79.5\nG4 P.02\nG1 Z29 F1500\nG0 Z30",
         OPTIONS.changed(tool_length=None),
     ),
+    "another length between blended moves": (
+        "G64 P.01 G43.1 Z80\nG0 X0 Y0 Z5 A0 C0\nG1 X5 F1000\nG43.1 Z100\nG1 X10\nG1 Y3\nG43.1 Z80.5\nX9\nY2 A2",
+        OPTIONS.changed(tool_length=None),
+    ),
     "another tool under tilt": (
         "G43.1 Z80\nG0 X0 Y0 Z30 A20 C10\nG1 X2 F900\nG43.1 Z82\nG4 P.02\nG0 X0 Y0 Z31\nG1 X1",
         OPTIONS.changed(tool_length=None),

@@ -17,7 +17,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.toolpath import SegmentKind
-from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, tool_axis, unwrapped_u
+from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, unwrapped_u
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -59,7 +59,8 @@ class MeasuredRows(Struct, frozen=True, eq=False):
     item_before, u_before : ndarray, shape (n,)
         Of the row before; -1 before the first row of a file.
     origin, step : ndarray, shape (n, 5)
-        Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row.
+        Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row. The tip is that of this row's
+        tool: where the tool length changes, the machine does not move.
     axis_step : ndarray, shape (n,)
         Angle by which the tool axis turns, rad.
     entered : ndarray of int, shape (c,)
@@ -90,7 +91,8 @@ class MeasuredRows(Struct, frozen=True, eq=False):
 class LastRow(Struct, frozen=True, eq=False):
     """Where the last row was.
 
-    ``rows`` counts the rows of its item so far; ``pose`` (5,) and ``axis`` (3,) are None before the first row of a file.
+    ``rows`` counts the rows of its item so far; ``q`` (n_joints,), ``pose`` (5,) and ``axis`` (3,) are None before the first
+    row of a file.
     """
 
     item: int = -1
@@ -98,6 +100,8 @@ class LastRow(Struct, frozen=True, eq=False):
     group: int = -1
     line: int = -2
     rows: int = 0
+    tool_length: float = 0.0
+    q: Array | None = None
     pose: Array | None = None
     axis: Array | None = None
 
@@ -153,10 +157,11 @@ class RowMatcher:
                 return None, lost
             group, item, rest, segment = group[:n], item[:n], rest[:n], segment[:n]
             q, tip, angles, axis = q[:n], tip[:n], angles[:n], axis[:n]
+        pose = Measured(q, tip, angles)
         # what no angle of the axes corrects: the true axis against that of the nominal angles
-        self.axis_error = max(self.axis_error, float(row_norm(axis - tool_axis(angles)).max()))
-        u = self._progress(item, rest, segment, Measured(q, tip, angles))
-        return self._measure(block, group, item, segment, u, Measured(q, tip, angles)), lost
+        self.axis_error = max(self.axis_error, float(row_norm(axis - pose.axis).max()))
+        u = self._progress(item, rest, segment, pose)
+        return self._measure(block, group, item, segment, u, pose), lost
 
     # --- matching -------------------------------------------------------------------------
 
@@ -252,8 +257,10 @@ class RowMatcher:
         """Measure the steps to rows, and remember the last row."""
         last, n = self.last, len(item)
         now = np.concatenate([pose.tip, RADIAN_MM * pose.angles], axis=1)
-        axis = tool_axis(pose.angles)
-        origin = np.vstack([now[:1] if last.pose is None else last.pose[None], now[:-1]])
+        axis = pose.axis
+        before = np.vstack([now[:1] if last.pose is None else last.pose[None], now[:-1]])
+        tool_length = self.reference.path.tool_length[segment]
+        origin = self._with_new_tool(before, tool_length, pose.q)
         axis_before = np.vstack([axis[:1] if last.axis is None else last.axis[None], axis[:-1]])
         item_before, u_before = np.append(last.item, item[:-1]), np.append(last.u, u[:-1])
         entered = np.flatnonzero(item_before != item)
@@ -262,15 +269,27 @@ class RowMatcher:
             pose, origin, now - origin, row_norm(axis - axis_before), entered, np.diff(entered, prepend=-last.rows),
             self._touched(
                 entered, item_before[entered], item[entered],
-                self._place(item_before[entered], u_before[entered], origin[entered]),
+                self._place(item_before[entered], u_before[entered], before[entered]),
                 self._place(item[entered], u[entered], now[entered]),
             ),
         )  # fmt: skip
         count = n - int(entered[-1]) if len(entered) else n + last.rows
         self.last = LastRow(
-            int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[n - 1]), count, now[-1], axis[-1]
-        )
+            int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[n - 1]), count, float(tool_length[-1]), pose.q[-1],
+            now[-1], axis[-1],
+        )  # fmt: skip
         return rows
+
+    def _with_new_tool(self, before: Array, tool_length: Array, q: Array) -> Array:
+        """Poses ``before`` (n, 5) rows, with the tip of the rows' own tools (n,); joints (n, n_joints)."""
+        last = self.last
+        changed = np.flatnonzero(np.diff(tool_length, prepend=tool_length[0] if last.q is None else last.tool_length))
+        if not len(changed):
+            return before
+        origin = before.copy()
+        q_before = np.vstack([q[:1] if last.q is None else last.q[None], q[:-1]])
+        origin[changed, :3] = self.forward(q_before[changed], tool_length[changed])[0]
+        return origin
 
     def _place(self, item: Ints, u: Array, pose: Array) -> Array:
         """Where on its segment (n,) each of some poses (n, 5) is by the shares of the tolerances: ``u`` but for straight segments.
