@@ -1,6 +1,7 @@
 """Programs with an input shaper: what a mode does afterwards, and that tolerance, stops and feed rates are kept."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +116,28 @@ def test_tolerance_stops_and_dwells_are_kept(
     dwell = table(result)[np.asarray(setpoints.line) == 8]
     assert len(dwell) >= 100
     assert np.ptp(dwell, axis=0).max() == 0.0
+
+
+@pytest.mark.parametrize("shaper", ["zv", "ei"])
+@pytest.mark.parametrize(
+    ("tolerance", "arc"),
+    [(0.01, "I0 J-.005"), (0.05, "I0 J-.02 P2"), (0.05, "Z5.2 I0 J-.02"), (0.5, "Z5.2 I0 J-.02"), (0.2, "I0 J-.0085")],
+)
+def test_a_program_ends_with_an_arc_that_its_tolerance_hides(
+    shaken: Callable[..., vp.Machine], shaper: str, tolerance: float, arc: str
+) -> None:
+    """How far along such an arc the rows are cannot be told; that they end where it ends can."""
+    program = f"G21 G90 G64 P{tolerance}\nG0 X0 Y0 Z5 A0 C0\nG1 X2 F5000\nG2 {arc}\nM2\n"
+    machine = shaken([[38, 0.02]], shaper)
+    result = converted(program, machine)
+    ended = tips(machine, table(result)[-1:])[0]
+    assert ended == pytest.approx([2.0, 0.0, 5.2 if "Z" in arc else 5.0], abs=1e-4)
+    assert vp.verify(result.setpoints, program, machine, vp.Options(**OPTIONS)).ok
+    rows = result.setpoints
+    assert rows is not None
+    short = replace(rows, t=rows.t[:-40], values=rows.values[:-40], line=rows.line[:-40])
+    assert np.abs(tips(machine, table(result)[-41:-40])[0] - ended).max() > 2e-3
+    assert not vp.verify(short, program, machine, vp.Options(**OPTIONS)).ok
 
 
 @pytest.mark.parametrize("shaper", ["zv", "ei"])

@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from verne_post.base.tolerances import PATH_TIP_MM
+from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
+from verne_post.verification.projection import RADIAN_MM
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import LastRow, MeasuredRows
 
@@ -27,7 +29,7 @@ class CompletenessCheck:
 
     def finish(self, last: LastRow) -> None:
         """Check that the last row is the end of the program."""
-        items, measures = self.reference.items, self.reference.measures
+        items = self.reference.items
         end, line = len(items.segment) - 1, last.line
         if last.item < end:
             missing = items.line[last.item + 1]
@@ -37,8 +39,23 @@ class CompletenessCheck:
         if segment < 0:
             if last.rows < items.dwell_cycles[end] + 1:
                 self.findings.add("VP412", f"the dwell of line {line} is too short", line)
-        elif abs(1.0 - last.u) * measures.motion_length[segment] > PATH_TIP_MM + self.reference.noise.tip:
+        elif not self._is_at_end(last, segment):
             self.findings.add("VP412", f"the file ends before the end of the motion of line {line}", line)
+
+    def _is_at_end(self, last: LastRow, segment: int) -> bool:
+        """True if the last row is at the end of a segment.
+
+        Rows within the tolerance of a tight arc do not show how far along it they are: there the pose decides.
+        """
+        measures, noise = self.reference.measures, self.reference.noise
+        missing, length = abs(1.0 - last.u), measures.motion_length[segment]
+        if missing * length <= PATH_TIP_MM + noise.tip:
+            return True
+        if last.pose is None or missing > measures.blend_u[segment] + 2 * noise.tip / length:
+            return False
+        off = last.pose - self.reference.path.end[segment] * [1.0, 1.0, 1.0, RADIAN_MM, RADIAN_MM]
+        angle = PATH_AXIS_DEG * RAD_PER_DEG + noise.angle
+        return bool(np.linalg.norm(off[:3]) <= PATH_TIP_MM + noise.tip and np.abs(off[3:]).max() <= RADIAN_MM * angle)
 
     def _order(self, rows: MeasuredRows) -> None:
         """Check that progress on each segment goes from its start to its end."""

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
+from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.model.toolpath import ToolPath
@@ -62,7 +63,7 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
             metric_length=length,
             motion_length=np.maximum(np.where(progress > 0, progress, path.length), ZERO_LENGTH_MM),
             blend_u=np.maximum(
-                (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM), _turns_of_tight_arcs(path, tip)
+                (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM), _turns_of_tight_arcs(path, tip, axis)
             ),
             tip_pace=tip_pace,
             rotary_pace=rotary_pace,
@@ -71,13 +72,19 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
     return SegmentMeasures(**table.columns())
 
 
-def _turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array) -> Array:
-    """A whole turn as a share of segments (n,) that are arcs hardly larger than their tolerance; 0 for the others."""
+def _turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+    """A whole turn as a share of segments (n,) that are arcs hardly larger than their tolerance; 0 for the others.
+
+    Of an arc that neither rises nor turns the axes by more than the tolerance, all of it: its turns cannot be told apart.
+    """
     turns = np.zeros(len(path))
     on_arc = np.flatnonzero(path.arc >= 0)
     arcs, row = path.arcs, path.arc[on_arc]
     tight = np.minimum(arcs.r0, arcs.r1)[row] < _TIGHT * tip_tolerance[on_arc]
-    turns[on_arc[tight]] = 2.0 * np.pi / np.abs(arcs.sweep[row[tight]])
+    on_arc, row = on_arc[tight], row[tight]
+    turn = np.abs(path.end[on_arc, 3:] - path.start[on_arc, 3:]).max(axis=1, initial=0.0)
+    flat = (row_norm(arcs.rise[row]) <= tip_tolerance[on_arc]) & (turn <= axis_tolerance[on_arc])
+    turns[on_arc] = np.maximum(2.0 * np.pi / np.abs(arcs.sweep[row]), flat)
     return turns
 
 
