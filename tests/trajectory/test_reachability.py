@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 from verne_post.trajectory import reachability
+from verne_post.trajectory.reachability import _lower_to_possible, _rising_in_x
 from verne_post.trajectory.section_path import Grid, grid_along
 
 from .curves import Curve, limits, straight, wavy
@@ -60,6 +62,29 @@ def test_profile_is_legal_and_somewhere_at_a_limit_at_every_step(waves: float, f
     at_cap = x >= reachability.speed_caps(grid, top) * (1 - 1e-9)
     loose = ~((ratio > 1 - 1e-6) | at_cap[:-1] | at_cap[1:])
     assert not (loose[1:] & loose[:-1]).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_caps_are_lowered_to_what_leaves_a_next_speed(seed: int) -> None:
+    """Against a linear program in both squared speeds of a step: the largest x <= cap for which some K >= 0 is possible."""
+    rng = np.random.default_rng(seed)
+    steps, count = 40, 6
+    a, b = (rng.normal(size=(steps, count)) * 10.0 ** rng.uniform(-2, 2, (steps, 1)) for _ in range(2))
+    a[rng.random(a.shape) < 0.2] = b[rng.random(b.shape) < 0.2] = 0.0  # lines that bound x, or K, alone
+    cap = 10.0 ** rng.uniform(-1, 3, steps)
+    offset, gain = _rising_in_x((a, b))
+    lowered = _lower_to_possible(cap, (offset, gain))
+    assert 5 < np.count_nonzero(lowered < cap) < steps - 5
+    for one_offset, one_gain, most, found in zip(offset, gain, cap, lowered, strict=True):
+        bounding = np.isfinite(one_offset)
+        lines = np.stack([one_gain[bounding], -np.ones(np.count_nonzero(bounding))], axis=1)
+        exact = linprog(
+            [-1.0, 0.0],
+            np.concatenate([lines, -lines]),
+            np.tile(one_offset[bounding], 2),
+            bounds=[(0, most), (0, None)],
+        )
+        assert found == pytest.approx(exact.x[0], rel=1e-6)
 
 
 @pytest.mark.parametrize("window", [3, 17, 64])

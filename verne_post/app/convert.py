@@ -5,6 +5,7 @@ Everything is checked before the first row is made, and every row is verified; t
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,19 +90,23 @@ def convert_program(
 def _write(
     plan: Plan, fmt: SetpointFormat, take: Sink, progress: Progress | None
 ) -> tuple[Verification, tuple[TimedEvent, ...]]:
-    """Make, verify and hand over every row; returns the verdict, and when each event happens."""
-    verifier = verifier_of(plan.program, fmt)
+    """Make, verify and hand over every row; returns the verdict, and when each event happens.
+
+    Of several processes, the one that leads hands rows over while the last one checks them.
+    """
+    verifier, team = verifier_of(plan.program, fmt), plan.program.team
     events, before = _events(plan.program)
     event_rows = EventRows(before)
     for block, move in setpoint_blocks(plan, fmt):
-        verifier.feed(block)
+        measured = verifier.measure(block)
         event_rows.feed(block.first, move, block.written)
         take(block)
         if progress is not None:
             progress("writing", block.first + len(block.values), plan.timeline.n_rows)
+        team.leave_to_last(partial(verifier.check, measured))
     event_rows.finish()
     timed = zip(event_rows.row, event_rows.numbers, events, strict=True)
-    return verifier.finish(), tuple(
+    return team.leave_to_last(verifier.finish), tuple(
         TimedEvent(int(row), tuple(numbers.tolist()), event) for row, numbers, event in timed
     )
 

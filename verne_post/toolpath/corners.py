@@ -209,12 +209,7 @@ def _find_near(corners: Corners, segment: Ints, at: Array) -> tuple[Ints, Array,
 
 def _sum_bends(corners: Corners, near: Ints, factor: Array) -> Array:
     """Sum (m, 5) of the bends of corners (k, m), each times a factor."""
-    total = np.zeros((near.shape[1], 5))
-    for corner, times in zip(near, factor, strict=True):
-        bend = corners.bend.take(corner, axis=0, mode="clip")
-        bend *= times[:, None]
-        total += bend
-    return total
+    return np.einsum("km,kmj->mj", factor, corners.bend.take(near, axis=0, mode="clip"))
 
 
 def find_replaced(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array, Array]]:

@@ -121,8 +121,9 @@ class ContourSection:
 
     def locate(self, s: Array) -> tuple[Ints, Array]:
         """Element and w of path parameters s (n,)."""
-        local = np.clip(np.searchsorted(self.breaks, s, side="right") - 1, 0, len(self.breaks) - 2)
-        w = (s - self.breaks[local]) / (self.breaks[local + 1] - self.breaks[local])
+        local = np.searchsorted(self.breaks[1:-1], s, side="right")
+        low = self.breaks.take(local)
+        w = (s - low) / (self.breaks.take(local + 1) - low)
         return self.first + local, np.clip(w, 0.0, 1.0)
 
     def q(self, s: Array) -> Array:

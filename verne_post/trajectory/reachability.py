@@ -27,6 +27,8 @@ from verne_post.trajectory.section_path import Grid
 
 #: A line of (x, K) with a steeper slope bounds K or x alone but for rounding; a larger x than anything reaches (mm2/s2).
 _HUGE: Final = 1.0 / float(np.finfo(float).eps)
+#: Corners that are lower by no more than this share are the same but for rounding.
+_CORNER_ROUNDING: Final = 8.0 * float(np.finfo(float).eps)
 
 
 def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None = None) -> Array:
@@ -50,13 +52,14 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
     x_cap = speed_caps(grid, limits)
     x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     lines = _lines(grid, limits)
-    x_cap[:-1] = np.minimum(x_cap[:-1], _corners(lines, x_cap[:-1]))
+    forward = _rising_in_x(lines)
+    x_cap[:-1] = _lower_to_possible(x_cap[:-1], forward)
     # backward: from K at i + 1 to x at i
     reach = _solve_windows(x_cap[:-1][::-1], _reverse(_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to K at i + 1
     begin = float(controllable[0])
-    return np.append(begin, _solve_windows(controllable[1:], _rising_in_x(lines), window, begin))
+    return np.append(begin, _solve_windows(controllable[1:], forward, window, begin))
 
 
 def duration(s: Array, x: Array) -> float:
@@ -132,34 +135,31 @@ def _reverse(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     return lines[0][::-1], lines[1][::-1]
 
 
-def _corners(lines: tuple[Array, Array], cap: Array) -> Array:
-    """V (n,): the largest x for which any K at all is left; infinite where ``cap`` (n,) is below it anyway.
+def _lower_to_possible(cap: Array, lines: tuple[Array, Array]) -> Array:
+    """Caps (n,) of x, lowered to V where no K at all is left at a cap.
 
-    Bounds of x that rise with K meet the falling ones, and those from below, in corners; the lowest corner is V.
-    Bounds on K alone count as falling.
+    Every line bounds K from above, by U = offset + gain x, and from below, by L = gain x - offset; K >= 0 is one more bound from
+    below. The room between the lowest U and the highest L is concave in x, and there is some at rest: Newton's method comes down
+    to V from beyond it, from the corner of two lines to a lower one.
     """
-    a, b = lines
-    found = np.full(len(a), np.inf)
+    lowered = cap.copy()
     # where even motion at the cap keeps all limits, x = K = cap is possible
-    tight = np.flatnonzero(row_max(np.abs(a + b)) * cap > 1.0)
-    for first in range(0, len(tight), tuning.AT_A_TIME):
-        rows = tight[first : first + tuning.AT_A_TIME]
-        found[rows] = _corners_of(a[rows], b[rows])
-    return found
-
-
-def _corners_of(a: Array, b: Array) -> Array:
-    sign = np.where(b < 0, -1.0, 1.0)
-    up_a, up_b = (a * sign)[:, :, None], (b * sign)[:, :, None]  # up_a K + up_b x <= 1 bounds x from above
-    p, q = np.concatenate([a, -a], axis=1)[:, None, :], np.concatenate([b, -b], axis=1)[:, None, :]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        determinant = up_a * q - p * up_b
-        k, x = (q - up_b) / determinant, (up_a - p) / determinant
-        # along a rising line a larger K breaks the other line, which is not one that rises itself
-        corner = (up_a <= 0) & (determinant < 0) & ((q <= 0) | (p > 0)) & (k > 0) & (x > 0)
-        # at K = 0 already; a line without x bounds K alone
-        falling = np.where((up_a > 0) & (up_b > 0), 1.0 / up_b, np.inf).min(axis=(1, 2))
-    return np.minimum(np.where(corner, x, np.inf).min(axis=(1, 2)), falling)
+    rows = np.flatnonzero(row_max(np.abs(1.0 - lines[1]) / lines[0]) * cap > 1.0)
+    while len(rows):
+        offset, gain = (line[rows] for line in lines)
+        slope = gain * lowered[rows, None]
+        every = np.arange(len(rows))
+        above, below = (offset + slope).argmin(axis=1), (slope - offset).argmax(axis=1)
+        least = np.maximum((slope - offset)[every, below], 0.0)
+        none = np.flatnonzero((offset + slope)[every, above] < least)
+        rows, above, below, every = rows[none], above[none], below[none], every[none]
+        from_zero = least[none] == 0.0
+        width = offset[every, above] + np.where(from_zero, 0.0, offset[every, below])
+        corner = width / (np.where(from_zero, 0.0, gain[every, below]) - gain[every, above])
+        lower = corner < lowered[rows] * (1.0 - _CORNER_ROUNDING)
+        lowered[rows] = np.minimum(corner, lowered[rows])
+        rows = rows[lower]
+    return lowered
 
 
 def _solve_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:

@@ -5,6 +5,8 @@ It is handed the programmed segments as data and the forward kinematics as a fun
 
 import math
 
+from msgspec import Struct
+
 from verne_post.base.tolerances import PATH_AXIS_DEG
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.contour import Contour
@@ -18,7 +20,15 @@ from verne_post.verification.dynamics import DynamicsCheck
 from verne_post.verification.feed import FeedCheck
 from verne_post.verification.path import PathCheck
 from verne_post.verification.reference import build_reference
-from verne_post.verification.rows import Forward, RowMatcher
+from verne_post.verification.rows import Forward, LostPath, MeasuredRows, RowMatcher
+
+
+class MeasuredBlock(Struct, frozen=True, eq=False):
+    """Rows as written and measured, and why the rest cannot be followed; ``rows`` is None where none of them can."""
+
+    block: SetpointBlock
+    rows: MeasuredRows | None
+    lost: LostPath | None
 
 
 class Verifier:
@@ -58,15 +68,25 @@ class Verifier:
 
     def feed(self, block: SetpointBlock) -> None:
         """Check the next rows."""
+        self.check(self.measure(block))
+
+    def measure(self, block: SetpointBlock) -> MeasuredBlock:
+        """Match the next rows with the program, and measure them."""
+        rows, lost = None, None
+        if not self._lost and len(block.values):
+            rows, lost = self._matcher.match(block)
+            self._lost = lost is not None
+        return MeasuredBlock(block, rows, lost)
+
+    def check(self, measured: MeasuredBlock) -> None:
+        """Check the next rows that have been measured."""
+        block, rows, lost = measured.block, measured.rows, measured.lost
         if not len(block.values):
             return
         if self._result.n_rows == 0:
             self._result.first_row = block.values[0].copy()
         self._result.n_rows += len(block.values)
         nearest = self._dynamics.check(block)
-        if self._lost:
-            return
-        rows, lost = self._matcher.match(block)
         if rows is not None:
             self._path.check(rows)
             self._completeness.check(rows)
@@ -74,7 +94,6 @@ class Verifier:
             self._feed.check(rows, nearest[: len(rows.item)])
         if lost is not None:
             self._findings.add(lost.code, f"row {block.first + lost.row}{lost.text}", int(block.line[lost.row]))
-            self._lost = True
 
     def finish(self) -> Verification:
         """Check the end of the file and return the verdict."""
