@@ -127,7 +127,7 @@ def test_rows_do_not_depend_on_the_blocks(
 @pytest.mark.skipif(not can_fork(), reason="a process of this system cannot be forked")
 @pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
     (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
-        "round_part", "open_spans", "make_grid", "_solve_group", "_excess_of_rows", "_shift_stretches", "find", "make_block",
+        "round_part", "open_spans", "make_grid", "_solve_group", "evaluate", "_excess_of_rows", "_shift_stretches", "find", "make_block",
         "measure_some"}),
     (mixed(), {}, 1000, {"round_part", "open_spans", "_plan", "make_block", "measure_some"}),
     (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {"open_spans", "make_block", "measure_some"}),

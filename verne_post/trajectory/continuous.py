@@ -113,7 +113,7 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
     for done, settings in enumerate(effort.passes):
         if done and profile.duration < effort.near_bound * bound:
             break
-        profile = rebuild_profile(profile, retime(task, profile, settings), task.unit)
+        profile = rebuild_profile(task, profile, retime(task, profile, settings))
     last = replace(effort.last, knot_units=1) if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
     times = retime(task, profile, last)
     for repeats_left in reversed(range(effort.repeats + 1)):
@@ -124,15 +124,16 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
             if rows is not None:
                 return _PlannedSection(profile, times, rows)
         if repeats_left:
-            profile = rebuild_profile(profile, times, task.unit)
+            profile = rebuild_profile(task, profile, times)
             times = retime(task, profile, replace(last, tightest_rows=tuning.ALL_ROWS))
     return _PlannedSection(profile, times, None)
 
 
-def rebuild_profile(profile: Profile, times: Times, unit: float) -> Profile:
+def rebuild_profile(task: SectionTask, profile: Profile, times: Times) -> Profile:
     """Make a profile that has been re-timed a profile by itself."""
+    unit = task.unit
     count = int(np.ceil(times.total / unit)) + 1
     samples = Growing(float)
-    for part in positions(profile, times, count, lambda number: np.minimum(unit * number, times.total)):
+    for part in positions(profile, times, count, lambda number: np.minimum(unit * number, times.total), task.team):
         samples.extend(part)
     return Profile.through_samples(samples.column(), unit)

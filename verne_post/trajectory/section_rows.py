@@ -26,7 +26,7 @@ def sample_rows(
         return times.total * done
 
     every, farthest = Growing(float), 0.0
-    for s in positions(profile, times, cycles + 1, instants):
+    for s in positions(profile, times, cycles + 1, instants, task.team):
         s = np.maximum.accumulate(np.append(farthest, np.clip(s, 0.0, section.length)))[1:]
         every.extend(s)
         farthest = float(s[-1])

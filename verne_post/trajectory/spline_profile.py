@@ -9,6 +9,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory
 from verne_post.base.lapack import pbtrf, pbtrs
+from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import basis
 
@@ -159,12 +160,16 @@ class Times(Struct, frozen=True, eq=False):
         return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)
 
 
-def positions(profile: Profile, times: Times, count: int, instants: Callable[[Array], Array]) -> Iterator[Array]:
+def positions(
+    profile: Profile, times: Times, count: int, instants: Callable[[Array], Array], team: Team = ALONE
+) -> Iterator[Array]:
     """Path parameters (count,) of a profile that has been re-timed, at the times that ``instants`` has for numbers 0, 1, ...
 
-    They come part by part.
+    They come part by part, from the processes of a ``team``.
     """
-    for begin, end in blocks(count):
-        for first in range(begin, end, tuning.AT_A_TIME):
-            number = np.arange(first, min(first + tuning.AT_A_TIME, end), dtype=float)
-            yield profile.s(times.sigma(instants(number)))
+
+    def evaluate(part: tuple[int, int]) -> Array:
+        release_memory()
+        return profile.s(times.sigma(instants(np.arange(*part, dtype=float))))
+
+    return team.map(evaluate, split_evenly(count, tuning.SHARED_ROWS))
