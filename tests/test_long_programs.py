@@ -127,11 +127,11 @@ def test_rows_do_not_depend_on_the_blocks(
 @pytest.mark.skipif(not can_fork(), reason="a process of this system cannot be forked")
 @pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
     (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
-        "round_part", "open_spans", "make_grid", "_solve_group", "evaluate", "_excess_of_rows", "_shift_stretches", "find", "make_block",
-        "measure_some"}),
-    (mixed(), {}, 1000, {"round_part", "open_spans", "_plan", "make_block", "measure_some"}),
+        "compensate_part", "round_part", "open_spans", "make_grid", "_solve_group", "evaluate", "_excess_of_rows",
+        "_shift_stretches", "find", "make_block", "measure_some"}),
+    (mixed(), {}, 1000, {"compensate_part", "round_part", "open_spans", "_plan", "make_block", "measure_some"}),
     (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {"open_spans", "make_block", "measure_some"}),
-    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {"round_part", "open_spans"}),
+    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {"compensate_part", "round_part", "open_spans"}),
 ], ids=["one section", "many sections", "slow start", "refused"])  # fmt: skip
 def test_rows_do_not_depend_on_the_processes(
     source: bytes, option: dict[str, Any], long_section: int, steps: set[str], machine: Machine,
@@ -144,6 +144,7 @@ def test_rows_do_not_depend_on_the_processes(
     monkeypatch.setattr(tuning, "GRID_ELEMENTS", 128)
     monkeypatch.setattr(tuning, "TOGETHER_VALUES", 2000)
     monkeypatch.setattr(contour, "ROUNDED_SEGMENTS", 64)
+    monkeypatch.setattr(compensation, "COMPENSATED_VERTICES", 64)
     monkeypatch.setattr(verify, "MEASURED_ROWS", 128)
     monkeypatch.setattr(sample, "BLOCK_ROWS", 512)
     monkeypatch.setattr(plan, "LONG_SECTION", long_section)
@@ -176,7 +177,7 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     monkeypatch.setattr(tuning, "WINDOW_KNOTS", 400)
     monkeypatch.setattr(tuning, "TOGETHER_VALUES", 5000)
     monkeypatch.setattr(fairing, "LONGEST", 1024)
-    monkeypatch.setattr(compensation, "AT_A_TIME", 1024)
+    monkeypatch.setattr(compensation, "COMPENSATED_VERTICES", 1024)
     monkeypatch.setattr(sample, "BLOCK_ROWS", 512)
 
     def peak(count: int) -> int:

@@ -108,7 +108,7 @@ def test_parts_meet(monkeypatch: pytest.MonkeyPatch) -> None:
     wave = np.column_stack([x, 2 * np.sin(np.pi * x / 8) * (1 + 0.2 * np.sin(x / 40))])
     _vertex, whole, chain = compensate(wave)
     assert 0.2 < chain.mean() < 1.0
-    monkeypatch.setattr(compensation, "AT_A_TIME", 100)
+    monkeypatch.setattr(compensation, "COMPENSATED_VERTICES", 100)
     _vertex, parts, in_parts = compensate(wave)
     assert np.array_equal(chain, in_parts)
     np.testing.assert_allclose(parts, whole, atol=1e-12)

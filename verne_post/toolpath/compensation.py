@@ -15,6 +15,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, release_memory
 from verne_post.base.rows import row_norm
+from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.contour import Corners
 from verne_post.toolpath.corners import (
     METRIC,
@@ -48,14 +49,15 @@ _COMMON: Final = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 #: Where bends differ from what they have in common by more than this share, on average, they are no curve: random walks of 5 to
 #: 30 degrees, which would take up to 5 % longer, have 0.6 and more, waves with three decimals 0.1.
 MOST_ROUGH: Final = 0.35
-#: So many vertices at a time, and so many more on both sides.
-AT_A_TIME: Final = 1 << 14
+#: So many vertices at most at a time, and so many more on both sides.
+COMPENSATED_VERTICES: Final = 1 << 12
 OVERLAP: Final = 64
 
 
 def compensate_blends(
-    programmed: Array, vertex: Array, s: Array, soft: Mask, chords: Chords, tip_tolerance: Array, axis_tolerance: Array
-) -> tuple[Array, Mask]:
+    programmed: Array, vertex: Array, s: Array, soft: Mask, chords: Chords, tip_tolerance: Array, axis_tolerance: Array,
+    team: Team = ALONE,
+) -> tuple[Array, Mask]:  # fmt: skip
     """Move vertices outward, where blends over two segments then stay within the tolerance.
 
     Parameters
@@ -70,6 +72,8 @@ def compensate_blends(
         How far the n segments are from what is programmed.
     tip_tolerance, axis_tolerance : ndarray, shape (n + 1,)
         mm and rad.
+    team : Team
+        The processes that move them.
 
     Returns
     -------
@@ -77,14 +81,12 @@ def compensate_blends(
     chain : ndarray of bool, shape (n + 1,)
         Vertices whose blends have to reach as far as :func:`chain_reach` says.
     """
-    moved, chain = Growing(float, 5), Growing(bool)
-    for begin in range(0, len(soft), AT_A_TIME):
+
+    def compensate_part(part: tuple[int, int]) -> tuple[Array, Mask]:
         release_memory()
-        end = min(begin + AT_A_TIME, len(soft))
+        begin, end = part
         if not soft[begin:end].any():
-            moved.extend(vertex[begin:end])
-            chain.extend(np.zeros(end - begin, dtype=bool))
-            continue
+            return vertex[begin:end], np.zeros(end - begin, dtype=bool)
         first = max(begin - OVERLAP, 0)
         rows, mine = slice(first, end + OVERLAP), slice(begin - first, end - first)
         poses, members = _compensate(
@@ -96,8 +98,12 @@ def compensate_blends(
             tip_tolerance[rows],
             axis_tolerance[rows],
         )
-        moved.extend(poses[mine])
-        chain.extend(members[mine])
+        return poses[mine], members[mine]
+
+    moved, chain = Growing(float, 5), Growing(bool)
+    for poses, members in team.map(compensate_part, split_evenly(len(soft), COMPENSATED_VERTICES)):
+        moved.extend(poses)
+        chain.extend(members)
     return moved.column(), chain.column()
 
 

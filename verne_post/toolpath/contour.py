@@ -106,7 +106,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
     straight, left = straighten(path, moves, smoothing)
     shape, chain = straight, np.zeros(n + 1, dtype=bool)
     if smoothing.overlap:
-        shape, chain = fair_path(straight, left, s, moves, smoothing)
+        shape, chain = fair_path(straight, left, s, moves, smoothing, team)
 
     def round_part(part: tuple[int, int]) -> tuple[RoundedSegments, Feeds]:
         release_memory()

@@ -16,6 +16,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.rows import row_norm
+from verne_post.base.team import ALONE, Team
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.compensation import compensate_blends
@@ -44,7 +45,7 @@ MOSTLY_HELD: Final = 0.5
 
 
 def fair_path(
-    path: ToolPath, left: Straightened, s: Array, moves: Moves, smoothing: Smoothing
+    path: ToolPath, left: Straightened, s: Array, moves: Moves, smoothing: Smoothing, team: Team = ALONE
 ) -> tuple[ToolPath, Mask]:
     """Move the vertices of finely divided feed moves; returns also which are compensated (n + 1,).
 
@@ -56,6 +57,8 @@ def fair_path(
         Metric length at the corners, mm.
     moves : Moves
         For the G61 and G64 in force.
+    team : Team
+        The processes that compensate.
     """
     n = len(path)
     vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), free=(bool,), tip=(float,), axis=(float,))
@@ -82,8 +85,8 @@ def fair_path(
     columns = table.columns()
     programmed = vertex.column()
     moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"])
-    bounds = (columns[name] / FAIRING_SHARE for name in ("tip", "axis"))
-    moved, chain = compensate_blends(programmed, moved, s, columns["free"], left.chords, *bounds)
+    bounds = columns["tip"] / FAIRING_SHARE, columns["axis"] / FAIRING_SHARE
+    moved, chain = compensate_blends(programmed, moved, s, columns["free"], left.chords, *bounds, team)
     ends = GrowingTable(start=(float, 5), end=(float, 5))
     for begin, end in blocks(n):
         soft = columns["soft"][begin : end + 1, None]
