@@ -170,6 +170,38 @@ def test_motions_of_one_line_that_are_longer_than_what_is_looked_at_at_a_time() 
     assert verdict(asked, *deleted(values, line, first, last), [first])
 
 
+# lines: 9, 10, 12 and 14 call line 5, and between the last three there are moves shorter than the way from row to row
+CALLS = program(
+    """G0 X0 Y0 Z24 A0 C0
+F1500
+o10 sub
+G91 G1 X[#1] Y[#2]
+G90
+o10 endsub
+G64 P0.01
+o10 call [2] [0]
+o10 call [2] [0]
+X4.003 Y0.003
+o10 call [0] [2]
+X4.001 Y2.006
+o10 call [2] [1]
+G0 Z25""".replace("[#1]", "#1").replace("[#2]", "#2")
+)
+
+
+@pytest.mark.parametrize("cycle", [0.001, 0.004])
+def test_what_is_passed_between_two_executions_of_a_line(cycle: float) -> None:
+    options = OPTIONS.changed(cycle=cycle)
+    values, line = made(CALLS, options)
+    asked = assemble(CALLS, MACHINE, options)
+    rows = np.flatnonzero(line == 5)
+    assert not {11, 13} <= set(line.tolist())
+    for ends in ([], rows.tolist(), range(1, len(line), 7), range(0, len(line), 64)):
+        assert verdict(asked, values, line, ends) == set()
+    for first, last in pairwise(np.linspace(rows[0], rows[-1], 6).astype(int).tolist()):
+        assert verdict(asked, *deleted(values, line, first, last), [first])
+
+
 def test_a_circle_among_others_that_go_on_without_a_stop_left_out() -> None:
     """At even speed nothing jumps where a whole circle is missing, no line is out of order, and no stop is passed."""
     circles = "\n".join(["G2 J3 F60000"] * 3)

@@ -109,6 +109,9 @@ class Items(Struct, frozen=True, eq=False):
     group_first : ndarray of int64, shape (g + 1,)
         First item of each group, and m.
     group_line : ndarray of int64, shape (g,)
+    next_group : ndarray of int64, shape (g,) or (0,)
+        The next group of the same line, where the machine does not stand still before it; else -1. Empty where no line
+        comes back.
     """
 
     segment: Ints
@@ -121,6 +124,7 @@ class Items(Struct, frozen=True, eq=False):
     length_before: Array
     group_first: Ints
     group_line: Ints
+    next_group: Ints
 
     def stops_between(self, old: Ints, new: Ints) -> Ints:
         """How many standstills (n,) there are from items to later ones, that before the later one included."""
@@ -185,7 +189,21 @@ def items_of(contour: Contour, metric_length: Array, cycle: float) -> Items:
     group_line = Growing(np.int64)
     for begin, end in blocks(len(group_first) - 1):
         group_line.extend(columns["line"][group_first[begin:end]])
+    line, stops = group_line.column(), running_sums(columns["stop_before"])
     return Items(
-        **columns, stops_before=running_sums(columns["stop_before"]), time_before=running_sums(time),
-        length_before=running_sums(length), group_first=group_first, group_line=group_line.column(),
+        **columns, stops_before=stops, time_before=running_sums(time), length_before=running_sums(length),
+        group_first=group_first, group_line=line, next_group=_next_of_line(line, group_first, stops),
     )  # fmt: skip
+
+
+def _next_of_line(line: Ints, first: Ints, stops_before: Ints) -> Ints:
+    """``next_group`` of :class:`Items`, from its ``group_line``, ``group_first`` and ``stops_before``."""
+    if (line[1:] > line[:-1]).all():
+        return np.zeros(0, dtype=np.int64)
+    result = np.full(len(line), -1)
+    order = np.argsort(line, kind="stable")
+    again = np.flatnonzero(line[order[1:]] == line[order[:-1]])
+    group, later = order[again], order[again + 1]
+    moving = stops_before[first[later] + 1] == stops_before[first[group + 1]]
+    result[group[moving]] = later[moving]
+    return result

@@ -3,10 +3,9 @@
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
-from verne_post.verification.projection import RADIAN_MM, deviation, deviation_nearby
+from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -29,30 +28,13 @@ class PathCheck:
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
-        reference, noise = self.reference, self.reference.noise
-        path, segment, pose = reference.path, rows.segment, rows.pose
-        tip_off, axis_off, rotary_off = deviation(path, segment, np.clip(rows.u, 0.0, 1.0), pose)
-        tip_bound = np.maximum(PATH_TIP_MM, reference.tip_tolerance[segment]) + noise.coarse * noise.tip
-        angle_bound = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, reference.axis_tolerance[segment]) + noise.angle
-        # a projection weighs tip against angles; where both may be off, another pose of the segment may be nearer
-        doubtful = np.flatnonzero(
-            (reference.measures.has_tolerance[segment] | (path.circle[segment] >= 0))
-            & ~((tip_off <= tip_bound) & (axis_off <= angle_bound) & (rotary_off <= angle_bound))
-        )
-        if len(doubtful):
-            on, tip_allowed, angle_allowed = segment[doubtful], tip_bound[doubtful], angle_bound[doubtful]
-            # by metric length: near the pole C turns far over a small part of a great circle
-            measures = reference.measures
-            length = np.where(path.spline[on] >= 0, measures.motion_length[on], measures.metric_length[on])
-            reach = np.maximum(2.0 * (tip_allowed + RADIAN_MM * angle_allowed) / length, measures.blend_u[on])
-            tip_off[doubtful], axis_off[doubtful], rotary_off[doubtful] = deviation_nearby(
-                path, on, rows.u[doubtful], pose.select(doubtful), tip_allowed, angle_allowed, reach
-            )
-        self.tip_deviation = max(self.tip_deviation, float(tip_off.max()))
-        self.axis_deviation = max(self.axis_deviation, float(axis_off.max()))
-        self._compare(rows, "tip", "mm", tip_off, tip_bound)
-        self._compare(rows, "tool axis", "deg", axis_off / RAD_PER_DEG, angle_bound / RAD_PER_DEG)
-        self._compare(rows, "rotary angle", "deg", rotary_off / RAD_PER_DEG, angle_bound / RAD_PER_DEG)
+        off = measure_deviation(self.reference, rows.segment, rows.u, rows.pose)
+        angle_bound = off.angle_bound / RAD_PER_DEG
+        self.tip_deviation = max(self.tip_deviation, float(off.tip.max()))
+        self.axis_deviation = max(self.axis_deviation, float(off.axis.max()))
+        self._compare(rows, "tip", "mm", off.tip, off.tip_bound)
+        self._compare(rows, "tool axis", "deg", off.axis / RAD_PER_DEG, angle_bound)
+        self._compare(rows, "rotary angle", "deg", off.rotary / RAD_PER_DEG, angle_bound)
 
     def _compare(self, rows: MeasuredRows, name: str, unit: str, off: Array, bound: Array) -> None:
         """Report the first row whose deviation (n,) exceeds its bound (n,), or is no number."""

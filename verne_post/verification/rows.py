@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
@@ -17,6 +18,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.toolpath import SegmentKind
+from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, unwrapped_u
 from verne_post.verification.reference import Reference
 
@@ -25,6 +27,8 @@ Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
 
 #: Rows looked at together when several segments share a source line.
 _LOOK_AHEAD: Final = 1024
+#: Rows that are matched together after one that has gone on to a later group of its line; then twice as many each time.
+_AFTER_CHANGE: Final = 64
 
 
 class Touched(Struct, frozen=True, eq=False):
@@ -129,39 +133,59 @@ class RowMatcher:
         self.axis_error = 0.0
         self.last = LastRow()
 
-    def match(self, block: SetpointBlock) -> tuple[MeasuredRows | None, LostPath | None]:
+    def match(self, block: SetpointBlock) -> tuple[list[MeasuredRows], LostPath | None]:
         """Measure the next rows, up to one that cannot be followed.
 
         Returns
         -------
-        rows : MeasuredRows or None
-            None where not even the first row can be followed.
+        parts : list of MeasuredRows
+            Consecutive; none where not even the first row can be followed.
         lost : LostPath or None
         """
-        group, lost = self._groups(block.line.astype(np.int64))
-        if not len(group):
-            return None, lost
+        parts: list[MeasuredRows] = []
+        begin, count, n = 0, len(block.values), len(block.values)
+        while begin < n:
+            rows, lost, later = self._match_some(block, begin, min(begin + count, n))
+            if rows is not None:
+                parts.append(rows)
+                begin += len(rows.item)
+            if lost is not None:
+                return parts, lost
+            count = _AFTER_CHANGE if later >= 0 else 2 * count
+            if later >= 0:
+                self.last = replace(self.last, group=later)
+        return parts, None
+
+    def _match_some(
+        self, block: SetpointBlock, begin: int, end: int
+    ) -> tuple[MeasuredRows | None, LostPath | None, int]:
+        """Measure rows of a block, up to one that cannot be followed or that is on a later group of its line; that group, or -1."""
         items, path = self.reference.items, self.reference.path
-        q = block.values[: len(group)] / self.reference.factor
-        item: Ints = items.group_first[group]
-        several = items.group_first[group + 1] - item > 1
-        if several.any():
-            item = self._split_groups(q, group, item, several)
+        line, q = block.line[begin:end].astype(np.int64), block.values[begin:end] / self.reference.factor
+        group, lost = self._groups(line)
+        if not len(group):
+            return None, None if lost is None else replace(lost, row=begin + lost.row), -1
+        n = len(group)
+        item = self._split_groups(q[:n], group)
         rest = items.rest_segment[item]
         segment = np.minimum(rest, len(path) - 1)
-        tip, angles, axis, ok = self.forward(q, path.tool_length[segment])
+        tip, angles, axis, ok = self.forward(q[:n], path.tool_length[segment])
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
-            if not n:
-                return None, lost
-            group, item, rest, segment = group[:n], item[:n], rest[:n], segment[:n]
-            q, tip, angles, axis = q[:n], tip[:n], angles[:n], axis[:n]
-        pose = Measured(q, tip, angles)
+        pose = Measured(q[:n], tip[:n], angles[:n])
+        u = self._progress(item[:n], rest[:n], segment[:n], pose)
+        passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
+        if later >= 0:
+            n, lost = passed, None
+        if lost is not None:
+            lost = replace(lost, row=begin + lost.row)
+        if not n:
+            return None, lost, later
+        pose = Measured(q[:n], tip[:n], angles[:n])
         # what no angle of the axes corrects: the true axis against that of the nominal angles
-        self.axis_error = max(self.axis_error, float(row_norm(axis - pose.axis).max()))
-        u = self._progress(item, rest, segment, pose)
-        return self._measure(block, group, item, segment, u, pose), lost
+        self.axis_error = max(self.axis_error, float(row_norm(axis[:n] - pose.axis).max()))
+        return self._measure(block.first + begin, line[:n], group[:n], item[:n], segment[:n], u[:n], pose), lost, later
 
     # --- matching -------------------------------------------------------------------------
 
@@ -199,16 +223,36 @@ class RowMatcher:
                 return hop
         return None
 
-    def _split_groups(self, q: Array, group: Ints, item: Ints, several: Mask) -> Ints:
-        """Item of its group that each row belongs to, where groups have several items."""
-        items, item = self.reference.items, item.copy()
+    def _find_later_group(self, group: Ints, item: Ints, segment: Ints, pose: Measured, u: Array) -> tuple[int, int]:
+        """First row that has left the last segment of its group (n,) for the next group of its line, and that one; -1 if none.
+
+        What is so short that no row stands on it may lie between the two: then the lines of the rows do not change.
+        """
+        items, path = self.reference.items, self.reference.path
+        if not len(items.next_group):
+            return -1, -1
+        row = np.flatnonzero((items.next_group[group] >= 0) & (item == items.group_first[group + 1] - 1))
+        row = row[~measure_deviation(self.reference, segment[row], u[row], pose.select(row)).within]
+        later = items.next_group[group[row]]
+        other, some = items.segment[items.group_first[later]], pose.select(row)
+        other_u = unwrapped_u(path, other, some, np.ones(len(row), dtype=bool), 0.0)
+        found = np.flatnonzero(measure_deviation(self.reference, other, other_u, some).within)
+        return (int(row[found[0]]), int(later[found[0]])) if len(found) else (-1, -1)
+
+    def _split_groups(self, q: Array, group: Ints) -> Ints:
+        """Item of its group (n,) that each row belongs to."""
+        items = self.reference.items
+        item: Ints = items.group_first[group]
+        several = items.group_first[group + 1] - item > 1
+        if not several.any():
+            return item
         edges = np.flatnonzero(np.diff(group, prepend=-1, append=-1))
         for begin, end in pairwise(edges.tolist()):
             if not several[begin]:
                 continue
             now, last = (int(items.group_first[group[begin] + k]) - k for k in (0, 1))
             rows, u = 0, None
-            if begin == 0 and group[0] == self.last.group:
+            if begin == 0 and now <= self.last.item:
                 now, rows, u = self.last.item, self.last.rows, self.last.u
             row = begin
             while row < end:
@@ -252,9 +296,9 @@ class RowMatcher:
         return np.where(self.reference.items.segment[item] < 0, np.where(rest < len(path), 0.0, 1.0), u)
 
     def _measure(
-        self, block: SetpointBlock, group: Ints, item: Ints, segment: Ints, u: Array, pose: Measured
+        self, first: int, line: Ints, group: Ints, item: Ints, segment: Ints, u: Array, pose: Measured
     ) -> MeasuredRows:
-        """Measure the steps to rows, and remember the last row."""
+        """Measure the steps to rows, of which ``first`` is the index of the first one, and remember the last row."""
         last, n = self.last, len(item)
         now = np.concatenate([pose.tip, RADIAN_MM * pose.angles], axis=1)
         axis = pose.axis
@@ -265,7 +309,7 @@ class RowMatcher:
         item_before, u_before = np.append(last.item, item[:-1]), np.append(last.u, u[:-1])
         entered = np.flatnonzero(item_before != item)
         rows = MeasuredRows(
-            block.first, block.line[:n], item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
+            first, line, item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
             pose, origin, now - origin, row_norm(axis - axis_before), entered, np.diff(entered, prepend=-last.rows),
             self._touched(
                 entered, item_before[entered], item[entered],
@@ -275,7 +319,7 @@ class RowMatcher:
         )  # fmt: skip
         count = n - int(entered[-1]) if len(entered) else n + last.rows
         self.last = LastRow(
-            int(item[-1]), float(u[-1]), int(group[-1]), int(block.line[n - 1]), count, float(tool_length[-1]), pose.q[-1],
+            int(item[-1]), float(u[-1]), int(group[-1]), int(line[-1]), count, float(tool_length[-1]), pose.q[-1],
             now[-1], axis[-1],
         )  # fmt: skip
         return rows

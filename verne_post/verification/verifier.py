@@ -24,10 +24,10 @@ from verne_post.verification.rows import Forward, LostPath, MeasuredRows, RowMat
 
 
 class MeasuredBlock(Struct, frozen=True, eq=False):
-    """Rows as written and measured, and why the rest cannot be followed; ``rows`` is None where none of them can."""
+    """Rows as written, measured in consecutive parts, and why the rest cannot be followed."""
 
     block: SetpointBlock
-    rows: MeasuredRows | None
+    parts: list[MeasuredRows]
     lost: LostPath | None
 
 
@@ -72,26 +72,27 @@ class Verifier:
 
     def measure(self, block: SetpointBlock) -> MeasuredBlock:
         """Match the next rows with the program, and measure them."""
-        rows, lost = None, None
-        if not self._lost and len(block.values):
-            rows, lost = self._matcher.match(block)
-            self._lost = lost is not None
-        return MeasuredBlock(block, rows, lost)
+        if self._lost:
+            return MeasuredBlock(block, [], None)
+        parts, lost = self._matcher.match(block)
+        self._lost = lost is not None
+        return MeasuredBlock(block, parts, lost)
 
     def check(self, measured: MeasuredBlock) -> None:
         """Check the next rows that have been measured."""
-        block, rows, lost = measured.block, measured.rows, measured.lost
+        block, lost = measured.block, measured.lost
         if not len(block.values):
             return
         if self._result.n_rows == 0:
             self._result.first_row = block.values[0].copy()
         self._result.n_rows += len(block.values)
         nearest = self._dynamics.check(block)
-        if rows is not None:
+        for rows in measured.parts:
+            first = rows.first - block.first
             self._path.check(rows)
             self._completeness.check(rows)
             self._between.check(rows)
-            self._feed.check(rows, nearest[: len(rows.item)])
+            self._feed.check(rows, nearest[first : first + len(rows.item)])
         if lost is not None:
             self._findings.add(lost.code, f"row {block.first + lost.row}{lost.text}", int(block.line[lost.row]))
 

@@ -1,0 +1,60 @@
+"""How far poses are from the segments that they belong to, and how far they may be."""
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.verification.projection import RADIAN_MM, Measured, deviation, deviation_nearby
+from verne_post.verification.reference import Reference
+
+
+class Deviation(Struct, frozen=True, eq=False):
+    """Distances of n poses from their segments, and what is allowed; (n,) each.
+
+    Attributes
+    ----------
+    tip, tip_bound : ndarray
+        mm.
+    axis, rotary, angle_bound : ndarray
+        Of the tool axis and of the rotary angle, rad; the bound of both.
+    """
+
+    tip: Array
+    axis: Array
+    rotary: Array
+    tip_bound: Array
+    angle_bound: Array
+
+    @property
+    def within(self) -> Mask:
+        """True (n,) where nothing is farther than allowed."""
+        return np.asarray(
+            (self.tip <= self.tip_bound) & (self.axis <= self.angle_bound) & (self.rotary <= self.angle_bound)
+        )
+
+
+def measure_deviation(reference: Reference, segment: Ints, u: Array, pose: Measured) -> Deviation:
+    """Measure how far poses (n,) are from one pose of their segments near ``u``.
+
+    Allowed are PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, and what
+    rounding to coarse decimals adds.
+    """
+    path, noise, measures = reference.path, reference.noise, reference.measures
+    found = Deviation(
+        *deviation(path, segment, np.clip(u, 0.0, 1.0), pose),
+        np.maximum(PATH_TIP_MM, reference.tip_tolerance[segment]) + noise.coarse * noise.tip,
+        np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, reference.axis_tolerance[segment]) + noise.angle,
+    )
+    # a projection weighs tip against angles; where both may be off, another pose of the segment may be nearer
+    doubtful = np.flatnonzero((measures.has_tolerance[segment] | (path.circle[segment] >= 0)) & ~found.within)
+    if len(doubtful):
+        on, tip_allowed, angle_allowed = segment[doubtful], found.tip_bound[doubtful], found.angle_bound[doubtful]
+        # by metric length: near the pole C turns far over a small part of a great circle
+        length = np.where(path.spline[on] >= 0, measures.motion_length[on], measures.metric_length[on])
+        reach = np.maximum(2.0 * (tip_allowed + RADIAN_MM * angle_allowed) / length, measures.blend_u[on])
+        found.tip[doubtful], found.axis[doubtful], found.rotary[doubtful] = deviation_nearby(
+            path, on, u[doubtful], pose.select(doubtful), tip_allowed, angle_allowed, reach
+        )
+    return found
