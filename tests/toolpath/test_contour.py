@@ -84,6 +84,24 @@ def test_a_tool_of_another_length_stops_and_so_do_motions_of_one_line() -> None:
     assert stops(contour) == {(5, 7)}
 
 
+@pytest.mark.parametrize(
+    ("body", "n_blended"),
+    [
+        ("G1 X[#1] Y[10 * SIN[20 * #1]]", 8),
+        ("G1 X[0.02 * #1] Y[0.02 * SIN[90 * #1]]", 0),  # shorter than four tolerances
+        ("G1 A[#1] C[#1 * #1]", 8),
+        ("G0 X[#1] Y[10 * SIN[20 * #1]]", 0),
+    ],
+)
+def test_feed_moves_of_one_line_are_blended_and_rapids_are_not(body: str, n_blended: int) -> None:
+    loop = f"#1 = 0\no1 WHILE [#1 LT 9]\n#1 = [#1 + 1]\n{body}\no1 ENDWHILE"
+    contour = assemble(f"{HEAD}\nG43.1 Z10\n{START}\nF900\n{loop}\nM2\n".encode(), MACHINE, Options()).contour
+    line = int(contour.path.line[-1])
+    inner = (contour.path.line[1:] == line) & (contour.path.line[:-1] == line)
+    assert inner.sum() == 8
+    assert contour.n_blended - n_blended in (0, 1)  # with the corner before the loop
+
+
 def test_approach_and_table_changes_stop() -> None:
     """A rewind between feed moves is made of segments that no line of the program says: nothing is rounded there."""
     body = "G43.5\nG1 X1 I0.1 J0.1 K0.98995\nX2 I0.2 J0.1 K0.97468\nX3 I0.2 J0.2 K0.95917"

@@ -1,17 +1,23 @@
 """What may happen at each corner of a tool path: whether it may be blended, how, and within which tolerance."""
 
 from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Moves, PathMode
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.corners import REVERSAL
 from verne_post.toolpath.curved_corners import find_tangents
 
+#: Moves of one source line are blended with each other where they are so many tolerances long: shorter ones cannot be distinguished
+#: by their rows.
+_DISTINCT: Final = 4.0
 #: Largest third derivative by time (n,), mm/s3 if a direction is a unit vector, that the joints allow poses (n, 5) to have along
 #: directions (n, 5) with tool lengths (n,); not a number where a pose is out of reach.
 JerkLimit = Callable[[Array, Array, Array], Array]
@@ -76,7 +82,9 @@ def find_corner_rules(
     tip_tolerance, axis_tolerance = _find_tolerances(part, moves, smoothing)
     axis_tolerance[1:-1] -= np.maximum(off[first + 1 : last], off[first : last - 1])
     allowed = np.zeros(n + 1, dtype=bool)
-    allowed[1:-1] = _may_blend(part) & (tip_tolerance[1:-1] > 0)
+    allowed[1:-1] = _may_blend(part, tip_tolerance[1:-1], axis_tolerance[1:-1], smoothing.cycle) & (
+        tip_tolerance[1:-1] > 0
+    )
     allowed[dwells[(dwells >= 0) & (dwells <= n)]] = False
     smooth, straight = np.zeros(n + 1, dtype=bool), np.zeros(n + 1, dtype=bool)
     smooth[1:-1] = part.section[1:] == part.section[:-1]
@@ -90,14 +98,23 @@ def find_corner_rules(
     return CornerRules(allowed, smooth, straight, curved, tip_tolerance, axis_tolerance)
 
 
-def _may_blend(path: ToolPath) -> Mask:
-    """Corners (n - 1,) between programmed segments that meet, with one tool, and are not of one source line."""
+def _may_blend(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array, cycle: float) -> Mask:
+    """Corners (n - 1,), with tolerances in mm and rad, between programmed segments that meet, with one tool.
+
+    Loops cut many feed moves by one source line. Rows name only their line, so that such moves have to be distinguished by where
+    they are, and a row stands on each. What goes by G0 in one line (G28 with a via point, canned cycles) is positioning, from stop to stop.
+    """
     programmed = (path.move >= 0) & (path.kind != SegmentKind.JOINT)
     contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0
-    # two motions of one source line (G28 with a via point) stay apart: their rows could not be told from one another
+    turn = np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1)
+    tip = np.where(path.kind == SegmentKind.LINE, row_norm(path.end[:, :3] - path.start[:, :3]), path.length)
+    distinct = np.ones(len(path) - 1, dtype=bool)
+    for segment in (slice(None, -1), slice(1, None)):
+        long = (tip[segment] >= _DISTINCT * tip_tolerance) | (turn[segment] >= _DISTINCT * axis_tolerance)
+        distinct &= long & (path.feed_time[segment] >= cycle * (1.0 - WHOLE_CYCLE))
     other_line = path.line[1:] != path.line[:-1]
     same_tool = path.tool_length[1:] == path.tool_length[:-1]
-    return np.asarray(programmed[:-1] & programmed[1:] & contact & other_line & same_tool)
+    return np.asarray(programmed[:-1] & programmed[1:] & contact & (other_line | distinct) & same_tool)
 
 
 def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.deviation import measure_deviation
+from verne_post.verification.one_line import place_rows
 from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, unwrapped_u
 from verne_post.verification.reference import Reference
 
@@ -259,14 +260,34 @@ class RowMatcher:
                 if now == last:
                     item[row:end] = now
                     break
+                stop = now + 1 + int(np.argmax(np.append(items.stop_before[now + 1 : last + 1], True)))
                 if items.segment[now] < 0:
                     take = min(int(items.dwell_cycles[now]) - rows, end - row)
-                else:
+                    item[row : row + take] = now
+                elif stop == now + 1:
                     take = self._rows_of_item(q[row:end], now, u)
-                item[row : row + take] = now
+                    item[row : row + take] = now
+                else:
+                    place = now, u or 0.0, self._pose_before(q, row, now)
+                    placed = place_rows(self.reference, self.forward, q[row:end], place, stop - 1)
+                    take = int(np.searchsorted(placed, stop - 1))
+                    item[row : row + take] = placed[:take]
+                    if take < end - row:
+                        row, now, u = row + take, stop - 1, u if take == 0 and now == stop - 1 else None
+                        continue
                 row += take
-                now, u, rows = now + 1, None, 0
+                now, u, rows = stop, None, 0
         return item
+
+    def _pose_before(self, q: Array, row: int, item: int) -> Array:
+        """Tip (mm) and angles (times RADIAN_MM) before a row of joint values (n, n_joints); of the first row its own."""
+        if row == 0 and self.last.pose is not None:
+            return self.last.pose
+        at = slice(max(row - 1, 0), max(row, 1))
+        tip, angles, _axis, _ok = self.forward(
+            q[at], self.reference.path.tool_length[[self.reference.items.segment[item]]]
+        )
+        return np.append(tip[0], RADIAN_MM * angles[0])
 
     def _rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
         """How many of the next rows lie before the end of a segment; ``u_before`` is None if the row before is not on it."""

@@ -1,0 +1,131 @@
+"""Which of several segments of one source line rows belong to, where the motion goes from one to the next without a stop.
+
+Map matching by dynamic programming (Viterbi): of the places near each row, those that follow each other by steps as long as the
+rows', and are near the rows.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.ragged import ragged
+from verne_post.base.rows import row_norm
+from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM, ZERO_LENGTH_MM
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.model.toolpath import SegmentKind
+from verne_post.verification.projection import RADIAN_MM, Measured, deviation, straight_u, unwrapped_u
+from verne_post.verification.reference import Reference
+
+#: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
+Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
+
+#: Rows that are placed together, at most: where they are is known from the last one of those before.
+_TOGETHER: Final = 128
+#: The path is longer than the steps along it by what corners cut off: by so many tolerances, and this share of the steps.
+_TOLERANCES: Final = 8.0
+_LONGER: Final = 0.3
+#: Rows farther than so many bounds from what was chosen for them show that the choice has gone astray.
+_NEAR: Final = 2.0
+#: What a candidate costs, in mm by which the way to it differs from the row's step: per mm of the step at the bound of the
+#: tolerance, and per bound that it is beyond. Measured on 90 random programs of one line: 0.25 to 4 and 1 to 100 place alike.
+_AT_BOUND: Final = 4.0
+_BEYOND: Final = 100.0
+_JUST_WITHIN: Final = 0.99
+
+
+def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int, float, Array], end: int) -> Ints:
+    """Item of each row of joint values (n, n_joints), ascending; at least up to the first one on the last item.
+
+    Parameters
+    ----------
+    last : int, float, ndarray (5,)
+        Item on which the row before is, its u there, and its tip (mm) and angles (times RADIAN_MM).
+    end : int
+        The last item that may be reached. The machine does not stand still before those after the first one.
+    """
+    items, path = reference.items, reference.path
+    item, u, pose = last
+    place = items.length_before[item] + min(max(u, 0.0), 1.0) * (
+        items.length_before[item + 1] - items.length_before[item]
+    )
+    result = np.empty(len(q), dtype=np.int64)
+    begin, count = 0, _TOGETHER
+    while begin < len(q):
+        some = q[begin : begin + count]
+        tip, angles, _axis, _ok = forward(some, np.full(len(some), path.tool_length[items.segment[item]]))
+        now = np.concatenate([tip, RADIAN_MM * angles], axis=1)
+        step = row_norm(np.diff(now, axis=0, prepend=pose[None]))
+        chosen, places, near = _choose(reference, Measured(some, tip, angles), place, step, item, end)
+        if not near and len(some) > 1:  # what is expected has gone astray: fewer at a time
+            count = max(len(some) // 4, 1)
+            continue
+        # what comes next decides too: only a part of them is settled
+        settled = len(some) if begin + len(some) == len(q) else max(len(some) * 3 // 4, 1)
+        result[begin : begin + settled] = chosen[:settled]
+        item, place, pose = int(chosen[settled - 1]), float(places[settled - 1]), now[settled - 1]
+        begin += settled
+        if chosen[0] == end:
+            break
+        count = min(2 * count, _TOGETHER)
+    return result[:begin]
+
+
+def _choose(
+    reference: Reference, pose: Measured, place: float, step: Array, first: int, end: int
+) -> tuple[Ints, Array, bool]:
+    """Items and places (n,) of rows, by length, after ``place`` and steps (n,); and whether all are as near as allowed."""
+    items, path = reference.items, reference.path
+    segments = items.segment[first : end + 1]
+    tip_bound = np.maximum(PATH_TIP_MM, reference.tip_tolerance[segments])
+    axis_bound = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, reference.axis_tolerance[segments])
+    expected = place + np.cumsum(step)
+    aside = _TOLERANCES * (tip_bound + RADIAN_MM * axis_bound).max() + step.max() + _LONGER * np.cumsum(step)
+    starts = items.length_before[first + 1 : end + 1]
+    low, high = (np.searchsorted(starts, edge, side="right") for edge in (expected - aside, expected + aside))
+    row, within = ragged(high - low + 1)
+    item = first + low[row] + within
+    segment, many = items.segment[item], pose.select(row)
+    u = unwrapped_u(path, segment, many, np.ones(len(row), dtype=bool), 0.0)
+    on_line = np.flatnonzero(path.kind[segment] == SegmentKind.LINE)
+    weight = (tip_bound / axis_bound)[(item - first)[on_line]]
+    u[on_line] = straight_u(path, segment[on_line], many.tip[on_line], many.angles[on_line], weight)
+    begin, length = items.length_before[item], items.length_before[item + 1] - items.length_before[item]
+    on_arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
+    if len(on_arc):  # arcs of a whole turn and more
+        turn = 2.0 * np.pi / np.abs(path.arcs.sweep[path.arc[segment[on_arc]]])
+        guess = np.clip((expected[row] - begin)[on_arc] / np.maximum(length[on_arc], ZERO_LENGTH_MM), 0.0, 1.0)
+        u[on_arc] += turn * np.round((guess - u[on_arc]) / turn)
+    u = np.clip(u, 0.0, 1.0)
+    where = begin + u * length
+    tip, axis, rotary = deviation(path, segment, u, many)
+    off = np.maximum(tip / tip_bound[item - first], np.maximum(axis, rotary) / axis_bound[item - first])
+    cost = _AT_BOUND * step[row] * off**2 + _BEYOND * np.maximum(off - _JUST_WITHIN, 0.0)
+    edges = np.append(np.flatnonzero(within == 0), len(row))
+    found = _follow(item, where, cost, edges, place, step)
+    return item[found], where[found], bool((off[found] <= _NEAR).all())
+
+
+def _follow(item: Ints, where: Array, cost: Array, edges: Ints, place: float, step: Array) -> Ints:
+    """The cheapest sequence of candidates (m,), one for each row (n,), whose items ascend; row k has those from ``edges[k]`` on.
+
+    A step to a row (n,) costs what it differs from the way between two candidates, and a candidate has its own ``cost`` (m,).
+    """
+    total, before = np.zeros(1), np.array([place])
+    item_before = np.array([-1])
+    came: list[Ints] = []
+    for k, (begin, end) in enumerate(pairwise(edges.tolist())):
+        ways = total[:, None] + np.abs(where[None, begin:end] - before[:, None] - step[k])
+        ways[item_before[:, None] > item[None, begin:end]] = np.inf
+        best = np.argmin(ways, axis=0)
+        total = ways[best, np.arange(end - begin)] + cost[begin:end]
+        before, item_before = where[begin:end], item[begin:end]
+        came.append(best)
+    found = np.empty(len(step), dtype=np.int64)
+    chosen = int(np.argmin(total))
+    for k in range(len(step) - 1, -1, -1):
+        found[k] = edges[k] + chosen
+        chosen = int(came[k][chosen])
+    return found
