@@ -88,8 +88,9 @@ def test_a_tool_of_another_length_stops_and_so_do_motions_of_one_line() -> None:
     ("body", "n_blended"),
     [
         ("G1 X[#1] Y[10 * SIN[20 * #1]]", 8),
-        ("G1 X[0.02 * #1] Y[0.02 * SIN[90 * #1]]", 0),  # shorter than four tolerances
-        ("G1 A[#1] C[#1 * #1]", 8),
+        ("G1 X[0.04 * #1] Y[0.04 * SIN[90 * #1]]", 0),  # shorter than eight tolerances
+        ("G1 X[#1] A[#1] C[#1 * #1]", 8),
+        ("G1 A[#1] C[#1 * #1]", 0),
         ("G0 X[#1] Y[10 * SIN[20 * #1]]", 0),
     ],
 )

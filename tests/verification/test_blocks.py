@@ -174,7 +174,7 @@ def test_motions_of_one_line_that_are_longer_than_what_is_looked_at_at_a_time() 
 MOVES = [
     "3 0 0 0",
     "5 1 0 0",
-    "5 1 3 4",
+    "6 1.5 3 4",
     "7 3 3 4",
     "4 3.5 3 4",
     "7 3.4 3 4",
@@ -190,8 +190,6 @@ def test_moves_of_one_line_without_a_stop_between_them(word: str) -> None:
     """The same moves by a line each give the same rows; by one line, rows left out, twice or exchanged are seen as well."""
     head = "G0 X0 Y0 Z24 A0 C0\nF1500 G64 P.01\n"
     moves = [move.split() for move in MOVES]
-    if word != "G1":
-        del moves[2]  # an arc with R needs another end point
     lines = "\n".join(f"{word} X{x} Y{y} A{a} C{c}" for x, y, a, c in moves)
     calls = "\n".join("o10 call " + " ".join(f"[{value}]" for value in move) for move in moves)
     each = program(f"{head}{lines}\nG0 Z25")
@@ -199,7 +197,7 @@ def test_moves_of_one_line_without_a_stop_between_them(word: str) -> None:
     (expected, of_move), (values, line) = made(each), made(one)
     np.testing.assert_array_equal(values, expected)
     asked = assemble(one, MACHINE, OPTIONS)
-    assert asked.contour.n_blended >= 7
+    assert asked.contour.n_blended >= 8
     for ends in ([], [100], range(0, len(line), 37), range(0, len(line), 1000)):
         assert verdict(asked, values, line, ends) == set()
     for number in np.unique(of_move)[1:-1].tolist():

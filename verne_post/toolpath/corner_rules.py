@@ -15,9 +15,9 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.corners import REVERSAL
 from verne_post.toolpath.curved_corners import find_tangents
 
-#: Moves of one source line are blended with each other where they are so many tolerances long: shorter ones cannot be distinguished
-#: by their rows.
-_DISTINCT: Final = 4.0
+#: Moves of one source line are blended with each other where their tips move by so many tolerances: shorter ones cannot be
+#: distinguished by their rows. Of random programs of one line, 4 let 1 in 100 fail its verification, 8 none of 240.
+_DISTINCT: Final = 8.0
 #: Largest third derivative by time (n,), mm/s3 if a direction is a unit vector, that the joints allow poses (n, 5) to have along
 #: directions (n, 5) with tool lengths (n,); not a number where a pose is out of reach.
 JerkLimit = Callable[[Array, Array, Array], Array]
@@ -82,9 +82,7 @@ def find_corner_rules(
     tip_tolerance, axis_tolerance = _find_tolerances(part, moves, smoothing)
     axis_tolerance[1:-1] -= np.maximum(off[first + 1 : last], off[first : last - 1])
     allowed = np.zeros(n + 1, dtype=bool)
-    allowed[1:-1] = _may_blend(part, tip_tolerance[1:-1], axis_tolerance[1:-1], smoothing.cycle) & (
-        tip_tolerance[1:-1] > 0
-    )
+    allowed[1:-1] = _may_blend(part, tip_tolerance[1:-1], smoothing.cycle) & (tip_tolerance[1:-1] > 0)
     allowed[dwells[(dwells >= 0) & (dwells <= n)]] = False
     smooth, straight = np.zeros(n + 1, dtype=bool), np.zeros(n + 1, dtype=bool)
     smooth[1:-1] = part.section[1:] == part.section[:-1]
@@ -98,20 +96,19 @@ def find_corner_rules(
     return CornerRules(allowed, smooth, straight, curved, tip_tolerance, axis_tolerance)
 
 
-def _may_blend(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array, cycle: float) -> Mask:
-    """Corners (n - 1,), with tolerances in mm and rad, between programmed segments that meet, with one tool.
+def _may_blend(path: ToolPath, tip_tolerance: Array, cycle: float) -> Mask:
+    """Corners (n - 1,), with tip tolerances in mm, between programmed segments that meet, with one tool.
 
     Loops cut many feed moves by one source line. Rows name only their line, so that such moves have to be distinguished by where
     they are, and a row stands on each. What goes by G0 in one line (G28 with a via point, canned cycles) is positioning, from stop to stop.
     """
     programmed = (path.move >= 0) & (path.kind != SegmentKind.JOINT)
     contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0
-    turn = np.abs(path.end[:, 3:] - path.start[:, 3:]).max(axis=1)
     tip = np.where(path.kind == SegmentKind.LINE, row_norm(path.end[:, :3] - path.start[:, :3]), path.length)
     distinct = np.ones(len(path) - 1, dtype=bool)
     for segment in (slice(None, -1), slice(1, None)):
-        long = (tip[segment] >= _DISTINCT * tip_tolerance) | (turn[segment] >= _DISTINCT * axis_tolerance)
-        distinct &= long & (path.feed_time[segment] >= cycle * (1.0 - WHOLE_CYCLE))
+        distinct &= tip[segment] >= _DISTINCT * tip_tolerance
+        distinct &= path.feed_time[segment] >= cycle * (1.0 - WHOLE_CYCLE)
     other_line = path.line[1:] != path.line[:-1]
     same_tool = path.tool_length[1:] == path.tool_length[:-1]
     return np.asarray(programmed[:-1] & programmed[1:] & contact & (other_line | distinct) & same_tool)
