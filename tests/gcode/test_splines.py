@@ -50,7 +50,7 @@ def test_chords_of_linuxcnc_end_on_the_curve(view, case):
     for piece in range(m):
         pose = np.column_stack([points, np.full(len(points), splines.pieces.points[0, 2]), np.zeros((len(points), 2))])
         every = np.full(len(points), piece)
-        u = np.clip(project(splines, every, pose, np.ones(len(points), bool), 0.0, 50.0), 0.0, 1.0)
+        u = np.clip(project(splines, every, pose, np.ones(len(points), bool), 0.0, 50.0, None), 0.0, 1.0)
         at = spline_points(splines.pieces, every, parameters_at(splines, every, u, 50.0))
         off = np.linalg.norm(at[:, :2] - points, axis=1)
         nearer = off < away - 1e-7

@@ -98,7 +98,7 @@ def test_shares_of_length_and_back():
     point += beyond[:, None] * slope
     fresh = np.zeros(len(u), bool)
     fresh[0] = True
-    np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM), u, atol=1e-9)
+    np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM, None), u, atol=1e-9)
 
 
 @pytest.mark.parametrize(("begin", "scale"), [(7.0, 1.0), (-3.0, 0.2)])
@@ -116,7 +116,7 @@ def test_lengths_do_not_depend_on_where_knots_begin_nor_on_their_scale(begin, sc
     lengths = splines.lengths_at(first, piece, at, RADIAN_MM)
     np.testing.assert_allclose(splines.lengths_at(other, piece, same, RADIAN_MM), lengths, rtol=1e-9, atol=1e-7)
     poses = splines.spline_points(first.pieces, piece, at) + [0.0, 0.0, 0.01, 0.0, 0.0]
-    found = [splines.project(some, piece, poses, np.arange(301) == 0, 0.0, RADIAN_MM) for some in (first, other)]
+    found = [splines.project(some, piece, poses, np.arange(301) == 0, 0.0, RADIAN_MM, None) for some in (first, other)]
     np.testing.assert_allclose(found[1], found[0], atol=1e-8)
 
 
@@ -129,7 +129,7 @@ def test_a_crossing_is_passed_both_times():
     point = splines.spline_points(measured.pieces, piece, splines.parameters_at(measured, piece, u, RADIAN_MM))
     fresh = np.zeros(len(u), bool)
     fresh[0] = True
-    np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM), u, atol=1e-9)
+    np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM, None), u, atol=1e-9)
 
 
 # --- rows ------------------------------------------------------------------------------------------
@@ -275,3 +275,76 @@ def test_tiny_curves_beside_large_turns(what, cycle):
     points, weights, knots = (np.array([row.split() for row in text.split(";")], dtype=float) for text in TINY[what])
     body = nurbs(points, 3, knots[0], weights[0]) + f"G1 X{points[-1, 0] + 5:.3f} Y1\n"
     made(program(body, "G64", 10_000), replace(MACHINES["verne"], cycle=cycle))
+
+
+# --- places that are near each other ------------------------------------------------------------------
+
+
+def split(points, t):
+    """Control points of a Bezier curve before and after its parameter t (de Casteljau)."""
+    points = np.array(points, dtype=float)
+    before, after = [points[0]], [points[-1]]
+    while len(points) > 1:
+        points = (1 - t) * points[:-1] + t * points[1:]
+        before.append(points[0])
+        after.insert(0, points[-1])
+    return before, after
+
+
+def test_rows_aside_of_a_hairpin_are_followed():
+    """Rows aside of both legs, nearer to the first one on the way back too, within the bound: they go on."""
+    legs = [[0, 0, 0, 0, 0], [20, 0, 0, 0, 0], [20, 0.02, 0, 0, 0], [0, 0.012, 0, 0, 0]]
+    measured = splines.measure_splines(one(legs, [1] * 4, [0, 0, 0, 1, 1, 1], 3), RADIAN_MM)
+    u = np.linspace(0.0, 1.0, 2001)
+    piece, fresh = np.zeros(len(u), int), np.arange(len(u)) == 0
+    pose = splines.spline_points(measured.pieces, piece, splines.parameters_at(measured, piece, u, RADIAN_MM))
+    pose[:, 1] += np.interp(u, [0.0, 0.5, 0.9, 1.0], [0.0, 0.0, -0.009, -0.009])
+    bounds = np.full(len(u), 0.01), np.full(len(u), 1e-3)
+    found = splines.project(measured, piece, pose, fresh, 0.0, RADIAN_MM, bounds)
+    np.testing.assert_allclose(found, u, atol=1e-3)
+    alone = splines.project(measured, piece, pose, fresh, 0.0, RADIAN_MM, None)
+    assert np.abs(alone - u).max() > 0.5  # each row by itself is taken for one of the other leg
+
+
+@pytest.mark.parametrize("mode", ["G61", "G64"])
+def test_a_loop_that_is_left_out_is_refused(mode):
+    """Rows go to where a curve crosses itself, stop, and go on beyond the loop; each is on the curve."""
+    points = [(0, 0, 40, 0, 0), (60, 40, 40, 0, 0), (-40, 40, 40, 0, 0), (20, 0, 40, 0, 0)]
+    crossing = 0.5 - 0.25 * np.sqrt(3.0)
+    begin, end = split(points, crossing)[0], split(points, 1.0 - crossing)[1]
+    np.testing.assert_allclose(begin[-1], end[0], atol=1e-12)
+    machine, whole = MACHINES["verne"], program(LOOP + "G1 X30\n", mode)
+    lines = np.unique(made(whole, machine).setpoints.line)
+    rows = made(program(nurbs(begin) + nurbs(end) + "G1 X30\n"), machine).setpoints
+    line = np.where(rows.line < rows.line.max(), *lines)
+    assert "VP412" in {item.code for item in judge(rows.values, line, whole, machine).findings}
+
+
+def test_rows_that_go_back_beside_a_corner_are_refused():
+    """By no more in a step than the tolerance of the corner."""
+    machine, whole = MACHINES["verne"], program("G1 X40\nG1 Y10\n", "G64")
+    lines = np.unique(made(whole, machine).setpoints.line)
+    rows = made(program("G1 X30\nG1 X10\nG1 X40\nG1 Y10\n"), machine).setpoints
+    line = np.where(rows.line < rows.line.max(), *lines)
+    assert "VP413" in {item.code for item in judge(rows.values, line, whole, machine).findings}
+
+
+#: Rounded corners beside turns of curves that are about as narrow as the tolerance.
+NARROW = {
+    "the second leg is nearer to the next move": (
+        "G0 X-13 Y-2\nG5.2 X-19 Y-4 P1 F13204\nX-11.34 Y-2.1247 P1\nG5.3\nG5.1 Y-2.11 I-0.1 J-0.02\nG1 Y-2.2\n"
+    ),
+    "a curve that crosses itself beside its beginning": (
+        "G0 X-34 Y-20\nG5.2 X-35 Y-32 P1 F1080\nX-35 Y-36 P0.5\nX-33.5 Y-37.2 P1\nG5.3\n"
+        "G5.2 X-33 Y-37 P1 L5\nX-33 Y-38 P0.2\nX-33.4 Y-38 P2\nX-33.4 Y-37 P0.5\nG5.3\n"
+    ),
+    "rows that do not go to the end of the turn": (
+        "G0 X17.7170 Y7.0050\nG5.2 X22.6614 Y-6.8620 P1 L3 F1000\nX20.9907 Y-1.8006 P1\nX35.3496 Y19.0707 P1\nG5.3\n"
+        "G5.2 X39.5872 Y18.7497 P1 L5 F1000\nX39.3855 Y19.1314 P1\nX39.0673 Y19.1265 P0.2\nX39.4090 Y19.1082 P5\nG5.3\n"
+    ),
+}
+
+
+@pytest.mark.parametrize("what", NARROW)
+def test_corners_beside_narrow_turns(what):
+    made(f"G21 G90 G94 G17\n{NARROW[what]}M2\n".encode(), MACHINES["verne"])

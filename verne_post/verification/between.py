@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
@@ -22,6 +23,16 @@ _PLACES: Final = (0.17, 0.41, 0.68, 1.0)
 _BULGE: Final = 0.6
 #: A step along an arc of half a turn is longer than its chord by pi / 2; rows do not show more than half a turn.
 _ARC_OVER_CHORD: Final = 1.6
+#: A pose within both bounds, of tip and angles, has a sum of squared shares of at most 2, and so has the nearest one.
+_TWO_BOUNDS: Final = 2.0
+
+
+class _Places(Struct, frozen=True, eq=False):
+    """Places of the program at u of segments, that the steps to rows pass; (m,) each."""
+
+    row: Ints
+    segment: Ints
+    u: Array
 
 
 class BetweenRowsCheck:
@@ -29,30 +40,57 @@ class BetweenRowsCheck:
 
     Progress needs motion: the length that two rows pass on the path is at most 1.6 of the step between them. Beside rounded
     corners, where a step may be shorter, places of the program that it passes lie near the straight step: within the
-    tolerance and 0.6 of the longer of this step and the one before.
+    tolerance and 0.6 of the longer of this step and the one before. Of a curve whose narrow turns a rounded corner cuts short,
+    they lie so near to the step or to a row before it.
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
         self._last_step = np.zeros(5)
+        self._rows_before: MeasuredRows | None = None
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the steps to the next rows."""
         touched, length = rows.touched, self._lengths(rows)
-        step_size = row_norm(rows.step)
         # a corner is shorter than its vertex: there the places that the step passes are compared
         length[touched.row] = 0.0
         goes_on = ~self.reference.items.stop_before[rows.item[touched.row]]
-        self._compare(rows, *self._places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on]))
-        # a corner may cut turns short that are narrower than its tolerance: there the tolerance of the path check decides
-        stays = (rows.item_before == rows.item) & ~rows.dwell
-        length[stays & self.reference.measures.has_tolerance[rows.segment]] = 0.0
-        bad = np.flatnonzero(length > _ARC_OVER_CHORD * step_size + PATH_TIP_MM + 2 * self.reference.noise.tip)
+        places = self._places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on])
+        self._report_places(rows, places, self._far_places(rows, places))
+        longer = length > _ARC_OVER_CHORD * row_norm(rows.step) + PATH_TIP_MM + 2 * self.reference.noise.tip
+        # a corner may cut turns of a curve short that are narrower than its tolerance
+        cut = longer & (rows.item_before == rows.item) & self.reference.measures.has_tolerance[rows.segment]
+        self._check_cut_turns(rows, np.flatnonzero(cut))
+        bad = np.flatnonzero(longer & ~cut)
         if len(bad):
             row, line = int(bad[0]), int(rows.line[bad[0]])
             text = f"row {rows.first + row}: {length[row]:.4f} mm of the path of line {line} are left out"
             self.findings.add("VP412", text, line)
-        self._last_step = rows.step[-1]
+        self._last_step, self._rows_before = rows.step[-1], rows
+
+    def _check_cut_turns(self, rows: MeasuredRows, row: Ints) -> None:
+        """Check that what rows pass of their segments at once lies near their steps, or near rows before them.
+
+        Rows that do not go to the end of a narrow turn belong to its first leg as long as that is the nearer one.
+        """
+        part = np.clip(np.stack([rows.u_before[row], rows.u[row]], axis=1), 0.0, 1.0)
+        places = self._places(row, rows.segment[row], part)
+        far = self._far_places(rows, places)
+        if not len(far):
+            return
+        row, segment = places.row[far], places.segment[far]
+        tip, angles = programmed_pose(self.reference.path, segment, places.u[far])
+        place, bound = np.concatenate([tip, RADIAN_MM * angles], axis=1), self._bounds(rows, row, segment)
+        near = np.zeros(len(far), dtype=bool)
+        for some in (rows, self._rows_before):
+            if some is None:
+                continue
+            pose = np.concatenate([some.pose.tip, RADIAN_MM * some.pose.angles], axis=1)
+            for k in np.flatnonzero(~near).tolist():
+                own = np.flatnonzero(some.item == rows.item[row[k]])
+                own = own[some.first + own < rows.first + row[k]]
+                near[k] = bool((np.sum(((pose[own] - place[k]) / bound[k]) ** 2, axis=1) <= _TWO_BOUNDS).any())
+        self._report_places(rows, places, far[~near])
 
     # --- lengths along the path -----------------------------------------------------------
 
@@ -78,14 +116,14 @@ class BetweenRowsCheck:
 
     # --- places between rows --------------------------------------------------------------
 
-    def _places(self, row: Ints, segment: Ints, part: Array) -> tuple[Ints, Ints, Array]:
+    def _places(self, row: Ints, segment: Ints, part: Array) -> _Places:
         """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
         straight = self._are_straight(segment)
         last = np.diff(row, append=-1) != 0
         touch, within = ragged(np.where(straight, ~last, len(_PLACES)))
         share = np.where(straight[touch], _PLACES[-1], np.array(_PLACES)[within])
         low, high = part[touch].T
-        return row[touch], segment[touch], low + share * (high - low)
+        return _Places(row[touch], segment[touch], low + share * (high - low))
 
     def _are_straight(self, segment: Ints) -> Mask:
         """Segments (m,) that are straight, or arcs no farther from their chords than their tolerance."""
@@ -97,13 +135,11 @@ class BetweenRowsCheck:
         straight[on_arc] &= height <= self.reference.tip_tolerance[segment[on_arc]]
         return straight
 
-    def _compare(self, rows: MeasuredRows, row: Ints, segment: Ints, u: Array) -> None:
-        """Compare places u (m,) of segments (m,) with the straight steps to rows (m,).
-
-        A pose of the step within both bounds has a sum of squared shares of at most 2, and so has the nearest one.
-        """
+    def _far_places(self, rows: MeasuredRows, places: _Places) -> Ints:
+        """Which places are not near the straight steps to their rows."""
+        row, segment, u = places.row, places.segment, places.u
         if not len(row):
-            return
+            return row
         path = self.reference.path
         tip, angles = programmed_pose(path, segment, u)
         place = np.concatenate([tip, RADIAN_MM * angles], axis=1)
@@ -122,12 +158,14 @@ class BetweenRowsCheck:
         step /= bound
         along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
         off -= np.clip(along, 0.0, 1.0)[:, None] * step
-        bad = np.flatnonzero(np.sum(off**2, axis=1) > 2.0)
-        if len(bad):
-            worst = int(row[bad[0]])
-            line = int(path.line[segment[bad[0]]])
-            text = f"row {rows.first + worst}: the motion of line {line} is left out"
-            self.findings.add("VP412", text, int(rows.line[worst]))
+        return np.flatnonzero(np.sum(off**2, axis=1) > _TWO_BOUNDS)
+
+    def _report_places(self, rows: MeasuredRows, places: _Places, far: Ints) -> None:
+        """Report the first of the places that are far (m,)."""
+        if len(far):
+            row, line = int(places.row[far[0]]), int(self.reference.path.line[places.segment[far[0]]])
+            text = f"row {rows.first + row}: the motion of line {line} is left out"
+            self.findings.add("VP412", text, int(rows.line[row]))
 
     def _bounds(self, rows: MeasuredRows, row: Ints, segment: Ints) -> Array:
         """How far places of segments (m,) may be from the steps to rows (m,), by component: (m, 5), mm."""

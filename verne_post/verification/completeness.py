@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from verne_post.base.arrays import Array
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
@@ -21,6 +22,8 @@ class CompletenessCheck:
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
+        #: The farthest that rows have come along the item of the last row.
+        self._farthest = 0.0
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
@@ -62,9 +65,9 @@ class CompletenessCheck:
         measures, segment, moves = self.reference.measures, rows.segment, ~rows.dwell
         length, blend_u = measures.motion_length[segment], measures.blend_u[segment]
         slack = 2 * self.reference.noise.tip / length + blend_u
+        farthest = self._follow(rows)
         # each of two rows may stand aside of the segment, one ahead of its place and one after it
-        least = rows.u_before - slack - blend_u
-        back = np.flatnonzero((rows.item_before == rows.item) & moves & ~(rows.u >= least))
+        back = np.flatnonzero(moves & ~(rows.u >= farthest - slack - blend_u))
         if len(back):
             row = int(back[0])
             text = f"row {rows.first + row}: progress on line {rows.line[row]} runs back ({len(back)} rows)"
@@ -75,6 +78,18 @@ class CompletenessCheck:
             row = int(outside[0])
             text = f"row {rows.first + row} lies beyond the ends of the segment of line {rows.line[row]}"
             self.findings.add("VP413", text, int(rows.line[row]))
+
+    def _follow(self, rows: MeasuredRows) -> Array:
+        """The farthest u (n,) that rows up to each have come along its item."""
+        u = np.append(self._farthest if rows.item_before[0] == rows.item[0] else -np.inf, rows.u)
+        # ranks instead of numbers: what keeps those of different items apart must not cost them their last digits
+        order = np.argsort(u, kind="stable")
+        rank = np.empty(len(u), dtype=np.int64)
+        rank[order] = np.arange(len(u))
+        apart = len(u) * np.cumsum(np.append([False, False], np.diff(rows.item) != 0))
+        reached = u[order[np.maximum.accumulate(rank + apart) - apart]][1:]
+        self._farthest = float(reached[-1])
+        return np.asarray(reached)
 
     def _changes(self, rows: MeasuredRows) -> None:
         """Check steps from one item to a later one: no standstill is left out, and stops are reached."""

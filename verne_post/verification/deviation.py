@@ -4,8 +4,6 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
-from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.projection import RADIAN_MM, Measured, deviation, deviation_nearby
 from verne_post.verification.reference import Reference
 
@@ -36,17 +34,9 @@ class Deviation(Struct, frozen=True, eq=False):
 
 
 def measure_deviation(reference: Reference, segment: Ints, u: Array, pose: Measured) -> Deviation:
-    """Measure how far poses (n,) are from one pose of their segments near ``u``.
-
-    Allowed are PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, and what
-    rounding to coarse decimals adds.
-    """
-    path, noise, measures = reference.path, reference.noise, reference.measures
-    found = Deviation(
-        *deviation(path, segment, np.clip(u, 0.0, 1.0), pose),
-        np.maximum(PATH_TIP_MM, reference.tip_tolerance[segment]) + noise.coarse * noise.tip,
-        np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, reference.axis_tolerance[segment]) + noise.angle,
-    )
+    """Measure how far poses (n,) are from one pose of their segments near ``u``."""
+    path, measures = reference.path, reference.measures
+    found = Deviation(*deviation(path, segment, np.clip(u, 0.0, 1.0), pose), *reference.bounds(segment))
     # a projection weighs tip against angles; where both may be off, another pose of the segment may be nearer
     doubtful = np.flatnonzero((measures.has_tolerance[segment] | (path.circle[segment] >= 0)) & ~found.within)
     if len(doubtful):

@@ -1,11 +1,6 @@
-"""Which of several segments of one source line rows belong to, where the motion goes from one to the next without a stop.
-
-Map matching by dynamic programming (Viterbi): of the places near each row, those that follow each other by steps as long as the
-rows', and are near the rows.
-"""
+"""Which of several segments of one source line rows belong to, where the motion goes from one to the next without a stop."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -13,9 +8,9 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
-from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM, ZERO_LENGTH_MM
-from verne_post.base.units import RAD_PER_DEG
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import SegmentKind
+from verne_post.verification.matching import match_places
 from verne_post.verification.projection import RADIAN_MM, Measured, deviation, straight_u, unwrapped_u
 from verne_post.verification.reference import Reference
 
@@ -80,8 +75,7 @@ def _choose(
     """Items and places (n,) of rows, by length, after ``place`` and steps (n,); and whether all are as near as allowed."""
     items, path = reference.items, reference.path
     segments = items.segment[first : end + 1]
-    tip_bound = np.maximum(PATH_TIP_MM, reference.tip_tolerance[segments])
-    axis_bound = np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, reference.axis_tolerance[segments])
+    tip_bound, axis_bound = reference.bounds(segments)
     expected = place + np.cumsum(step)
     aside = _TOLERANCES * (tip_bound + RADIAN_MM * axis_bound).max() + step.max() + _LONGER * np.cumsum(step)
     starts = items.length_before[first + 1 : end + 1]
@@ -89,7 +83,8 @@ def _choose(
     row, within = ragged(high - low + 1)
     item = first + low[row] + within
     segment, many = items.segment[item], pose.select(row)
-    u = unwrapped_u(path, segment, many, np.ones(len(row), dtype=bool), 0.0)
+    fresh = np.ones(len(row), dtype=bool)
+    u = unwrapped_u(path, segment, many, fresh, 0.0, None)
     on_line = np.flatnonzero(path.kind[segment] == SegmentKind.LINE)
     weight = (tip_bound / axis_bound)[(item - first)[on_line]]
     u[on_line] = straight_u(path, segment[on_line], many.tip[on_line], many.angles[on_line], weight)
@@ -104,29 +99,6 @@ def _choose(
     tip, axis, rotary = deviation(path, segment, u, many)
     off = np.maximum(tip / tip_bound[item - first], np.maximum(axis, rotary) / axis_bound[item - first])
     cost = _AT_BOUND * step[row] * off**2 + _BEYOND * np.maximum(off - _JUST_WITHIN, 0.0)
-    edges = np.append(np.flatnonzero(within == 0), len(row))
-    found = _follow(item, where, cost, edges, place, step)
+    first_of_row = np.append(np.flatnonzero(within == 0), len(row))
+    found = match_places(item, where, cost, first_of_row, place, step)
     return item[found], where[found], bool((off[found] <= _NEAR).all())
-
-
-def _follow(item: Ints, where: Array, cost: Array, edges: Ints, place: float, step: Array) -> Ints:
-    """The cheapest sequence of candidates (m,), one for each row (n,), whose items ascend; row k has those from ``edges[k]`` on.
-
-    A step to a row (n,) costs what it differs from the way between two candidates, and a candidate has its own ``cost`` (m,).
-    """
-    total, before = np.zeros(1), np.array([place])
-    item_before = np.array([-1])
-    came: list[Ints] = []
-    for k, (begin, end) in enumerate(pairwise(edges.tolist())):
-        ways = total[:, None] + np.abs(where[None, begin:end] - before[:, None] - step[k])
-        ways[item_before[:, None] > item[None, begin:end]] = np.inf
-        best = np.argmin(ways, axis=0)
-        total = ways[best, np.arange(end - begin)] + cost[begin:end]
-        before, item_before = where[begin:end], item[begin:end]
-        came.append(best)
-    found = np.empty(len(step), dtype=np.int64)
-    chosen = int(np.argmin(total))
-    for k in range(len(step) - 1, -1, -1):
-        found[k] = edges[k] + chosen
-        chosen = int(came[k][chosen])
-    return found

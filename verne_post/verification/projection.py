@@ -47,7 +47,9 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
         return Measured(self.q[rows], self.tip[rows], self.angles[rows])
 
 
-def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
+def unwrapped_u(
+    path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float, bounds: tuple[Array, Array] | None
+) -> Array:
     """Parameter u of the nearest point of the segment, not limited to [0, 1].
 
     Parameters
@@ -57,7 +59,10 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, 
     fresh : ndarray of bool, shape (n,)
         True where a row is the first one of its segment.
     u_before : float
-        u of the row before the first, where that row is on the same segment (arcs of several turns).
+        u of the row before the first, where that row is on the same segment (arcs of several turns, splines).
+    bounds : two ndarrays, shape (n,), or None
+        How far tip (mm) and angles (rad) of rows may be from their places, where a spline comes near itself. None: each row is
+        looked at by itself.
     """
     u = straight_u(path, segment, measured.tip, measured.angles, RADIAN_MM)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
@@ -65,7 +70,8 @@ def unwrapped_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, 
         u[arc] = _arc_u(path, segment[arc], measured.select(arc), _first_rows(arc, fresh), u_before)
     spline = np.flatnonzero(path.spline[segment] >= 0)
     if len(spline):
-        u[spline] = _spline_u(path, segment[spline], measured.select(spline), _first_rows(spline, fresh), u_before)
+        first, some = _first_rows(spline, fresh), None if bounds is None else (bounds[0][spline], bounds[1][spline])
+        u[spline] = _spline_u(path, segment[spline], measured.select(spline), first, u_before, some)
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
@@ -140,11 +146,13 @@ def _measure(path: ToolPath, segment: Ints) -> tuple[MeasuredSplines, Ints]:
     return measure_splines(path.splines.pieces.select(pieces), RADIAN_MM), piece
 
 
-def _spline_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
+def _spline_u(
+    path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float, bounds: tuple[Array, Array] | None
+) -> Array:
     """As :func:`unwrapped_u`, on splines."""
     splines, piece = _measure(path, segment)
     pose = np.concatenate([measured.tip, measured.angles - path.start[segment, 3:]], axis=1)
-    return project(splines, piece, pose, fresh, u_before, RADIAN_MM)
+    return project(splines, piece, pose, fresh, u_before, RADIAN_MM, bounds)
 
 
 def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array, radian_mm: Array) -> Array:

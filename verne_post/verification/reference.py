@@ -5,8 +5,9 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.base.arrays import Array
-from verne_post.base.tolerances import PATH_TIP_MM, ROUNDING_SHARES, SHARE_ROUNDING
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM, ROUNDING_SHARES, SHARE_ROUNDING
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointFormat
@@ -86,6 +87,17 @@ class Reference(Struct, frozen=True, eq=False):
     derivative_limits: tuple[Array, ...]
     cycle: float
     noise: RoundingNoise
+
+    def bounds(self, segment: Ints) -> tuple[Array, Array]:
+        """How far rows may be from segments (n,): tip (mm), and tool axis and rotary angle (rad); (n,) both.
+
+        PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, and what rounding to
+        coarse decimals adds.
+        """
+        return (
+            np.maximum(PATH_TIP_MM, self.tip_tolerance[segment]) + self.noise.coarse * self.noise.tip,
+            np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[segment]) + self.noise.angle,
+        )
 
 
 def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat) -> Reference:

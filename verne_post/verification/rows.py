@@ -236,7 +236,8 @@ class RowMatcher:
         row = row[~measure_deviation(self.reference, segment[row], u[row], pose.select(row)).within]
         later = items.next_group[group[row]]
         other, some = items.segment[items.group_first[later]], pose.select(row)
-        other_u = unwrapped_u(path, other, some, np.ones(len(row), dtype=bool), 0.0)
+        fresh = np.ones(len(row), dtype=bool)
+        other_u = unwrapped_u(path, other, some, fresh, 0.0, self.reference.bounds(other))
         found = np.flatnonzero(measure_deviation(self.reference, other, other_u, some).within)
         return (int(row[found[0]]), int(later[found[0]])) if len(found) else (-1, -1)
 
@@ -300,7 +301,8 @@ class RowMatcher:
             tip, angles, _axis, _ok = self.forward(some_q, path.tool_length[at])
             fresh = np.zeros(len(some_q), dtype=bool)
             fresh[0] = u_before is None
-            u = unwrapped_u(path, at, Measured(some_q, tip, angles), fresh, u_before or 0.0)
+            pose = Measured(some_q, tip, angles)
+            u = unwrapped_u(path, at, pose, fresh, u_before or 0.0, self.reference.bounds(at))
             past = np.flatnonzero(u >= close)
             if len(past):
                 return begin + int(past[0])
@@ -313,7 +315,7 @@ class RowMatcher:
         """Where on its segment (n,) each row is; on a dwell the start of the next segment, 1 after the last."""
         path = self.reference.path
         fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
-        u = unwrapped_u(path, segment, pose, fresh, self.last.u)
+        u = unwrapped_u(path, segment, pose, fresh, self.last.u, self.reference.bounds(segment))
         return np.where(self.reference.items.segment[item] < 0, np.where(rest < len(path), 0.0, 1.0), u)
 
     def _measure(

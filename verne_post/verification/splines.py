@@ -13,6 +13,7 @@ from verne_post.base.ragged import ragged
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.splines import Splines
+from verne_post.verification.matching import match_places
 
 #: Gauss-Legendre nodes of a panel, from 0 to 1, and their weights.
 _NODES, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(8))
@@ -192,56 +193,107 @@ def _find_panel(splines: MeasuredSplines, piece: Ints, length: Array) -> Ints:
 # --- projection ------------------------------------------------------------------------------
 
 
+class _Samples(Struct, frozen=True, eq=False):
+    """Places of pieces (k,): parameters ``at`` (r,) and poses (r, 5), those of piece i from ``first[i]`` on, ``first`` (k + 1,)."""
+
+    piece: Ints
+    first: Ints
+    at: Array
+    pose: Array
+
+
+class _Candidates(Struct, frozen=True, eq=False):
+    """Shares u (n, candidates) of places that poses may belong to, and how far the poses are from them (n, candidates, 5), weighted.
+
+    What is not found is infinitely far.
+    """
+
+    u: Array
+    off: Array
+
+    @property
+    def away(self) -> Array:
+        """Distances (n, candidates), mm."""
+        return np.asarray(np.linalg.norm(self.off, axis=2))
+
+    def with_more(self, rows: Ints, more: "_Candidates") -> "_Candidates":
+        """These and those of some rows (m,)."""
+        u, off = np.zeros((len(self.u), more.u.shape[1])), np.full((len(self.u), *more.off.shape[1:]), np.inf)
+        u[rows], off[rows] = more.u, more.off
+        return _Candidates(np.concatenate([self.u, u], axis=1), np.concatenate([self.off, off], axis=1))
+
+
 def project(
-    splines: MeasuredSplines, piece: Ints, pose: Array, fresh: Mask, u_before: float, radian_mm: float
-) -> Array:
+    splines: MeasuredSplines, piece: Ints, pose: Array, fresh: Mask, u_before: float, radian_mm: float,
+    bounds: tuple[Array, Array] | None,
+) -> Array:  # fmt: skip
     """Share u (n,) of the length of the tip at the places of pieces (n,) that are nearest to poses (n, 5).
 
-    Beyond both ends the curve goes on straight, there by shares of the metric length. Where a curve comes near itself, the place counts that goes on from the row
-    before; ``fresh`` (n,) marks first rows of a segment, and ``u_before`` is that of the row before the first.
+    Beyond both ends the curve goes on straight, there by shares of the metric length. Where a curve comes near itself, a row may
+    belong to any place within ``bounds``, of the tip (mm) and of the angles (rad), (n,) both: those count that follow from row
+    to row. None: the nearest. ``fresh`` (n,) marks first rows of a segment, and ``u_before`` is that of the row before the first.
     """
     weight = np.array([1.0, 1.0, 1.0, radian_mm, radian_mm])
-    u, away = _search(splines, splines.first, splines.at, splines.pose, piece, pose, weight, radian_mm)
-    far = np.flatnonzero(away.min(axis=1) > _EQUALLY_FAR_MM)
+    every = _Samples(np.arange(len(splines.pieces)), splines.first, splines.at, splines.pose)
+    found = _search(splines, every, piece, pose, weight, radian_mm)
+    far = np.flatnonzero(found.away.min(axis=1) > _EQUALLY_FAR_MM)
     if len(far):  # the few places of the panels may have missed a bend: look closer
         pieces, mine = np.unique(piece[far], return_inverse=True)
         low, high = _ends(splines.pieces, pieces)
-        at = low[:, None] + np.linspace(0.0, 1.0, _CLOSER) * (high - low)[:, None]
-        there = spline_points(splines.pieces, np.repeat(pieces, _CLOSER), at.ravel())
-        first = _CLOSER * np.arange(len(pieces) + 1)
-        closer = _search(splines, first, at.ravel(), there, mine, pose[far], weight, radian_mm, pieces)
-        nearer = closer[1].min(axis=1) < away[far].min(axis=1)
-        u[far[nearer]], away[far[nearer]] = closer[0][nearer], closer[1][nearer]
-    best = np.argmin(away, axis=1)
-    result = u[np.arange(len(u)), best]
-    several = (away <= away.min(axis=1, keepdims=True) + _EQUALLY_FAR_MM) & (np.abs(u - result[:, None]) > _SETTLED)
-    for row in np.flatnonzero(several.any(axis=1)).tolist():
-        before = (u_before if row == 0 else result[row - 1]) if not fresh[row] else 0.0
-        near = np.flatnonzero(away[row] <= away[row].min() + _EQUALLY_FAR_MM)
-        result[row] = u[row, near[np.argmin(np.abs(u[row, near] - before))]]
+        at = (low[:, None] + np.linspace(0.0, 1.0, _CLOSER) * (high - low)[:, None]).ravel()
+        there = spline_points(splines.pieces, np.repeat(pieces, _CLOSER), at)
+        closer = _Samples(pieces, _CLOSER * np.arange(len(pieces) + 1), at, there)
+        found = found.with_more(far, _search(splines, closer, mine, pose[far], weight, radian_mm))
+    nearest = found.u[np.arange(len(piece)), np.argmin(found.away, axis=1)]
+    if bounds is None:
+        return nearest
+    share = np.maximum(
+        np.linalg.norm(found.off[..., :3], axis=2) / bounds[0][:, None],
+        np.abs(found.off[..., 3:]).max(axis=2) / (radian_mm * bounds[1][:, None]),
+    )
+    possible = (share <= 1.0) | (found.away <= found.away.min(axis=1, keepdims=True) + _EQUALLY_FAR_MM)
+    return _choose_places(found.u, possible, nearest, splines.total(piece), pose, fresh, u_before)
+
+
+def _choose_places(
+    u: Array, possible: Mask, nearest: Array, total: Array, pose: Array, fresh: Mask, u_before: float
+) -> Array:
+    """Of the possible shares u (n, candidates), that of each row (n,): the nearest (n,), where several are, by the rows beside."""
+    several: Mask = np.any(possible & (np.abs(u - nearest[:, None]) > _SETTLED), axis=1)
+    if not several.any():
+        return nearest
+    result = nearest.copy()
+    step = row_norm(np.diff(pose[:, :3], axis=0, prepend=pose[:1, :3]))
+    begins = np.flatnonzero(several & (fresh | ~np.append(False, several[:-1])))
+    # the row after them, which is not doubtful, decides too
+    ends = np.flatnonzero(~np.append(several[:-1] & ~fresh[1:], False)) + 1
+    for begin, end in zip(begins.tolist(), ends[np.searchsorted(ends, begins, side="right")].tolist(), strict=True):
+        row, candidate = np.nonzero(possible[begin:end])
+        row += begin
+        before = 0.0 if fresh[begin] else (result[begin - 1] if begin else u_before)
+        found = match_places(
+            np.zeros(len(row), dtype=np.int64), u[row, candidate] * total[row], np.zeros(len(row)),
+            np.searchsorted(row, np.arange(begin, end + 1)), before * total[begin], step[begin:end],
+        )  # fmt: skip
+        result[begin:end] = u[row, candidate][found]
     return result
 
 
 def _search(
-    splines: MeasuredSplines, first: Ints, at: Array, there: Array, piece: Ints, pose: Array, weight: Array,
-    radian_mm: float, number: Ints | None = None,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Shares u and distances (n, candidates) of places locally nearest to poses (n, 5).
-
-    They are sought from the nearest of some poses ``there`` of each piece, at parameters ``at``, whose rows begin at
-    ``first``; ``number`` are the numbers of those pieces, where they are not all.
-    """
-    u, away = np.zeros((len(piece), _CANDIDATES)), np.full((len(piece), _CANDIDATES), np.inf)
-    for begin in range(0, len(piece), _ROWS):
-        mine, poses = piece[begin : begin + _ROWS], pose[begin : begin + _ROWS]
-        row, local = _find_candidates(first, there, mine, poses, weight)
+    splines: MeasuredSplines, samples: _Samples, own: Ints, pose: Array, weight: Array, radian_mm: float
+) -> _Candidates:
+    """Places locally nearest to poses (n, 5), sought from the nearest of the samples of each, whose number is ``own`` (n,)."""
+    u, off = np.zeros((len(own), _CANDIDATES)), np.full((len(own), _CANDIDATES, 5), np.inf)
+    first, at = samples.first, samples.at
+    for begin in range(0, len(own), _ROWS):
+        mine, poses = own[begin : begin + _ROWS], pose[begin : begin + _ROWS]
+        row, local = _find_candidates(first, samples.pose, mine, poses, weight)
         rows, place = np.nonzero(local)
         row, owner = row[rows, place], mine[rows]
         low, high = at[np.maximum(row - 1, first[owner])], at[np.minimum(row + 1, first[owner + 1] - 1)]
-        whole = owner if number is None else number[owner]
-        found = _refine(splines, whole, poses[rows], (low, at[row], high), weight, radian_mm)
-        u[begin + rows, place], away[begin + rows, place] = found
-    return u, away
+        found = _refine(splines, samples.piece[owner], poses[rows], (low, at[row], high), weight, radian_mm)
+        u[begin + rows, place], off[begin + rows, place] = found
+    return _Candidates(u, off)
 
 
 def _find_candidates(first: Ints, there: Array, piece: Ints, pose: Array, weight: Array) -> tuple[Ints, Mask]:
@@ -263,7 +315,7 @@ def _refine(
     splines: MeasuredSplines, piece: Ints, pose: Array, within: tuple[Array, Array, Array], weight: Array,
     radian_mm: float,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Shares u and distances (n,) of the nearest places of pieces (n,), ``within`` a parameter, from another, to a third."""
+    """Shares u (n,) of the nearest places of pieces (n,), ``within`` a parameter, from another, to a third, and poses less them."""
     low, at, high = within
     for _ in range(_REFINEMENTS):  # Gauss-Newton
         point, slope = spline_slopes(splines.pieces, piece, at)
@@ -281,4 +333,4 @@ def _refine(
     along = np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1)
     ahead = np.where(at >= high, np.maximum(along, 0.0), np.where(at <= low, np.minimum(along, 0.0), 0.0))
     u += ahead * row_norm(slope) / np.maximum(splines.total_metric(piece), ZERO_LENGTH_MM)
-    return u, row_norm(off - ahead[:, None] * slope)
+    return u, off - ahead[:, None] * slope
