@@ -19,7 +19,7 @@ from verne_post.cli import common
 from verne_post.gcode import recorder, words
 from verne_post.kinematics.checks import cover
 from verne_post.model.part_setup import Tool, WorkOffset
-from verne_post.toolpath import compensation, contour, fairing
+from verne_post.toolpath import branches, compensation, contour, fairing
 from verne_post.trajectory import plan, sample, tuning
 
 SAMPLES = Path(__file__).parents[1] / "gcode_samples"
@@ -127,11 +127,15 @@ def test_rows_do_not_depend_on_the_blocks(
 @pytest.mark.skipif(not can_fork(), reason="a process of this system cannot be forked")
 @pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
     (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
-        "compensate_part", "round_part", "open_spans", "make_grid", "_solve_group", "evaluate", "_excess_of_rows",
-        "_shift_stretches", "find", "make_block", "measure_some"}),
-    (mixed(), {}, 1000, {"compensate_part", "round_part", "open_spans", "_plan", "make_block", "measure_some"}),
-    (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {"open_spans", "make_block", "measure_some"}),
-    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {"compensate_part", "round_part", "open_spans"}),
+        "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "make_grid", "_solve_group", "evaluate",
+        "_excess_of_rows", "_shift_stretches", "find", "make_block", "measure_some", "_check_part", "_finish_part"}),
+    (mixed(), {}, 1000, {
+        "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "_plan", "make_block", "measure_some",
+        "_check_part", "_finish_part"}),
+    (mixed(), {"smoothing": "off", "override": 0.5, "slow_start": 5.0}, 1000, {
+        "is_legal", "open_spans", "make_block", "measure_some", "_check_part", "_finish_part"}),
+    (finishing(300).replace(b"M2", b"Z900 M2"), {}, 1, {
+        "is_legal", "try_branch", "fair_part", "compensate_part", "round_part", "open_spans"}),
 ], ids=["one section", "many sections", "slow start", "refused"])  # fmt: skip
 def test_rows_do_not_depend_on_the_processes(
     source: bytes, option: dict[str, Any], long_section: int, steps: set[str], machine: Machine,
@@ -143,6 +147,8 @@ def test_rows_do_not_depend_on_the_processes(
     monkeypatch.setattr(tuning, "SHARED_ROWS", 256)
     monkeypatch.setattr(tuning, "GRID_ELEMENTS", 128)
     monkeypatch.setattr(tuning, "TOGETHER_VALUES", 2000)
+    monkeypatch.setattr(branches, "CHUNK_SEGMENTS", 64)
+    monkeypatch.setattr(fairing, "LONGEST", 64)
     monkeypatch.setattr(contour, "ROUNDED_SEGMENTS", 64)
     monkeypatch.setattr(compensation, "COMPENSATED_VERTICES", 64)
     monkeypatch.setattr(verify, "MEASURED_ROWS", 128)

@@ -146,36 +146,20 @@ def test_a_killed_process_is_named() -> None:
 
 @needs_fork
 @pytest.mark.parametrize("jobs", [1, 2, 3])
-def test_the_last_process_alone_does_what_is_left_to_it(jobs: int) -> None:
+def test_an_item_has_its_process_in_every_map(jobs: int) -> None:
+    """What a function changes stays there: with an item for each process it goes on from what it did before."""
     counted = 0
 
-    def count() -> tuple[int, int]:
+    def count(_item: int) -> tuple[int, int]:
         nonlocal counted
         counted += 1
         return counted, os.getpid()
 
     with work_together(jobs) as team:
-        found = [team.leave_to_last(count) for _ in range(3)]
         pids = list(team.map(lambda _rank: os.getpid(), range(jobs)))
-        known = list(team.map(lambda _rank: (found, counted), range(jobs)))
-    assert found == [(1, pids[-1]), (2, pids[-1]), (3, pids[-1])]
-    assert known == [(found, 0)] * (jobs - 1) + [(found, 3)]
-
-
-@needs_fork
-def test_an_error_of_what_is_left_to_the_last_process_is_raised_in_all() -> None:
-    def fail() -> None:
-        raise SolverError(finding("VP420", "too fast", line=7))
-
-    with work_together(2) as team, pytest.raises(SolverError) as caught:
-        team.leave_to_last(fail)
-    assert caught.value.findings[0].line == 7
-
-
-@needs_fork
-def test_a_last_process_that_is_killed_is_named() -> None:
-    with pytest.raises(ChildProcessError, match="was killed"), work_together(2) as team:
-        team.leave_to_last(lambda: os.kill(os.getpid(), signal.SIGKILL))
+        found = [list(team.map(count, range(jobs))) for _ in range(3)]
+    assert len(set(pids)) == jobs
+    assert found == [[(number, pid) for pid in pids] for number in (1, 2, 3)]
 
 
 @pytest.mark.parametrize(("n", "most", "parts"), [

@@ -130,7 +130,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     InputError
         VP0xx: it cannot be read, means nothing on this machine, or contains no motion.
     """
-    draft = replace(read_draft(source, machine, options), team=team)
+    draft = read_draft(source, machine, options, team)
     for stage in STAGES:
         draft = stage(draft)
     assert draft.contour is not None
@@ -213,20 +213,20 @@ def shaper_of(machine: Machine, options: Options, cycle: float) -> Array:
 # --- the stages ----------------------------------------------------------------------------------------
 
 
-def read_draft(source: Text, machine: Machine, options: Options) -> Draft:
+def read_draft(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Draft:
     """Text -> moves -> tool path on the branches of the table that keep the limits; ``from_line`` -> where a restart begins."""
     check_source_text(source, options.source_name)
     setup = machine_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     machine = choose_axis_correction(machine, options, moves)
     restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)
-    path, branches = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)
+    path, branches = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind, team=team)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
     findings = (*check_setup(moves, path, machine, options), *moves.findings)
-    return Draft(machine, options, moves, restart, path, branches, findings=findings)
+    return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 
 
 def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> Machine:

@@ -3,6 +3,7 @@
 Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have passed.
 """
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -30,6 +31,7 @@ from verne_post.output.setpoints import column_names
 from verne_post.trajectory.event_rows import EventRows
 from verne_post.trajectory.sample import RowSampler
 from verne_post.trajectory.shaper import shape_rows
+from verne_post.verification.verifier import MeasuredBlock, VerifierPart, join_verdicts
 
 
 def convert_source(
@@ -92,7 +94,7 @@ def _write(
 ) -> tuple[Verification, tuple[TimedEvent, ...]]:
     """Make, verify and hand over every row; returns the verdict, and when each event happens.
 
-    Of several processes, the one that leads hands rows over while the last one checks them.
+    Of several processes, the one that leads hands rows over while another one checks them.
     """
     verifier, team = verifier_of(plan.program, fmt), plan.program.team
     events, before = _events(plan.program)
@@ -103,12 +105,20 @@ def _write(
         take(block)
         if progress is not None:
             progress("writing", block.first + len(block.values), plan.timeline.n_rows)
-        team.leave_to_last(partial(verifier.check, measured))
+        deque(team.map(partial(_check_part, measured), verifier.parts), maxlen=0)
     event_rows.finish()
     timed = zip(event_rows.row, event_rows.numbers, events, strict=True)
-    return team.leave_to_last(verifier.finish), tuple(
+    return join_verdicts(team.map(_finish_part, verifier.parts)), tuple(
         TimedEvent(int(row), tuple(numbers.tolist()), event) for row, numbers, event in timed
     )
+
+
+def _check_part(measured: MeasuredBlock, part: VerifierPart) -> None:
+    part.check(measured)
+
+
+def _finish_part(part: VerifierPart) -> Verification:
+    return part.finish()
 
 
 def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:

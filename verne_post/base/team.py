@@ -46,6 +46,8 @@ class Team:
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
         """Results of a function for each item, in their order; those of other processes are copies, by pickle.
 
+        Item k is for process k, modulo their number. What the function changes, it changes there alone.
+
         An error of the function is raised when its item is reached.
 
         Raises
@@ -64,24 +66,6 @@ class Team:
                 if error is not None:
                     raise error
                 yield result
-
-    def leave_to_last(self, function: Callable[[], Result]) -> Result:
-        """The result of a function that the last process alone calls, while the others finish what they did before.
-
-        What the function changes, it changes in that process. Its errors are raised in all.
-
-        Raises
-        ------
-        ChildProcessError
-            Another process was killed.
-        """
-        if self._size == 1:
-            return function()
-        last = self._rank == self._size - 1
-        ((result, error),) = self._exchange([_try(_call, function)] if last else [])[-1]
-        if error is not None:
-            raise error
-        return result
 
     def _exchange(self, mine: list[Any]) -> list[list[Any]]:
         """What each process has, by rank."""
@@ -161,10 +145,6 @@ def _leave_to_leader() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes; the one that leads says so
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
-
-
-def _call(function: Callable[[], Result]) -> Result:
-    return function()
 
 
 def _try(function: Callable[[Item], Result], item: Item) -> tuple[Result | None, Exception | None]:

@@ -4,6 +4,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
@@ -15,11 +16,12 @@ from verne_post.toolpath.evaluate import pose
 
 
 def choose_branches(
-    moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool
+    moves: Moves, machine: Machine, orientation: str, *, allow_rewind: bool, team: Team = ALONE
 ) -> tuple[ToolPath, BranchPlan | None]:
     """Build the tool path on the branches of the table that keep the limits; returns it, and the plan.
 
-    ``orientation`` as for :func:`build_path`; with ``allow_rewind`` the table may turn between feed moves.
+    ``orientation`` as for :func:`build_path`; with ``allow_rewind`` the table may turn between feed moves;
+    the processes of ``team`` try branches.
 
     A program with A and C words stays as it is where the table may not rewind: the limits that it breaks are findings.
     """
@@ -38,7 +40,7 @@ def choose_branches(
                 clear = (machine.five_axis.geometry_margins(q, angles, platform) >= errors).all(axis=1)
             return ok & inside & clear
 
-        plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])))
+        plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])), team)
         if plan is None:
             return None
         chosen.append(plan)

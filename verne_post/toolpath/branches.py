@@ -19,7 +19,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import blocks
+from verne_post.base.columns import release_memory
+from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, TRAVEL_STEP, ZERO_ANGLE
 from verne_post.model.branch import AS_PROGRAMMED, Branch
 from verne_post.model.toolpath import ToolPath
@@ -78,7 +79,7 @@ class BranchPlan(Struct, frozen=True, eq=False):
     legal: bool
 
 
-def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> BranchPlan | None:
+def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team = ALONE) -> BranchPlan | None:
     """Choose the branch of every segment; None where the programmed one is legal throughout, or nothing is better.
 
     Parameters
@@ -88,15 +89,17 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float]) ->
     legal : callable
     c_range : tuple of float
         Travel of C, rad; infinite where it is unlimited.
+    team : Team
+        The processes that try segments.
     """
     free, n = path.free, len(path)
-    if not free.any() and _is_legal_throughout(path, legal, c_range):
+    if not free.any() and _is_legal_throughout(path, legal, c_range, team):
         return None
     onward = _find_onward(path)
     start = path.start.copy()
     start[onward, 3:] = path.end[onward, 3:]
     path = replace(path, start=start)
-    possible = tuple(_check_branch(path, legal, Branch(flip, 0)) for flip in (0, 1))
+    possible = tuple(_check_branch(path, legal, Branch(flip, 0), team) for flip in (0, 1))
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
     choice = _Choice(path, onward, _find_states(path, c_range), possible, c_range)
     breaks = _find_breaks(path, vertical)
@@ -146,23 +149,26 @@ def _find_onward(path: ToolPath) -> Mask:
     return onward
 
 
-def _is_legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float]) -> bool:
+def _is_legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team) -> bool:
     """Whether every segment can be driven as it is programmed."""
     low, high = c_range
-    for begin, end in blocks(len(path)):
-        for first in range(begin, end, CHUNK_SEGMENTS):
-            rows = np.arange(first, min(first + CHUNK_SEGMENTS, end))
-            c = np.stack([path.start[rows, 4], path.end[rows, 4]])
-            if c.min() < low or c.max() > high or not _check_segments(path, legal, AS_PROGRAMMED, rows).all():
-                return False
-    return True
+
+    def is_legal(part: tuple[int, int]) -> bool:
+        release_memory()
+        rows = np.arange(*part)
+        c = np.stack([path.start[rows, 4], path.end[rows, 4]])
+        return bool(c.min() >= low and c.max() <= high and _check_segments(path, legal, AS_PROGRAMMED, rows).all())
+
+    return all(team.map(is_legal, split_evenly(len(path), CHUNK_SEGMENTS)))
 
 
-def _check_branch(path: ToolPath, legal: Legal, branch: Branch) -> Mask:
+def _check_branch(path: ToolPath, legal: Legal, branch: Branch, team: Team) -> Mask:
     """Whether each segment can be driven on a branch, C's travel aside."""
-    n = len(path)
-    chunks = (np.arange(first, min(first + CHUNK_SEGMENTS, n)) for first in range(0, n, CHUNK_SEGMENTS))
-    return np.concatenate([np.empty(0, dtype=bool), *(_check_segments(path, legal, branch, rows) for rows in chunks)])
+
+    def try_branch(part: tuple[int, int]) -> Mask:
+        return _check_segments(path, legal, branch, np.arange(*part))
+
+    return np.concatenate([np.empty(0, dtype=bool), *team.map(try_branch, split_evenly(len(path), CHUNK_SEGMENTS))])
 
 
 def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: Ints) -> Mask:

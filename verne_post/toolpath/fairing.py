@@ -58,7 +58,7 @@ def fair_path(
     moves : Moves
         For the G61 and G64 in force.
     team : Team
-        The processes that compensate.
+        The processes that fair and compensate.
     """
     n = len(path)
     vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), free=(bool,), tip=(float,), axis=(float,))
@@ -84,7 +84,7 @@ def fair_path(
         )  # fmt: skip
     columns = table.columns()
     programmed = vertex.column()
-    moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"])
+    moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"], team)
     bounds = columns["tip"] / FAIRING_SHARE, columns["axis"] / FAIRING_SHARE
     moved, chain = compensate_blends(programmed, moved, s, columns["free"], left.chords, *bounds, team)
     ends = GrowingTable(start=(float, 5), end=(float, 5))
@@ -97,7 +97,9 @@ def fair_path(
     return replace(path, **ends.columns()), chain
 
 
-def fair_vertices(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array) -> Array:
+def fair_vertices(
+    vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bound: Array, team: Team = ALONE
+) -> Array:
     """Move vertices (n + 1, 5) within bounds.
 
     Parameters
@@ -110,14 +112,20 @@ def fair_vertices(vertex: Array, s: Array, soft: Mask, tip_bound: Array, axis_bo
         Corners between straight feed moves that may be blended, and are no features (:func:`find_features`).
     tip_bound, axis_bound : ndarray, shape (n + 1,)
         How far each may move, mm and rad; above 0 where it is soft.
+    team : Team
+        The processes that fair stretches.
     """
-    moved = Growing(float, 5)
-    for first, last, begin, end in _find_stretches(soft):
-        moved.copy(vertex[moved.count : begin])
+
+    def fair_part(part: tuple[int, int, int, int]) -> tuple[int, Array]:
+        first, last, begin, end = part
         rows = slice(first, last)
-        moved.extend(
-            _fair_stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])[begin - first : end - first]
-        )
+        faired = _fair_stretch(vertex[rows], s[rows], tip_bound[rows], axis_bound[rows])
+        return begin, faired[begin - first : end - first]
+
+    moved = Growing(float, 5)
+    for begin, faired in team.map(fair_part, _find_stretches(soft)):
+        moved.copy(vertex[moved.count : begin])
+        moved.extend(faired)
     moved.copy(vertex[moved.count :])
     return moved.column()
 

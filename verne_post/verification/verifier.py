@@ -4,6 +4,9 @@ It is handed the programmed segments as data and the forward kinematics as a fun
 """
 
 import math
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Protocol
 
 from msgspec import Struct
 
@@ -19,7 +22,7 @@ from verne_post.verification.completeness import CompletenessCheck
 from verne_post.verification.dynamics import DynamicsCheck
 from verne_post.verification.feed import FeedCheck
 from verne_post.verification.path import PathCheck
-from verne_post.verification.reference import build_reference
+from verne_post.verification.reference import Reference, build_reference
 from verne_post.verification.rows import Forward, LostPath, MeasuredRows, RowMatcher
 
 
@@ -47,28 +50,29 @@ class Verifier:
         How the rows are rounded, and their cycle.
     axis_error_limit : float
         How far the true tool axis may be from that of the nominal angles, rad.
+
+    Attributes
+    ----------
+    parts : tuple of VerifierPart
+        What checks the measured rows. They share no state: each may be left to a process of its own.
     """
 
     def __init__(
         self, contour: Contour, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat,
         axis_error_limit: float = math.inf,
     ) -> None:  # fmt: skip
-        self._axis_error_limit = axis_error_limit
         reference = build_reference(contour, limits, columns, fmt)
-        self._derivative_limits = reference.derivative_limits
-        self._findings = FindingCollector()
         self._matcher = RowMatcher(reference, forward)
-        self._dynamics = DynamicsCheck(reference, self._findings)
-        self._path = PathCheck(reference, self._findings)
-        self._completeness = CompletenessCheck(reference, self._findings)
-        self._between = BetweenRowsCheck(reference, self._findings)
-        self._feed = FeedCheck(reference, self._findings)
-        self._result = Verification()
         self._lost = False
+        self.parts: tuple[VerifierPart, ...] = (
+            _PathPart(reference), _MotionPart(reference, self._matcher, axis_error_limit),
+        )  # fmt: skip
 
     def feed(self, block: SetpointBlock) -> None:
         """Check the next rows."""
-        self.check(self.measure(block))
+        measured = self.measure(block)
+        for part in self.parts:
+            part.check(measured)
 
     def measure(self, block: SetpointBlock) -> MeasuredBlock:
         """Match the next rows with the program, and measure them."""
@@ -78,8 +82,63 @@ class Verifier:
         self._lost = lost is not None
         return MeasuredBlock(block, parts, lost)
 
+    def finish(self) -> Verification:
+        """Check the end of the file and return the verdict."""
+        return join_verdicts(part.finish() for part in self.parts)
+
+
+def join_verdicts(verdicts: Iterable[Verification]) -> Verification:
+    """The verdict of all parts of a verifier, from those of each; findings by their codes."""
+    path, motion = verdicts
+    found = sorted([*motion.findings, *path.findings], key=lambda item: item.code)
+    return replace(
+        motion, tip_deviation_mm=path.tip_deviation_mm, axis_deviation_deg=path.axis_deviation_deg, findings=found
+    )
+
+
+class VerifierPart(Protocol):
+    """Some of the checks."""
+
     def check(self, measured: MeasuredBlock) -> None:
-        """Check the next rows that have been measured."""
+        """Check the next rows."""
+
+    def finish(self) -> Verification:
+        """Check the end of the file; returns what these checks found, the rest as it is at the beginning."""
+
+
+class _PathPart:
+    """How far the rows are from the program."""
+
+    def __init__(self, reference: Reference) -> None:
+        self._findings = FindingCollector()
+        self._path = PathCheck(reference, self._findings)
+
+    def check(self, measured: MeasuredBlock) -> None:
+        for rows in measured.parts:
+            self._path.check(rows)
+
+    def finish(self) -> Verification:
+        return Verification(
+            tip_deviation_mm=self._path.tip_deviation, axis_deviation_deg=self._path.axis_deviation * DEG_PER_RAD,
+            findings=self._findings.findings,
+        )  # fmt: skip
+
+
+class _MotionPart:
+    """Whether the joints, and the progress from row to row, are as they should be."""
+
+    def __init__(self, reference: Reference, matcher: RowMatcher, axis_error_limit: float) -> None:
+        self._matcher, self._axis_error_limit = matcher, axis_error_limit
+        self._derivative_limits = reference.derivative_limits
+        self._findings = FindingCollector()
+        self._dynamics = DynamicsCheck(reference, self._findings)
+        self._completeness = CompletenessCheck(reference, self._findings)
+        self._between = BetweenRowsCheck(reference, self._findings)
+        self._feed = FeedCheck(reference, self._findings)
+        self._result = Verification()
+        self._lost = False
+
+    def check(self, measured: MeasuredBlock) -> None:
         block, lost = measured.block, measured.lost
         if not len(block.values):
             return
@@ -89,15 +148,14 @@ class Verifier:
         nearest = self._dynamics.check(block)
         for rows in measured.parts:
             first = rows.first - block.first
-            self._path.check(rows)
             self._completeness.check(rows)
             self._between.check(rows)
             self._feed.check(rows, nearest[first : first + len(rows.item)])
         if lost is not None:
+            self._lost = True
             self._findings.add(lost.code, f"row {block.first + lost.row}{lost.text}", int(block.line[lost.row]))
 
     def finish(self) -> Verification:
-        """Check the end of the file and return the verdict."""
         result = self._result
         if result.n_rows == 0:
             self._findings.add("VP412", "the file has no rows", None)
@@ -110,8 +168,6 @@ class Verifier:
             worst / limit for worst, limit in zip(self._dynamics.worst, self._derivative_limits, strict=True)
         )
         result.feed_ratio, result.feed_line = self._feed.ratio, self._feed.line
-        result.tip_deviation_mm = self._path.tip_deviation
-        result.axis_deviation_deg = self._path.axis_deviation * DEG_PER_RAD
         result.axis_error_deg = self._matcher.axis_error * DEG_PER_RAD
         result.slow = self._feed.slow_seconds()
         result.findings = self._findings.findings
