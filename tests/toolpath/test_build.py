@@ -353,10 +353,11 @@ def test_dwells_before_and_between(path_of):
     assert path.dwell_seconds.tolist() == [1.0, 2.0, 3.0]
 
 
-def test_a_dwell_of_zero_is_none(path_of):
+def test_a_dwell_of_no_time_is_a_stop(path_of):
     path = path_of("G1 X41 Y12 Z33\nG4 P0\nG1 X43 Y16 Z39")
-    assert joints_of(path) == [True]
-    assert len(path.dwell_section) == 0
+    assert joints_of(path) == [False]
+    assert path.dwell_section.tolist() == [1]
+    assert path.dwell_seconds.tolist() == [0.0]
 
 
 def test_sections_are_numbered_in_order(path_of):

@@ -39,7 +39,7 @@ BODIES: dict[str, tuple[str, set[tuple[int, int]]]] = {
     "G64 P0 in the middle": ("G1 X5\nY5\nG64 P0\nX0\nG64 P0.1\nX9 Y15\nX0", {(4, 6), (6, 8)}),
     "a dwell": ("G1 X5\nG4 P0.1\nY5\nX0", {(3, 5)}),
     "a dwell along a line": ("G1 X5\nG4 P0.1\nX7\nX9", {(3, 5)}),
-    "a dwell of no time": ("G1 X5\nG4 P0\nY5\nX0", set()),
+    "a dwell of no time": ("G1 X5\nG4 P0\nY5\nX0", {(3, 5)}),
     "a reversal": ("G1 X5\nX0\nY5", {(3, 4)}),
     "rapids flow": ("G0 X5\nG1 Y5\nG0 X0\nZ50", set()),
     "a change of feed on a line": ("G1 X5\nX9 F2000\nX12 F500", set()),

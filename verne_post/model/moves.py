@@ -290,8 +290,8 @@ class Moves(Struct, frozen=True):
 
     @property
     def dwells(self) -> NDArray[np.intp]:
-        """Numbers of the moves that are dwells of some length, as the tool path has them."""
-        return np.flatnonzero((self.kind == MoveKind.DWELL) & (self.feed > 0))
+        """Numbers of the moves that are dwells, as the tool path has them; one of no time is a stop."""
+        return np.flatnonzero(self.kind == MoveKind.DWELL)
 
     def start_at(self, first: int, first_event: int, switched: tuple[Event, ...]) -> "Moves":
         """The moves from number ``first`` on, and the events from ``first_event`` on after those of ``switched``."""
