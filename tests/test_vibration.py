@@ -140,6 +140,18 @@ def test_a_program_ends_with_an_arc_that_its_tolerance_hides(
     assert not vp.verify(short, program, machine, vp.Options(**OPTIONS)).ok
 
 
+@pytest.mark.parametrize(
+    "motion", ["G61 G1 X9 F6000", "G64 P0.05 G1 X20 F6000\nY20 A5"], ids=["stop to stop", "blended"]
+)
+def test_a_dwell_at_the_end_takes_its_own_time_alone(shaken: Callable[..., vp.Machine], motion: str) -> None:
+    """The last motion is as fast as without it."""
+    machine = shaken([[38.0, 0.02]], "ei")
+    alone, waiting = (
+        table(converted(f"G21 G90\nG0 X0 Y0 Z50 A0 C0\n{motion}\n{dwell}M2\n", machine)) for dwell in ("", "G4 P0.05\n")
+    )
+    assert np.abs(waiting - np.concatenate([alone, np.repeat(alone[-1:], 50, axis=0)])).max() == 0.0
+
+
 @pytest.mark.parametrize("shaper", ["zv", "ei"])
 @pytest.mark.parametrize("tolerance", [0.0005, 0.001, 0.0015, 0.003])
 def test_tolerances_as_small_as_those_of_exact_paths_are_shared(

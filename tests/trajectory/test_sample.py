@@ -95,15 +95,14 @@ def test_dwell_rows_carry_the_dwell_and_are_exactly_as_many_as_it_needs(cycle: f
 
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.002, 0.0029999999, 0.003, 0.0030000001, 1e-12])
 def test_dwell_of_any_length_is_rounded_up(seconds: float) -> None:
-    """However short it is, a dwell that is not zero has a row to itself."""
+    """However short it is, a dwell has a row to itself."""
     source = f"G21 G90 G94 G17\nG0 X0 Y0 Z20 A0 C0\nG4 P{seconds:.13f}\nX1\nG4 P{seconds:.13f}\nM2\n".encode()
     result = verne_post.convert(source, MACHINE, OPTIONS)
     assert [item.message for item in result.findings] == []
     assert result.setpoints is not None
-    needed = max(int(np.ceil(seconds / 0.001 - 1e-9)), 1 if seconds > 0 else 0)
+    needed = max(int(np.ceil(seconds / 0.001 - 1e-9)), 1)
     assert (result.setpoints.line == 3).sum() == needed
-    if needed:
-        assert (result.setpoints.line == 5).sum() == needed + 1  # and the last row of the file
+    assert (result.setpoints.line == 5).sum() == needed + 1  # and the last row of the file
 
 
 def test_row_at_a_joint_belongs_to_the_later_segment() -> None:

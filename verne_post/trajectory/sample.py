@@ -148,12 +148,16 @@ class RowSampler:
         flows = np.flatnonzero(moving & (profiles.continuous_first[owner] >= 0))
         s[flows] = profiles.continuous_s[profiles.continuous_first[owner[flows]] + row[flows]]
         first = self.section_begin[owner]
-        return owner, self.ends[first] - self.contour.length[first] + s
+        at = self.ends[first] - self.contour.length[first] + s
+        return owner, np.where(self._after_all(item), self.ends[-1], at)
 
     def _finished(self, k: Ints, item: Ints) -> Mask:
         """Rows k (n,) of items (n,) that stand at the end of their section: the last row, and dwells after all motion."""
-        after_all = (self.plan.section[item] < 0) & (self.next_section[item] < 0)
-        return np.asarray(after_all | (k == self.plan.first_row[item + 1]))
+        return np.asarray(self._after_all(item) | (k == self.plan.first_row[item + 1]))
+
+    def _after_all(self, item: Ints) -> Mask:
+        """Items (n,) that are dwells after all motion."""
+        return np.asarray((self.plan.section[item] < 0) & (self.next_section[item] < 0))
 
     def _locate(self, owner: Ints, at: Array, finished: Mask) -> tuple[Ints, Array]:
         """Element (n,) of sections (n,) and w (n,) at lengths of the path (n,)."""
