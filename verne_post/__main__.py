@@ -1,7 +1,6 @@
 """``python -m verne_post``, and the command ``verne-post``."""
 
 import gc
-import os
 import signal
 from typing import Final
 
@@ -13,7 +12,6 @@ GARBAGE_AFTER: Final = 200_000
 def run() -> None:
     """Load the command line, and run the command; an interruption while modules are loaded ends the process without a word."""
     gc.set_threshold(GARBAGE_AFTER)
-    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # it reads of every installed package whether it is one
     interrupt = signal.signal(signal.SIGINT, signal.SIG_DFL)
     from verne_post.cli.main import run as run_command
 

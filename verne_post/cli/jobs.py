@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
+from verne_post.cli.memory import keep_freed_memory
 from verne_post.cli.temporary import remove_all, temporary_folder, tidy_up_when_ended
 from verne_post.config.files import read_file
 from verne_post.model.findings import Finding, InputError, finding
@@ -295,11 +296,12 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_follow_parent)
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
 
 
-def _follow_parent() -> None:
+def _begin_worker() -> None:
     """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
+    keep_freed_memory()
     tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
     parent = parent_process()
     assert parent is not None

@@ -33,9 +33,9 @@ def is_fanuc(begin: bytes) -> bool:
     head = b"\n".join(begin.split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
-    without_comments = re.sub(rb"\([^)\n]*(?:\)|$)", b"", head, flags=re.MULTILINE)
     if _OPENING.match(head) is None:
         return False
+    without_comments = re.sub(rb"\([^)\n]*(?:\)|$)", b"", head, flags=re.MULTILINE)
     if _HERE.search(without_comments) and not _ADDITIONAL_CODE.search(without_comments):
         return False  # G10 L20 is an origin of G54.1 there, and the present place in RS274/NGC
     # read as Fanuc's, an RS274 text is refused or stays higher; the other way it would dwell for minutes

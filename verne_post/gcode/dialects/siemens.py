@@ -18,11 +18,11 @@ from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
 _HEADER_LINES: Final = 200
-#: What only these controls write.
+#: What only these controls write. That a letter must follow is said first: two thirds of the time goes to places where none does.
 _OWN: Final = re.compile(
-    rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
+    rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?=[A-Z])(?:(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
     rb"ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR|[ABC]SPLINE|DIAM(?:ON|OF|90)|SETMS|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"
-    rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ \t]*=[^=]|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\(",
+    rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ \t]*=[^=]|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\()",
     re.IGNORECASE | re.MULTILINE,
 )
 #: What they never write: words of other controls.
