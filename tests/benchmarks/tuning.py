@@ -44,6 +44,7 @@ WIDE = (0.1, 10.0)
 FACTORS: dict[str, tuple[float, ...]] = {
     "TIME_UNIT": HALF_TO_DOUBLE,
     "SHORT_ROWS": (0.01, 10.0),
+    "FEW_ROWS": (0.1, 5.0),
     "REPAIRED_RATIO": (0.995, 2.0),
     "VIRTUAL_ACCELERATION": HALF_TO_DOUBLE,
     "VIRTUAL_JERK": HALF_TO_DOUBLE,

@@ -66,7 +66,8 @@ def test_a_section_that_cannot_be_repaired_is_planned_finely(monkeypatch: pytest
     assert np.array_equal(plan_continuous(section, top, 1e-3).s, fine)
 
 
-def test_of_two_profiles_of_a_short_section_the_faster_is_kept() -> None:
+def test_of_two_profiles_of_a_short_section_the_faster_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tuning, "FEW_ROWS", 0)  # the one that is kept goes on to fewer rows, the other does not
     section, top = cornered(0.3, 5, 0.4, 50.0), limits(3)
     both = [len(plan_continuous(section, top, 0.01, replace(effort)).s) for effort in (NORMAL, OTHER)]
     assert len(plan_continuous(section, top, 0.01).s) == min(both)

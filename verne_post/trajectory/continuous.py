@@ -14,6 +14,7 @@ from verne_post.base.columns import Growing
 from verne_post.base.team import ALONE, Team
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
+from verne_post.trajectory.fewer_rows import try_fewer_rows
 from verne_post.trajectory.initial_profile import Solver, initial_profile
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.repair import repair_or_slow_down, repair_rows
@@ -91,7 +92,7 @@ def plan_continuous(
         # a better profile costs less than to repair this one, and is faster by far
         planned = _plan_with_effort(task, first.profile, bound, tuning.QUALITY)
     if planned.rows is not None and playback == AS_PLANNED:
-        return ContinuousProfile(planned.rows, bound)
+        return ContinuousProfile(try_fewer_rows(task, planned.rows), bound)
 
     def rows(slower: float) -> Array:
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)

@@ -260,6 +260,9 @@ FAR_RATIO: Final = 1.15
 #: More rows come over a stretch so long that the change of speed takes a share of the jerk only: its length cubed is
 #: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
 GENTLE_LENGTH: Final = 600.0
+#: Sections of at most so many rows are tried with one less, again and again: among 300 random programs those with 20 to 100 rows
+#: take 3 % less time, and planning them 50 % more CPU. Of 100 rows one is 1 %, which shifts hardly ever find.
+FEW_ROWS: Final = 100
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
 SMALLEST_STRAIN: Final = 1e-6
 
