@@ -114,6 +114,8 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
     "AIMED_RATIOS": ((1.0, 1.0, 1.0), (1.0002, 1.0015, 1.008)),
     "SPEED_SHARES": tuple(np.concatenate([[1.0], np.geomspace(0.97, 0.02, n)]) for n in (10, 90)),
     "ACCELERATION_SHARES": (np.array([1.0, 0.55, 0.12]), np.linspace(1.0, 0.1, 19)),
+    "UNEVEN_S": (0.1, 10.0),
+    "UNEVEN_RATIO": (1.2, 10.0),
     "STOP_TO_STOP_SHARE": (1.0 - 1e-4, 1.0),
 }
 #: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts;

@@ -348,3 +348,29 @@ NARROW = {
 @pytest.mark.parametrize("what", NARROW)
 def test_corners_beside_narrow_turns(what):
     made(f"G21 G90 G94 G17\n{NARROW[what]}M2\n".encode(), MACHINES["verne"])
+
+
+HAIRPINS = {
+    "exact, half a micrometer wide, after another curve": (
+        "G61\nF12000\nG5.2 X1 Y0 P1 L4\nX0 Y0 P1\nX0 Y1 P1\nG5.3\nG1 X-0.855 Y1.25\nG5.2 X-0.854 Y1 P1 L3\n"
+        "X-0.8532 Y1.2499 P0.301\nG5.3", 0.001,
+    ),
+    "blended, after an arc": (
+        "F1000\nG5.2 P1 L4\nX1 Y0 P1\nX0 Y1 P1\nX0 Y0 P1\nG5.3\nG3 X-0.075 Y0.24 I0.05 J0.13\n"
+        "G5.1 X-0.081 Y0.2437 I0.0652 J0", 0.001,
+    ),
+    "some nanometers wide, long cycles": (
+        "G64 P0.002\nF12000\nG5.1 X0.0005 Y0 I-0.0171 J-0.0004\nG5.1 X0.0034 Y0.026 I0.0185 J-0.0185\n"
+        "G1 X-0.0023 Y0.0234 Z40.0019\nG1 X-0.0074 Y0.0268\nG5.1 X-0.0178 Y0.0373 I0 J-0.0606", 0.01,
+    ),
+    "10 mm long, a hundred nanometers wide": ("F3000\nG5.1 X0 Y0.0001 I10 J0", 0.001),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", HAIRPINS)
+def test_hairpins_are_passed_and_verified(what):
+    """A bend that is narrower than rows can show does not slow the whole curve down: it took minutes, hours or all memory."""
+    body, cycle = HAIRPINS[what]
+    source = f"G21 G90 G94 G17 G64\nG0 X0 Y0 Z40 A0 C0\n{body}\nM2\n".encode()
+    result = made(source, MACHINES["serial"], cycle=cycle)
+    assert result.summary.cycle_time < 3.0

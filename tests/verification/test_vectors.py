@@ -444,3 +444,23 @@ def test_a_swing_that_turns_back_uses_the_axis_tolerance():
     assert made(
         "\n".join(["G0 Z80 A1.086 C0", "G43.5 F12000", f"G1 {points[0]}", *points[1:]]), MACHINES["verne"], cycle=0.001
     ).values.size
+
+
+# --- beside the pole of the table -------------------------------------------------------------------
+
+NEAR_POLE = {
+    "on both sides of it": ("G64 P0.009", "X0 Y0 I-0.0001 J0.0003 K1\nG1 X1 Y0 I0 J-0.0001 K1"),
+    "on both sides of it, a wide tolerance": ("G64 P0.236", "X0 Y0 I-0.00003 J-0.00006 K1\nG1 X6 Y0 I0 J0.0002 K1"),
+    "from beside it on": ("G64 P1", "X1 Y0 I0.00003 J0 K1\nG1 X0 Y0 I0.29 J0.3 K0.91"),
+}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("where", NEAR_POLE)
+def test_vectors_beside_the_pole_are_passed_and_verified(name, where):
+    """C turns far while the tool axis hardly moves: that is no other branch, and does not slow down what comes after it."""
+    mode, body = NEAR_POLE[where]
+    head = f"G21 G90 G94 G17 {mode}\nG43.5 H1 G0 X0 Y0 Z0 I0 J0 K1\nF3000\nG1 "
+    result = convert(f"{head}{body}\nM2\n".encode(), MACHINES[name], options())
+    assert result.ok, [item.message for item in result.findings]
+    assert result.summary.cycle_time < 5.0

@@ -83,8 +83,6 @@ class SplineSegments(Struct, frozen=True):
         Arc length of the tip, mm.
     turn : ndarray, shape (m,)
         Rotation over the piece: of the direction of the tip, and of both table angles, rad.
-    bend : ndarray, shape (m,)
-        Largest curvature of tip and angles together, by metric length, in rad per mm of the tip path.
     controls : ndarray, shape (p, 6)
         Bezier control points of each piece, seen from its first control point: coordinates times weights, and weights.
     first_part : ndarray of int64, shape (m,)
@@ -93,20 +91,32 @@ class SplineSegments(Struct, frozen=True):
         Parts of a piece by u, one after the other.
     parameter : ndarray, shape (r, 16)
         Chebyshev coefficients of the Bezier curve's parameter on each part.
+    bend : ndarray, shape (r,)
+        Largest curvature of tip and angles together on each part, by metric length, in rad per mm of the tip path.
     """
 
     pieces: Splines
     length: Array
     turn: Array
-    bend: Array
     controls: Array
     first_part: NDArray[np.int64]
     low: Array
     high: Array
     parameter: Array
+    bend: Array
 
     def __len__(self) -> int:
         return len(self.length)
+
+    def find_parts(self, row: Ints, u: Array) -> Ints:
+        """The parts (n,) on which u (n,) of pieces ``row`` (n,) are."""
+        part, last = self.first_part[row], np.append(self.first_part[1:], len(self.low))[row]
+        while True:  # parts of a piece are few
+            onward = part + 1 < last
+            onward[onward] = u[onward] > self.high[part[onward]]
+            if not onward.any():
+                return part
+            part = part + onward
 
 
 class ToolPath(Struct, frozen=True):

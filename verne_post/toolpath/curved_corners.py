@@ -48,6 +48,9 @@ SHORTENING: Final = 0.5
 SHORTENINGS: Final = 24
 #: Corners that are worked on at a time: enough that calls cost little, few enough that memory stays small.
 AT_A_TIME: Final = 256
+#: A blend that reaches less far is a stop, mm: the joints pass a corner of 1 rad so blended at 0.01 mm/s. Beside the pole of the
+#: table, where C turns far over a few nanometers, planning fails on shorter ones.
+LEAST_REACH: Final = 1e-5
 #: Gauss-Newton steps to the nearest pose of a segment.
 NEAREST: Final = 4
 
@@ -110,6 +113,7 @@ def blend_curved_corners(
         shape[some] = choose_curved_shapes(reaches, feed[some], limits, cycle)
         reach[some] = np.take_along_axis(reaches, shape[some, None], axis=1)[:, 0]
         reach[some] = shorten_blends(path, here, reach[some], partial(_displace_some, jump[some], shape[some]), bounds)
+    reach[reach < LEAST_REACH] = 0.0
     return reach, shape, jump
 
 

@@ -34,9 +34,9 @@ from verne_post.model.splines import GrowingSplines, Splines, no_splines
 from verne_post.model.toolpath import SplineSegments
 
 #: Columns of spline segments: of each piece, of each control point, of each part.
-_PIECES: Final = {"length": (float,), "turn": (float,), "bend": (float,), "first_part": (np.int64,)}
+_PIECES: Final = {"length": (float,), "turn": (float,), "first_part": (np.int64,)}
 _CONTROLS: Final = {"controls": (float, 6)}
-_PARTS: Final = {"low": (float,), "high": (float,), "parameter": (float, 16)}
+_PARTS: Final = {"low": (float,), "high": (float,), "parameter": (float, 16), "bend": (float,)}
 #: The curvature is looked at in so many places of each part, where its parameter is a polynomial of degree 15.
 _PLACES: Final = 24
 
@@ -138,9 +138,9 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
         VP031 where a curve stops or turns back at a point.
     """
     m = len(pieces)
-    length, turn, bend = np.zeros(m), np.zeros(m), np.zeros(m)
+    length, turn = np.zeros(m), np.zeros(m)
     controls, count = np.zeros((len(pieces.points), 6)), np.zeros(m, dtype=np.int64)
-    of_degree: list[tuple[NDArray[np.intp], EvenParts]] = []
+    of_degree: list[tuple[NDArray[np.intp], EvenParts, Array]] = []
     for degree, where in pieces.by_degree(np.arange(m)):
         points, weights, knots = pieces.of_degree(where, degree)
         bezier = bezier_controls(points - points[:, :1], weights, knots)
@@ -152,20 +152,20 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
             raise InputError(finding("VP031", text, line=at, last_line=at, worst_line=at))
         length[where] = parts.length
         count[where] = np.diff(parts.first, append=len(parts.low))
-        turn[where], bend[where] = _measure_turn(bezier, parts)
-        of_degree.append((where, parts))
+        turn[where], bends = _measure_turn(bezier, parts)
+        of_degree.append((where, parts, bends))
     first = (np.cumsum(count) - count).astype(np.int64)
     total = int(count.sum())
-    low, high, parameter = np.empty(total), np.empty(total), np.empty((total, 16))
-    for where, parts in of_degree:
+    low, high, parameter, bend = np.empty(total), np.empty(total), np.empty((total, 16)), np.empty(total)
+    for where, parts, bends in of_degree:
         owner, place = ragged(count[where])
         rows = first[where][owner] + place
-        low[rows], high[rows], parameter[rows] = parts.low, parts.high, parts.polynomial
-    return SplineSegments(pieces, length, turn, bend, controls, first, low, high, parameter)
+        low[rows], high[rows], parameter[rows], bend[rows] = parts.low, parts.high, parts.polynomial, bends
+    return SplineSegments(pieces, length, turn, controls, first, low, high, parameter, bend)
 
 
 def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
-    """Rotation (n,) over curves, of the tip's direction and of both angles, and their largest curvature (n,), by metric."""
+    """Rotation (n,) over curves, of the tip's direction and of both angles, and the largest curvature (r,) of parts, by metric."""
     n = len(controls)
     curve = np.repeat(np.arange(n), np.diff(parts.first, append=len(parts.low)))
     x = (np.arange(_PLACES) + 0.5) / _PLACES
@@ -182,8 +182,7 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
     across = second - (row_sum(first * second) / square)[:, None] * first
     curvature = row_norm(across) / np.sqrt(square)
     step = width * parts.length[curve[part]] / _PLACES
-    bend = np.zeros(n)
-    np.maximum.at(bend, curve[part], curvature)
+    bend = curvature.reshape(-1, _PLACES).max(axis=1)
     turn: Array = np.bincount(curve[part], weights=rate * step, minlength=n).astype(float)
     return turn, bend
 
@@ -193,17 +192,10 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
 
 def _on_curves(segments: SplineSegments, row: Ints, u: Array) -> Iterator[tuple[NDArray[np.intp], Array, Array, Array]]:
     """Places among (n,), Bezier control points, parameters and origins of segments ``row`` (n,) at u (n,), by degree."""
-    last = np.append(segments.first_part[1:], len(segments.low))
     pieces = segments.pieces
     for degree, where in pieces.by_degree(row):
         mine, at = row[where], u[where]
-        # the part that u is on: parts of a piece are few
-        part = segments.first_part[mine]
-        while True:
-            onward = (part + 1 < last[mine]) & (at > segments.high[part])
-            if not onward.any():
-                break
-            part = part + onward
+        part = segments.find_parts(mine, at)
         t = curve_parameter(segments.low[part], segments.high[part], segments.parameter[part], at)
         point = pieces.first_point[mine][:, None] + np.arange(degree + 1)
         yield where, segments.controls[point], t, pieces.points[point[:, 0]]

@@ -22,7 +22,7 @@ from verne_post.trajectory import tuning
 from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
-from verne_post.trajectory.visible import hidden, turn_rate, visible_speed
+from verne_post.trajectory.visible import Turning, hidden, visible_speed
 
 #: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
 ROWS_BETWEEN: Final = 2
@@ -108,11 +108,8 @@ class ContourSection:
         self.joints, self.first, self.cycle = joints, first, cycle
         contour = joints.contour
         self.breaks = running_sums(contour.length[first:last])
-        turned = Growing(float)  # by curves, over each element, rad
         curves = len(contour.path.arcs.sweep) + len(contour.path.splines)
-        for begin, end in blocks(last, first) if curves else ():
-            turned.extend(turn_rate(contour, np.arange(begin, end)) * contour.length[begin:end])
-        self.turned = running_sums(turned.column())
+        self.turning = Turning(contour, first, last) if curves else None
 
     @property
     def length(self) -> float:
@@ -134,9 +131,9 @@ class ContourSection:
         """Largest ds/dt (n,) at s (n,), mm/s: by the feed, and so that the rows show how arcs turn."""
         element, w = self.locate(s)
         cap = self.joints.speed_cap(element, w)
-        if len(self.turned) == 1:
+        if self.turning is None:
             return cap
-        return np.minimum(cap, visible_speed(self.joints.contour, element, self.cycle))
+        return np.minimum(cap, visible_speed(self.joints.contour, element, w, self.cycle))
 
     def hidden(self, s: Array) -> Array:
         """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, and arcs turn too far.
@@ -153,10 +150,7 @@ class ContourSection:
         return rows.q, self._hidden(s, element, w, (rows.tip, rows.angles))
 
     def _hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
-        turned = None
-        if len(self.turned) > 1:
-            local = element - self.first
-            turned = self.turned[local] + w * (self.turned[local + 1] - self.turned[local])
+        turned = None if self.turning is None else self.turning.at(element, w)
         return hidden(self._pose, self.joints.contour, s, element, poses, turned)
 
     def _pose(self, s: Array) -> tuple[Array, Array]:
@@ -188,15 +182,39 @@ def plan_contour(
         Naming the source line of the first section without a profile.
     """
     contour = joints.contour
-    profiles = plan_sections(contour, first, second, third, limits, ~contour.continuous, planning.cycle)
+    continuous = contour.continuous
+    profiles = plan_sections(contour, first, second, third, limits, ~continuous, planning.cycle)
+    continuous |= _find_uneven(joints, limits, planning, profiles)
     if slower is not None and (slower > 1.0).any():
         profiles = profiles.stretch(slower)
-    planner = _Planner(joints, limits, planning, profiles)
+    planner = _Planner(joints, limits, planning, profiles, continuous)
     for section, planned in planner.plan_in_time() if planning.playback.ramp else planner.plan_each():
         planner.keep(section, planned)
         if progress is not None:
             progress(int(planner.begins[section + 1]))
     return planner.motion_profiles()
+
+
+def _find_uneven(
+    joints: JointFunctions, limits: Limits, planning: PlanningOptions, profiles: StopToStopProfiles
+) -> NDArray[np.bool_]:
+    """Sections (n_sections,) whose profile from stop to stop takes far longer than need be.
+
+    Its limits are those of the worst place of the section. Near the pole of the table, where C turns far over a few
+    micrometers, that place would set the speed of all of it.
+    """
+    contour, begins = joints.contour, joints.contour.section_begins
+    uneven = np.zeros(len(profiles.total), dtype=bool)
+    for section in np.flatnonzero(profiles.total > tuning.UNEVEN_S).tolist():
+        first, last = int(begins[section]), int(begins[section + 1])
+        longest = tuning.UNEVEN_RATIO * contour.length[first:last] @ contour.pace(slice(first, last))
+        if profiles.total[section] > longest:
+            from verne_post.trajectory.initial_profile import second_order_bound
+
+            path = ContourSection(joints, first, last, planning.cycle)
+            bound = second_order_bound(path, limits, _solver(planning.solver))
+            uneven[section] = profiles.total[section] > tuning.UNEVEN_RATIO * bound
+    return uneven
 
 
 class _SectionProfile(Struct, frozen=True, eq=False):
@@ -212,11 +230,12 @@ class _Planner:
     """Takes the sections of a contour in order: continuous ones are planned, those from stop to stop have their profiles."""
 
     def __init__(
-        self, joints: JointFunctions, limits: Limits, planning: PlanningOptions, profiles: StopToStopProfiles
-    ) -> None:
+        self, joints: JointFunctions, limits: Limits, planning: PlanningOptions, profiles: StopToStopProfiles,
+        continuous: NDArray[np.bool_],
+    ) -> None:  # fmt: skip
         contour = joints.contour
         self.joints, self.limits, self.planning, self.profiles = joints, limits, planning, profiles
-        self.begins, self.continuous = contour.section_begins, contour.continuous
+        self.begins, self.continuous = contour.section_begins, continuous
         self.first_row = np.full(contour.n_sections, -1, dtype=np.int64)
         self.rows = Growing(float)
         self.reached = np.zeros(len(contour.path), dtype=bool)

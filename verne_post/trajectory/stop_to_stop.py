@@ -113,7 +113,9 @@ def plan_sections(
             for k, d in enumerate((first, second, third), start=1)
         ]
         with np.errstate(divide="ignore"):
-            cap = np.minimum(1.0 / contour.pace(element), visible_speed(contour, element, cycle))
+            cap = np.minimum(
+                1.0 / contour.pace(element), visible_speed(contour, element, np.zeros(len(element)), cycle)
+            )
         cap = np.minimum.reduceat(cap, at)
         distance[chunk] = np.add.reduceat(length, at)
         v, a, j = split_limits(distance[chunk], cap, slope[0], slope[1], slope[2], limits)

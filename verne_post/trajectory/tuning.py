@@ -305,6 +305,11 @@ ACCELERATION_SHARES: Final = np.array([1.0, 0.85, 0.7, 0.55, 0.4, 0.25, 0.12])
 #: rest is left for the rounding of the written numbers, which verification also counts.
 STOP_TO_STOP_SHARE: Final = 1.0 - 1e-6
 
+#: Profiles from stop to stop that take longer, s, and so many times the second-order bound and the time at the feed rate, are
+#: planned like continuous sections. What CPU it costs to look grows with the number of sections that are longer.
+UNEVEN_S: Final = 1.0
+UNEVEN_RATIO: Final = 2.0
+
 # --- how much is done at a time: memory against overhead, the same rows -------------------------------
 
 #: Elements, sections, rows or times that are worked on together.

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.columns import Growing, blocks, running_sums
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG, ROTARY_METRIC_MM
@@ -26,26 +27,86 @@ LEAST: Final = 0.5 * np.array([[PATH_TIP_MM], [PATH_AXIS_DEG * RAD_PER_DEG]])
 #: A radian of a spline counts as so many of an arc. A spline may turn anywhere between two rows, and by 1.75 rad at most for
 #: its length to stay below 1.6 of the step, as that of an arc of half a turn does.
 SPLINE_TURN: Final = 1.5
+#: ... and as far as it likes over less than PATH_TIP_MM, which verification does not miss: a bend that is narrower need not slow
+#: the whole spline down.
+SHORT_WAY: Final = 0.9 * PATH_TIP_MM
 #: At so many places the path between two rows is looked at.
 PLACES_BETWEEN: Final = 8
 
 
-def turn_rate(contour: Contour, element: Ints) -> Array:
-    """Rad by which curves turn in a mm of s on elements (n,), splines at the most; 0 on straight segments."""
+class Turning:
+    """How far curves turn along some elements of a contour, splines by the curvature of each of their parts.
+
+    Parameters
+    ----------
+    contour : Contour
+    first, last : int
+        Elements, ``last`` excluded.
+    """
+
+    def __init__(self, contour: Contour, first: int, last: int) -> None:
+        self.contour, self.first = contour, first
+        path, splines = contour.path, contour.path.splines
+        mine = path.spline[contour.segment[first:last]] if len(splines) else np.empty(0, dtype=np.int32)
+        mine = mine[mine >= 0]
+        parts = np.append(splines.first_part, len(splines.low))[[mine[0], mine[-1] + 1]] if len(mine) else [0, 0]
+        self._first_part = int(parts[0])
+        over_parts, over_elements = Growing(float), Growing(float)
+        for begin, end in blocks(int(parts[1]), self._first_part):
+            part = np.arange(begin, end)
+            piece = np.searchsorted(splines.first_part, part, side="right") - 1
+            over_parts.extend(
+                _spline_rate(contour, part) * (splines.high - splines.low)[begin:end] * splines.length[piece]
+            )
+        self._before = running_sums(over_parts.column())
+        for begin, end in blocks(last, first):
+            element = np.arange(begin, end)
+            segment = contour.segment[element]
+            over_elements.extend(self._on(segment, contour.high[element]) - self._on(segment, contour.low[element]))
+        self._over = running_sums(over_elements.column())
+
+    def at(self, element: Ints, w: Array) -> Array:
+        """Rad from the beginning of the elements up to w (n,) of elements (n,)."""
+        contour = self.contour
+        segment, low = contour.segment[element], contour.low[element]
+        u = low + w * (contour.high[element] - low)
+        return np.asarray(self._over[element - self.first] + self._on(segment, u) - self._on(segment, low))
+
+    def _on(self, segment: Ints, u: Array) -> Array:
+        """Rad from the beginning of segments (n,) up to u (n,)."""
+        path, splines = self.contour.path, self.contour.path.splines
+        turned = np.zeros(len(segment))
+        arc = np.flatnonzero(path.arc[segment] >= 0)
+        turned[arc] = u[arc] * np.abs(path.arcs.sweep[path.arc[segment[arc]]])
+        spline = np.flatnonzero(path.spline[segment] >= 0)
+        if len(spline):
+            piece = path.spline[segment[spline]]
+            part = splines.find_parts(piece, u[spline])
+            before = self._before[part - self._first_part] - self._before[splines.first_part[piece] - self._first_part]
+            way = (u[spline] - splines.low[part]) * splines.length[piece]
+            turned[spline] = before + _spline_rate(self.contour, part) * way
+        return turned
+
+
+def _spline_rate(contour: Contour, part: Ints) -> Array:
+    """Rad by which parts (n,) of splines count in a mm."""
+    return np.minimum(SPLINE_TURN * contour.path.splines.bend[part], tuning.MOST_TURN / SHORT_WAY)
+
+
+def visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Array:
+    """Largest ds/dt (n,) at w (n,) of elements (n,) at which the rows show how curves turn, mm/s; infinite on straight segments."""
     path, segment = contour.path, contour.segment[element]
+    rate = np.zeros(len(segment))
     arc = path.arc[segment]
-    result = np.zeros(len(segment))
     curved = np.flatnonzero(arc >= 0)
-    result[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
+    rate[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
     splined = np.flatnonzero(path.spline[segment] >= 0)
-    result[splined] = SPLINE_TURN * path.splines.bend[path.spline[segment[splined]]]
-    return result
-
-
-def visible_speed(contour: Contour, element: Ints, cycle: float) -> Array:
-    """Largest ds/dt (n,) on elements (n,) at which the rows show how arcs turn, mm/s; infinite on straight segments."""
+    if len(splined):
+        on = element[splined]
+        u = contour.low[on] + w[splined] * (contour.high[on] - contour.low[on])
+        rate[splined] = _spline_rate(contour, path.splines.find_parts(path.spline[segment[splined]], u))
     with np.errstate(divide="ignore"):
-        return np.asarray(tuning.MOST_TURN / (cycle * turn_rate(contour, element)))
+        return np.asarray(tuning.MOST_TURN / (cycle * rate))
 
 
 def hidden(

@@ -28,8 +28,9 @@ RADIAN_MM: Final = 50.0
 #: to a millionth of a stretch that is a few tolerances long.
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
-#: A rotary angle this far off (rad) is one of another branch: those are half a turn away at least.
-OTHER_BRANCH: Final = 1.0
+#: A rotary angle this far off (rad) is one of another turn. The other branch of the table, half a turn away, needs no such
+#: bound: it counts by what half a turn moves the tool axis, but at the pole, where both branches are one.
+OTHER_TURN: Final = 1.5 * np.pi
 #: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
 ARC_STEPS: Final = 2
 
@@ -301,7 +302,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     """Distance from the programmed segment at u: tip (mm), tool axis (rad), rotary angle (rad).
 
     Along a great circle the rotary angle counts by what it moves the tool axis: near the pole C turns fast there, and the
-    smallest error of u is large in C. A C that is far off, on another branch, counts in full.
+    smallest error of u is large in C. A C that is a turn off counts in full.
     For JOINT segments: sliders (mm), and twice the larger table angle.
     """
     tip, angles = programmed_pose(path, segment, u)
@@ -310,7 +311,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     on_circle = np.flatnonzero(path.circle[segment] >= 0)
     moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
-    rotary_off[on_circle] = np.where(rotary_off[on_circle] < OTHER_BRANCH, moved, rotary_off[on_circle])
+    rotary_off[on_circle] = np.where(rotary_off[on_circle] < OTHER_TURN, moved, rotary_off[on_circle])
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]

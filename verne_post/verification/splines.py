@@ -264,6 +264,7 @@ def _choose_places(
         return nearest
     result = nearest.copy()
     step = row_norm(np.diff(pose[:, :3], axis=0, prepend=pose[:1, :3]))
+    step[fresh] = 0.0  # from the start of the piece; the row before is on another one, perhaps far from here
     begins = np.flatnonzero(several & (fresh | ~np.append(False, several[:-1])))
     # the row after them, which is not doubtful, decides too
     ends = np.flatnonzero(~np.append(several[:-1] & ~fresh[1:], False)) + 1
