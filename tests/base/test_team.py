@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -37,6 +37,14 @@ def is_running(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
+
+
+def wait_for_end(pids: Iterable[int]) -> None:
+    """Fail where processes go on."""
+    until = time.monotonic() + 30
+    while any(is_running(pid) for pid in pids):
+        assert time.monotonic() < until, "they go on"
+        time.sleep(0.02)
 
 
 @needs_fork
@@ -190,7 +198,65 @@ def test_processes_end_with_the_one_that_leads(
         process.send_signal(ending)
         assert process.wait(timeout=30) != 0
     assert len(pids) == 2
-    until = time.monotonic() + 30
-    while any(is_running(pid) for pid in pids):
-        assert time.monotonic() < until, "they go on"
-        time.sleep(0.02)
+    wait_for_end(pids)
+
+
+#: Works for itself after a map, and says which processes there are.
+ALONE_FOR_LONG = """
+import os, signal, sys, time
+from verne_post.base.team import work_together
+if "ignore" in sys.argv:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+with work_together(2) as team:
+    pids = list(team.map(lambda _rank: os.getpid(), range(2)))
+    if team.leads:
+        print(*pids, flush=True)
+    time.sleep(float(sys.argv[1]))
+    list(team.map(len, ["a", "b"]))
+"""
+
+
+@needs_fork
+@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM])
+def test_processes_end_at_once_where_they_exchange_nothing(
+    ending: signal.Signals, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    """They hold the streams of the one that leads, for which its caller waits."""
+    with subprocess.Popen(
+        [sys.executable, "-c", ALONE_FOR_LONG, "600"], cwd=tmp_path, env=environment, stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        pids = list(map(int, process.stdout.readline().split()))
+        process.send_signal(ending)
+        assert process.stdout.read() == b""  # until nobody has it open any more
+    wait_for_end(pids)
+
+
+@needs_fork
+def test_a_hang_up_that_is_ignored_ends_no_process(tmp_path: Path, environment: dict[str, str]) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", ALONE_FOR_LONG, "0.3", "ignore"], cwd=tmp_path, env=environment, stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        for pid in map(int, process.stdout.readline().split()):
+            os.kill(pid, signal.SIGHUP)
+        assert process.wait(timeout=30) == 0
+
+
+@needs_fork
+def test_what_ends_another_process_outside_of_a_map_is_raised() -> None:
+    with pytest.raises(OSError, match="No space left"), work_together(3) as team:
+        list(team.map(len, ["a", "b", "c"]))
+        if not team.leads:
+            raise OSError(28, "No space left on device", "somewhere")
+        list(team.map(len, ["a", "b", "c"]))
+
+
+@needs_fork
+def test_a_process_that_cannot_be_started_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> int:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(os, "fork", refuse)
+    with pytest.raises(OSError, match="a process of --jobs"), work_together(2):
+        pass

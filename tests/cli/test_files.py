@@ -4,6 +4,7 @@ import ast
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -260,3 +261,16 @@ def test_the_order_in_which_files_are_named_does_not_matter(tmp_path: Path, firs
     one()
     with pytest.raises(FileError, match=r"-o .*: this is the file of INPUT"):
         two()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("command", ["convert", "check", "report"])
+def test_a_named_pipe_is_read_once(tmp_path: Path, run: Callable[..., Any], command: str) -> None:
+    pipe, source = tmp_path / "part.nc", b"G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nG1 X5 F1000\nM2\n"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_bytes, args=(source,), daemon=True)
+    writer.start()
+    place = () if command == "check" else ("-o", tmp_path / "out")
+    assert run(command, pipe, "--tool-length", "60", *place).code == 0
+    writer.join(timeout=10)
+    assert not writer.is_alive()

@@ -96,9 +96,13 @@ class RunFiles:
         Unreadable
         """
         self.reads(name, what)
-        if not is_dash(name):
-            with reading(name, what), Path(name).open("rb"):
-                pass
+        if is_dash(name):
+            return
+        with reading(name, what):
+            if not stat.S_ISFIFO(
+                os.stat(name).st_mode
+            ):  # a pipe is opened once: who writes to it ends when it is closed
+                Path(name).open("rb").close()
 
     def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
         """A file, or standard input for "-", to be read in parts within :func:`reading`."""

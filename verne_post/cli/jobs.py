@@ -3,10 +3,12 @@
 import hashlib
 import json
 import os
+import signal
 import threading
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -277,7 +279,8 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
         return
     alone: list[Job] = []
     with _pool(min(workers, len(jobs))) as pool:
-        futures: dict[Future[Outcome], Job] = {pool.submit(run_job, job): job for job in jobs}
+        with _interruptions_wait():
+            futures: dict[Future[Outcome], Job] = {pool.submit(run_job, job): job for job in jobs}
         try:
             for future in as_completed(futures):
                 try:
@@ -289,20 +292,52 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             raise
     for job in alone:
         with _pool(1) as pool:
+            with _interruptions_wait():
+                last = pool.submit(run_job, job)
             try:
-                yield pool.submit(run_job, job).result()
+                yield last.result()
             except BrokenProcessPool:
                 yield _failure(job, finding("VP902", "the process that converted this program was killed"))
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
+    _start_tracker()
     return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
+
+
+def _start_tracker() -> None:
+    """Start the process that removes semaphores behind this one: a terminal that hangs up must not end it too."""
+    number = getattr(signal, "SIGHUP", None)
+    if number is None:
+        return
+    from multiprocessing import resource_tracker
+
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        signal.signal(number, before)
+
+
+@contextmanager
+def _interruptions_wait() -> Iterator[None]:
+    """Hold interruptions back here, and in processes that are started meanwhile: modules that they load would show tracebacks."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin_worker() -> None:
     """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
     keep_freed_memory()
     tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     parent = parent_process()
     assert parent is not None
 
