@@ -111,7 +111,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
 OTHER_VALUES: dict[str, tuple[Any, ...]] = {
     "KEPT_POINTS": ([0, 1, 2, 3, 4, 5, 6, 7], [2, 5]),
     "ACCEPTED_RATIOS": ((1.0002, 1.001, 1.007), (1.0006, 1.004, 1.015)),
-    "AIMED_RATIOS": ((1.0, 1.0, 1.0), (1.0002, 1.0015, 1.008)),
+    "AIMED_RATIOS": ((1.0, 1.0, 1.0), (1.0002, 1.0015, 1.007)),
     "SPEED_SHARES": tuple(np.concatenate([[1.0], np.geomspace(0.97, 0.02, n)]) for n in (10, 90)),
     "ACCELERATION_SHARES": (np.array([1.0, 0.55, 0.12]), np.linspace(1.0, 0.1, 19)),
     "UNEVEN_S": (0.1, 10.0),

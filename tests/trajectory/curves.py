@@ -9,7 +9,7 @@ from verne_post.model.machine import Limits
 
 Array = np.ndarray
 #: What rows may reach: velocity, acceleration, jerk, feed. The last digit is for the rounding of the quotients.
-ACCEPTED = np.array([1.0003, 1.002, 1.009, 1.0003]) + 1e-9
+ACCEPTED = np.array([1.0003, 1.002, 1.008, 1.0003]) + 1e-9
 
 
 @dataclass(frozen=True)

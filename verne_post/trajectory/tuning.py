@@ -242,9 +242,9 @@ PASS_WINDOW: Final = 96
 CREEPING_MOTION: Final = 0.1
 CREEPING_ROWS: Final = 200
 #: Ratios that rows may reach: velocity and feed, acceleration, jerk. Below what verification accepts, by what rounding may cost.
-ACCEPTED_RATIOS: Final = (1.0003, 1.002, 1.009)
+ACCEPTED_RATIOS: Final = (1.0003, 1.002, 1.008)
 #: Ratios that shifts aim at; least squares approaches them from outside.
-AIMED_RATIOS: Final = (1.0001, 1.0007, 1.006)
+AIMED_RATIOS: Final = (1.0001, 1.0007, 1.0055)
 #: Rows are shifted over so many units on each side of one that is beyond a limit. With 20, random programs take 3 to 7 % less CPU,
 #: and one in a hundred short ones up to 1.3 % longer.
 REPAIR_REACH: Final = 40
