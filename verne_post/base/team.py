@@ -104,7 +104,7 @@ class Team:
                         complete = False
         return complete
 
-    def tell(self, error: Exception) -> None:
+    def report_failure(self, error: Exception) -> None:
         """Send the others an error in the place of results: what ends this process, which does not lead, outside of a map."""
         (link,) = self._links
         with suppress(OSError, TypeError, AttributeError, pickle.PicklingError):
@@ -148,7 +148,7 @@ def work_together(jobs: int) -> Iterator[Team]:
         yield team
     except Exception as error:
         if not team.leads:
-            team.tell(error)
+            team.report_failure(error)
         raise
     finally:
         if os.getpid() != leader:

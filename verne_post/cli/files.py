@@ -99,9 +99,8 @@ class RunFiles:
         if is_dash(name):
             return
         with reading(name, what):
-            if not stat.S_ISFIFO(
-                os.stat(name).st_mode
-            ):  # a pipe is opened once: who writes to it ends when it is closed
+            # a pipe is opened once: who writes to it ends when it is closed
+            if not stat.S_ISFIFO(os.stat(name).st_mode):
                 Path(name).open("rb").close()
 
     def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:

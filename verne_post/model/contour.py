@@ -139,6 +139,11 @@ class Contour(Struct, frozen=True):
         segment = self.segment[element]
         return np.asarray(self.path.feed_time[segment] / self.path.length[segment])
 
+    def parameter(self, element: Ints, w: Array) -> Array:
+        """Parameter u (n,) of the segment at w (n,) of elements (n,)."""
+        low = self.low.take(element)
+        return np.asarray(low + w * (self.high.take(element) - low))
+
     @property
     def n_sections(self) -> int:
         """Number of sections."""

@@ -14,7 +14,7 @@ from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinate_
 
 def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of elements (n,)."""
-    at = _find_parameter(contour, element, w)
+    at = contour.parameter(element, w)
     segment = contour.segment.take(element)
     pose = coordinates(contour.shape, segment, at)
     if contour.corners is not None and (blended := contour.blended.take(element)).any():
@@ -26,12 +26,6 @@ def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Arra
         for points, controls, v, _reach in find_replaced(contour.corners, corner, s):
             pose[np.arange(len(pose))[rows][points]] = bernstein(controls, v)
     return pose[:, :3], pose[:, 3:]
-
-
-def _find_parameter(contour: Contour, element: Ints, w: Array) -> Array:
-    """Parameter (n,) of the segment at parameter w (n,) of elements (n,)."""
-    low = contour.low.take(element)
-    return np.asarray(low + w * (contour.high.take(element) - low))
 
 
 def _select(mask: Mask) -> slice | Ints:
@@ -54,7 +48,7 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
         return cap
     rows = _select(uneven)
     uneven_element, on = element[rows], segment[rows]
-    at = _find_parameter(contour, uneven_element, w[rows])
+    at = contour.parameter(uneven_element, w[rows])
     length = shape.length.take(on)
     slope = coordinate_slope(shape, on, at)
     slope /= length[:, None]

@@ -67,10 +67,9 @@ class Turning:
 
     def at(self, element: Ints, w: Array) -> Array:
         """Rad from the beginning of the elements up to w (n,) of elements (n,)."""
-        contour = self.contour
-        segment, low = contour.segment[element], contour.low[element]
-        u = low + w * (contour.high[element] - low)
-        return np.asarray(self._over[element - self.first] + self._on(segment, u) - self._on(segment, low))
+        segment, low = self.contour.segment[element], self.contour.low[element]
+        turned = self._on(segment, self.contour.parameter(element, w)) - self._on(segment, low)
+        return np.asarray(self._over[element - self.first] + turned)
 
     def _on(self, segment: Ints, u: Array) -> Array:
         """Rad from the beginning of segments (n,) up to u (n,)."""
@@ -102,8 +101,7 @@ def visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Ar
     rate[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
     splined = np.flatnonzero(path.spline[segment] >= 0)
     if len(splined):
-        on = element[splined]
-        u = contour.low[on] + w[splined] * (contour.high[on] - contour.low[on])
+        u = contour.parameter(element[splined], w[splined])
         rate[splined] = _spline_rate(contour, path.splines.find_parts(path.spline[segment[splined]], u))
     with np.errstate(divide="ignore"):
         return np.asarray(tuning.MOST_TURN / (cycle * rate))
