@@ -43,8 +43,10 @@ WIDE = (0.1, 10.0)
 #: Factors by which each constant is multiplied; whole numbers are rounded, and stay 1 or more.
 FACTORS: dict[str, tuple[float, ...]] = {
     "TIME_UNIT": HALF_TO_DOUBLE,
-    "SHORT_ROWS": (0.01, 10.0),
+    "SHORT_UNITS": (0.01, 10.0),
     "FEW_ROWS": (0.1, 5.0),
+    "CROWDED_ELEMENTS": HALF_TO_DOUBLE,
+    "CROWDED_ROUNDS": (0.5, 2.0),
     "REPAIRED_RATIO": (0.995, 2.0),
     "VIRTUAL_ACCELERATION": HALF_TO_DOUBLE,
     "VIRTUAL_JERK": HALF_TO_DOUBLE,
@@ -109,6 +111,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
 }
 #: Constants that are no plain numbers: their other values.
 OTHER_VALUES: dict[str, tuple[Any, ...]] = {
+    "TAKEN_OUT_OVER": ((12, 6), (24, 16, 12, 8, 6, 4, 3)),
     "KEPT_POINTS": ([0, 1, 2, 3, 4, 5, 6, 7], [2, 5]),
     "ACCEPTED_RATIOS": ((1.0002, 1.001, 1.007), (1.0006, 1.004, 1.015)),
     "AIMED_RATIOS": ((1.0, 1.0, 1.0), (1.0002, 1.0015, 1.007)),
@@ -184,6 +187,7 @@ def parts() -> Iterator[Part]:
     yield Part("wavy surface, 0.5 mm, F4000", wavy(), Options(tool_length=80.0))
     yield Part("wandering 0.5 mm moves, P0.003 F6000", wandering(), Options(tool_length=80.0, cycle=0.00025))
     yield Part("0.3 mm corners between dwells", dwells(), Options(tool_length=80.0))
+    yield Part("0.01 mm moves between dwells, cycle 4 ms", scribbles(), Options(tool_length=80.0, cycle=0.004))
     yield Part("small circles, cycle 0.1 s", circles(), Options(tool_length=80.0, cycle=0.1))
     yield Part("arcs from stop to stop", circles(), Options(tool_length=80.0, smoothing="off"))
     yield Part("sharp corners, cycle 0.125 ms", wandering(12, "G64 P0.001"), Options(
@@ -203,6 +207,16 @@ def dwells() -> bytes:
     lines = ["G21 G90 G94 G64 P0.01 F3000", "G0 X0 Y0 Z60 A0 C0"]
     for k in range(12):
         lines += [f"G1 X{0.3 * k + 0.3:.1f} Y{0.3 * k:.1f}", f"G1 Y{0.3 * k + 0.3:.1f}", "G4 P0.01"]
+    return program(lines)
+
+
+def scribbles() -> bytes:
+    """Four times 60 moves of about the tolerance in any direction, and a dwell: more moves than rows."""
+    rng = np.random.default_rng(2)
+    x, y = np.cumsum(rng.normal(0.0, 0.008, (2, 240)), axis=1)
+    lines = ["G21 G90 G94 G64 P0.01 F3000", "G0 X0 Y0 Z60 A0 C0"]
+    for k, (p, q) in enumerate(zip(x, y, strict=True)):
+        lines += [f"G1 X{p:.4f} Y{q:.4f}"] + ["G4 P0.01"] * (k % 60 == 59)
     return program(lines)
 
 

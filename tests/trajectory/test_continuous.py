@@ -80,7 +80,7 @@ def test_a_section_whose_repair_costs_time_is_planned_once_more(
     """With waiting rows at the end, as many as repair may add, and then as it may not."""
     section, top = cornered(1.0, 40, 0.4, 50.0), limits(3)
     known = {effort: len(plan_continuous(section, top, 1e-3, replace(effort)).s) for effort in (NORMAL, OTHER)}
-    assert min(known.values()) > tuning.SHORT_ROWS
+    assert min(known.values()) > tuning.SHORT_UNITS
     plan = continuous._plan_with_effort
 
     def lose(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> continuous._PlannedSection:

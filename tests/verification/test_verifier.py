@@ -361,6 +361,19 @@ def test_rotary_only_feed_is_checked() -> None:
     assert codes(verify_rows(slow, *made(fast))) == {"VP404"}
 
 
+@pytest.mark.parametrize(("feed", "fast"), [(87, False), (80, True)])
+def test_the_last_step_before_a_dwell_may_cut_a_corner(feed: float, fast: bool) -> None:
+    """From X0.09 to X0.1 Y0.01 in a cycle: 0.0141 mm, where the program goes 0.02. F87 is 0.0145 mm a cycle."""
+    options = OPTIONS.changed(cycle=0.01)
+    source = program(f"G0 X0 Y0 Z20 A0 C0\nG1 X.1 F{feed}\nY.01\nG4 P.01", head="G21 G90 G94 G17 G64 P.01")
+    places = [f"X{0.01 * k:.2f}" for k in range(1, 10)]
+    values, line = made(program("G0 X0 Y0 Z20 A0 C0\nG1 F1000\n" + "\n".join([*places, "X.1 Y.01"])))
+    stops = np.flatnonzero(np.diff(line, append=0))
+    rows = values[np.concatenate([[0], stops[-10:], stops[-1:]])]
+    lines = np.array([3] * 10 + [5] * 2)
+    assert ("VP404" in codes(verify_rows(source, rows, lines, options))) == fast
+
+
 # --- what must pass, in any block size ---------------------------------------------------------------------
 
 LAYERS = "\n".join(f"X{0.01 * k:.2f}" for k in range(1, 301))

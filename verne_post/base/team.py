@@ -31,7 +31,7 @@ def can_fork() -> bool:
 class Team:
     """Processes that run the same program from the same state on (single program, multiple data).
 
-    Each of them executes every line, but in :meth:`map` only works on some of the items, and is told the results of the others.
+    Each of them executes every line, but in :meth:`map` only works on some of the items, and receives the results of the others.
     So they stay alike, and functions and items may hold anything. What is to happen once is for the process that :attr:`leads`.
     """
 
@@ -93,7 +93,7 @@ class Team:
         return parts
 
     def _spread(self, every: list[bytes]) -> bool:
-        """Send each other process what the rest has; False where one is there no more, which may have told why."""
+        """Send each other process what the rest has; False where one is there no more, which may have reported why."""
         complete = True
         for rank, link in enumerate(self._links, start=1):
             for other, part in enumerate(every):

@@ -84,7 +84,7 @@ def plan_continuous(
     first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, team)
     bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team=team)
     planned = _plan_with_effort(task, first.profile, bound, effort)
-    if effort is tuning.NORMAL and _may_gain(planned, cycle):
+    if effort is tuning.NORMAL and _may_gain(planned, task):
         other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)
         if other.rows is not None and (planned.rows is None or len(other.rows) < len(planned.rows)):
             planned = other
@@ -100,11 +100,15 @@ def plan_continuous(
     return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), rows), bound)
 
 
-def _may_gain(planned: _PlannedSection, cycle: float) -> bool:
-    """Whether another effort may do better: over few rows it is a matter of luck, and repair should cost next to nothing."""
-    if planned.rows is None or len(planned.rows) <= tuning.SHORT_ROWS:
+def _may_gain(planned: _PlannedSection, task: SectionTask) -> bool:
+    """Whether another effort may do better: over few knots it is a matter of luck, and repair should cost next to nothing."""
+    if planned.rows is None:
         return True
-    return (len(planned.rows) - 1) * cycle > tuning.REPAIRED_RATIO * planned.times.total
+    lasts = (len(planned.rows) - 1) * task.cycle
+    return (
+        lasts <= tuning.SHORT_UNITS * max(tuning.TIME_UNIT, task.cycle)
+        or lasts > tuning.REPAIRED_RATIO * planned.times.total
+    )
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:

@@ -27,7 +27,7 @@ _DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
 def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointRows:
     """Rows of stretches, laid end to end, shifted until their differences are inside the limits, or the steps are used up.
 
-    The first and last rows of each stretch stay where they are. A step that makes a stretch worse is not taken, and the next
+    Stretches may be anywhere in the section, the same part of it in several of them too. The first and last rows of each stretch stay where they are. A step that makes a stretch worse is not taken, and the next
     one is damped more. From each step to the next a stretch is cut down to what lies around the rows still beyond a limit.
     """
     rows = JointRows.at(task, s)
@@ -39,9 +39,8 @@ def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointR
         owner, place = ragged(high - low)
         here = low[owner] + place
         model = _LinearModel(rows.taken(here), slope[here], owner, task)
-        # stretches follow each other along the section, so that no row of one can hold back another's
         trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
-        np.maximum.accumulate(trial, out=trial)
+        _keep_rising(trial, owner)
         tried = _LinearModel(JointRows.at(task, trial), slope[here], owner, task)
         merit, after = (np.bincount(owner, one.squares(tuning.AIMED_RATIOS)) for one in (model, tried))
         left = tried.squares(tuning.ACCEPTED_RATIOS)
@@ -69,6 +68,14 @@ def join_stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple
     high = np.maximum.accumulate(np.minimum(bad + REST_ROWS + 1 + width, highest))
     gaps = np.flatnonzero((low[1:] > high[:-1] + HELD_ROWS) | (lowest[1:] != lowest[:-1]))
     return low[np.append(0, gaps + 1)], high[np.append(gaps, len(bad) - 1)]
+
+
+def _keep_rising(s: Array, owner: Ints) -> None:
+    """Make rows s (n,) of stretches, which are in order, the largest of their stretch so far."""
+    back = np.flatnonzero((s[1:] < s[:-1]) & (owner[1:] == owner[:-1]))
+    for stretch in np.unique(owner[back]):
+        rows = slice(*np.searchsorted(owner, [stretch, stretch + 1]))
+        np.maximum.accumulate(s[rows], out=s[rows])
 
 
 def _slopes(section: Section, rows: JointRows) -> Array:

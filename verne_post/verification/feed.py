@@ -48,6 +48,7 @@ class FeedCheck:
         """Check the next rows; ``nearest`` (n,) is the limit that is nearest to each."""
         time, slack = self._progress_times(rows)
         by_step = self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell
+        by_step[rows.touched.row] = True  # the last step before a dwell too
         if by_step.any():
             step_time, step_slack = self._step_times(rows)
             time, slack = np.where(by_step, step_time, time), np.where(by_step, step_slack, slack)
