@@ -146,7 +146,7 @@ def refresh(printed: str, said: str) -> str:
             begin = at if not number else places[0] if places else None
             if begin is None:
                 raise SystemExit(
-                    f"left out as it was, this transcript cannot be made again; mend it by hand:\n{printed}"
+                    f"left out as it was, this transcript cannot be made again; edit it by hand:\n{printed}"
                 )
             out += lines[begin : begin + len(block)]
             at = begin + len(block)

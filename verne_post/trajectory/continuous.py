@@ -81,10 +81,11 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all()):
         raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
-    first = initial_profile(section, limits, max(tuning.TIME_UNIT, cycle), solver, team)
+    unit = max(tuning.TIME_UNIT, cycle)
+    first = initial_profile(section, limits, unit, solver, team)
     bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team=team)
     planned = _plan_with_effort(task, first.profile, bound, effort)
-    if effort is tuning.NORMAL and _may_gain(planned, task):
+    if effort is tuning.NORMAL and _may_gain(planned, cycle, unit):
         other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)
         if other.rows is not None and (planned.rows is None or len(other.rows) < len(planned.rows)):
             planned = other
@@ -100,15 +101,12 @@ def plan_continuous(
     return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), rows), bound)
 
 
-def _may_gain(planned: _PlannedSection, task: SectionTask) -> bool:
+def _may_gain(planned: _PlannedSection, cycle: float, unit: float) -> bool:
     """Whether another effort may do better: over few knots it is a matter of luck, and repair should cost next to nothing."""
     if planned.rows is None:
         return True
-    lasts = (len(planned.rows) - 1) * task.cycle
-    return (
-        lasts <= tuning.SHORT_UNITS * max(tuning.TIME_UNIT, task.cycle)
-        or lasts > tuning.REPAIRED_RATIO * planned.times.total
-    )
+    lasts = (len(planned.rows) - 1) * cycle
+    return lasts <= tuning.SHORT_UNITS * unit or lasts > tuning.REPAIRED_RATIO * planned.times.total
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:

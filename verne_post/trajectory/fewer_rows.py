@@ -1,8 +1,8 @@
 """Short sections in fewer rows: a control cycle less at a time, as long as shifts along the path keep every limit.
 
 Over few rows the profile in continuous time is not the last word: limits hold for differences of rows, whose number is
-whole, and a row is a share of the time that counts. Where there are more elements than rows, the rows that take the least
-time need be near no profile: then a row is taken out at each place in turn.
+whole, and a row is a share of the time that counts. Where there are several elements to a row, the rows that take the
+least time need be near no profile: then a row is taken out at each place in turn.
 """
 
 from collections.abc import Iterator

@@ -27,8 +27,9 @@ _DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
 def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointRows:
     """Rows of stretches, laid end to end, shifted until their differences are inside the limits, or the steps are used up.
 
-    Stretches may be anywhere in the section, the same part of it in several of them too. The first and last rows of each stretch stay where they are. A step that makes a stretch worse is not taken, and the next
-    one is damped more. From each step to the next a stretch is cut down to what lies around the rows still beyond a limit.
+    Stretches may be anywhere in the section, the same part of it in several of them too. The first and last rows of each
+    stretch stay where they are. A step that makes a stretch worse is not taken, and the next one is damped more. From each
+    step to the next a stretch is cut down to what lies around the rows still beyond a limit.
     """
     rows = JointRows.at(task, s)
     slope = _slopes(task.section, rows)  # shifts are small against a row's step: the slopes stay what they are
