@@ -386,7 +386,7 @@ class Cases:
                 key = pick.choice(["rotation", "rotation", "orientation_by_group", "Rotation", self.key()])
                 given = {key: pick.choice(["rpy", "euler", "xyz", True, self.one()])}
                 return {
-                    pick.choice(["siemens", "siemens", "siemens", "fanuc", self.key()]): pick.choice(
+                    pick.choice(["siemens", "siemens", "siemens", "aptcl", self.key()]): pick.choice(
                         [given, given, {}, self.one()]
                     )
                 }

@@ -101,6 +101,7 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         start=tuple(float(value) for value in start),
         frames=tuple(systems),
         placed_systems=moves.placed_systems,
+        arc_feeds=moves.arc_feeds,
         events=moves.events,
         format=fmt,
         verification=_name_shaper(verdict) if shaped else verdict,

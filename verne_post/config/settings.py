@@ -43,6 +43,7 @@ class SettingsFile(Table, frozen=True, kw_only=True):
     options: dict[str, Any] = field(default_factory=dict)
     remap: dict[str, Meaning] = field(default_factory=dict)
     siemens: dict[str, Any] = field(default_factory=dict)
+    fanuc: dict[str, Any] = field(default_factory=dict)
     heidenhain: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None

@@ -13,6 +13,7 @@ from msgspec import Struct, field
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.lengths import helix_length
 from verne_post.gcode.recorder import Recorder
 
 Point = tuple[float, float]
@@ -119,6 +120,13 @@ class Compensation(Struct):
             raise self._gouge_error()
         self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=swept))
         return self._point_at(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
+
+    def length_ratio(self, start: list[float], end: list[float], arc: Arc) -> float:
+        """Length of the centre's arc over that of the programmed one, with the height of a helix; corners do not count."""
+        u, v, normal, *_ = PLANES[self.plane]
+        radius, height = math.dist((start[u], start[v]), (arc.center[u], arc.center[v])), end[normal] - start[normal]
+        centre = radius - (self.radius if arc.sweep > 0 else -self.radius)
+        return helix_length(centre, arc.sweep, height) / helix_length(radius, arc.sweep, height)
 
     def enter_beside(self, corner: Point, row: int, centre: list[float], line: int) -> None:
         """The centre stands beside the first point of the contour already, at the end of the recorder's ``row``."""

@@ -31,7 +31,12 @@ def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
     """Length of a helical arc, mm."""
     first, second, normal, *_letters = PLANES[arc.plane]
     radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
-    return math.hypot(radius * math.radians(arc.sweep), end[normal] - start[normal])
+    return helix_length(radius, arc.sweep, end[normal] - start[normal])
+
+
+def helix_length(radius: float, sweep: float, height: float) -> float:
+    """Length of a helix, mm, that turns by ``sweep`` degrees and rises by ``height`` mm."""
+    return math.hypot(radius * math.radians(sweep), height)
 
 
 def effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:

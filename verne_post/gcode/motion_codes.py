@@ -288,16 +288,25 @@ class MotionCodes(MachineCodes):
             raise BlockError(
                 "VP026", "the move after the end of cutter compensation (G40) must be straight, not an arc"
             )
-        target = end
+        target, feed = end, state.feed
         if state.compensation is not None:
             self._check_compensated(start, end)
+            programmed = arc
             target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
-        feed = state.feed if state.feed_mode != FeedMode.INVERSE else arc_length(arc, start, end) * state.feed
+            feed *= self._arc_feed_share(state.compensation.length_ratio(start, end, programmed))
+        elif state.feed_mode == FeedMode.INVERSE:  # which compensation refuses
+            feed *= arc_length(arc, start, end)
         self.recorder.add(state, line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:
             state.compensation.settle(self.recorder.count - 1, line, end)
             state.centre = target
         self._arrive(end, axes, absolute=absolute)
+
+    def _arc_feed_share(self, on_contour: float) -> float:
+        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour`` keeps F on the contour."""
+        share = self.state.arc_feed.share(on_contour)
+        self.recorder.note_arc_feed(self.state.arc_feed, share)
+        return share
 
     # --- cutter compensation ------------------------------------------------------------------------
 

@@ -15,7 +15,20 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
-from verne_post.model.moves import AXES, MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Stock
+from verne_post.model.moves import (
+    AXES,
+    MOVE_COLUMNS,
+    ArcFeed,
+    ArcFeedUse,
+    Arcs,
+    Event,
+    FeedMode,
+    Frame,
+    MoveKind,
+    Moves,
+    PathControl,
+    Stock,
+)
 from verne_post.model.splines import GrowingSplines, Splines
 
 #: In place of a tool axis where A and C words hold.
@@ -122,6 +135,8 @@ class Recorder(Struct):
     #: Work systems to which the program has given an origin.
     placed: set[int] = field(default_factory=set)
     stock: Stock | None = None
+    #: Arcs beside the contour whose feed rate is not F.
+    arc_feeds: dict[ArcFeed, ArcFeedUse] = field(default_factory=dict)
     count: int = 0
     #: Rows and arcs that no longer change, and their numbers.
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
@@ -246,6 +261,11 @@ class Recorder(Struct):
         if self.fixes_c is None:
             self.fixes_c = line
 
+    def note_arc_feed(self, rule: ArcFeed, share: float) -> None:
+        """Note that an arc goes at ``share`` times F."""
+        if share != 1.0:
+            self.arc_feeds[rule] = self.arc_feeds.get(rule, ArcFeedUse(rule, 0, share, share)).with_arc(share)
+
     def event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
         self.events.append(Event(line, kind, self.count, data))
@@ -318,6 +338,6 @@ class Recorder(Struct):
         return Moves(
             arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
-            placed_systems=frozenset(self.placed),
+            placed_systems=frozenset(self.placed), arc_feeds=tuple(self.arc_feeds.values()),
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

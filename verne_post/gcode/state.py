@@ -8,7 +8,7 @@ from msgspec import Struct, field
 
 from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.splines import SplineDraft
-from verne_post.model.moves import FeedMode, Frame, PathControl, PathMode
+from verne_post.model.moves import ArcFeed, FeedMode, Frame, PathControl, PathMode
 from verne_post.model.part_setup import Tool, Vector9
 
 #: Override switches at the start of a program.
@@ -112,6 +112,7 @@ class State(Struct):
     initial_level: bool = False
     cycle: Cycle | None = None
     compensation: Compensation | None = None
+    arc_feed: ArcFeed = field(default_factory=ArcFeed)
     #: The last D since the tool change; only Fanuc controls keep it.
     cutter_number: int | None = None
     #: A spline whose control points are being read.

@@ -60,12 +60,26 @@ class HeidenhainKeys(Struct, frozen=True):
     tools: Mapping[str, int] = field(default_factory=dict)
 
 
+class FanucKeys(Struct, frozen=True):
+    """Keys of [fanuc], with their defaults.
+
+    Attributes
+    ----------
+    inside_arc_percent : float
+        Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent; 100: it is that of
+        the tool's centre.
+    """
+
+    inside_arc_percent: float = 0.0
+
+
 #: By the dialect that has them.
-KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys]]] = {
+KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKeys]]] = {
     "siemens": SiemensKeys,
     "heidenhain": HeidenhainKeys,
+    "fanuc": FanucKeys,
 }
-_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys)
+_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys | FanucKeys)
 
 
 def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
@@ -92,6 +106,8 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
             and all(isinstance(tool, str) and type(number) is int and number > 0 for tool, number in value.items())
         ):
             raise ValueError(f"{name}: expected names with numbers of tools")
+        if name == "inside_arc_percent" and not (type(value) in (int, float) and 0 <= value <= 100):  # type: ignore[operator]
+            raise ValueError(f"{name}: expected a number from 0 to 100")
         if name == "modulo_axes" and not set(str(value)) <= set("AC"):
             raise ValueError(f"{name}: expected letters of rotary axes, A and C")
     return kind(**given)  # type: ignore[arg-type]

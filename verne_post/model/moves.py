@@ -215,6 +215,51 @@ class Arcs(Struct, frozen=True):
     sweep: Array
 
 
+class ArcFeed(Struct, frozen=True):
+    """Where F holds on arcs under cutter compensation: the feed rate of the tool's centre over F, between two bounds.
+
+    On the contour, that is the length of the centre's arc over that of the programmed one: below 1 inside, above 1 outside.
+
+    Attributes
+    ----------
+    name : str
+        The word or key that says so; empty where F is that of the centre.
+    least, most : float
+        No arc is slower or faster than that, times F.
+    assumed : bool
+        The program does not say so: the control's reset state.
+    """
+
+    name: str = ""
+    least: float = 1.0
+    most: float = 1.0
+    assumed: bool = False
+
+    def share(self, on_contour: float) -> float:
+        """The centre's feed rate over F, on an arc where ``on_contour`` keeps F on the contour."""
+        return min(max(on_contour, self.least), self.most)
+
+
+class ArcFeedUse(Struct, frozen=True):
+    """How many arcs go at another feed rate than F for one reason, and their smallest and largest feed rate over F."""
+
+    rule: ArcFeed
+    arcs: int
+    slowest: float
+    fastest: float
+
+    def record(self) -> dict[str, object]:
+        """As JSON has it."""
+        return {
+            "by": self.rule.name, "assumed": self.rule.assumed, "arcs": self.arcs,
+            "slowest": self.slowest, "fastest": self.fastest,
+        }  # fmt: skip
+
+    def with_arc(self, share: float) -> "ArcFeedUse":
+        """Count one more."""
+        return ArcFeedUse(self.rule, self.arcs + 1, min(self.slowest, share), max(self.fastest, share))
+
+
 class Moves(Struct, frozen=True):
     """The program as a table, one row a move (a motion or a dwell), in order of execution.
 
@@ -227,7 +272,7 @@ class Moves(Struct, frozen=True):
         mm and degrees.
     feed : ndarray, shape (n,)
         mm/min, deg/min for rotary-only moves; the speed that results for inverse time; mm per
-        revolution for G95; NaN for rapids; seconds for dwells.
+        revolution for G95; NaN for rapids; seconds for dwells. Of the tool's centre where compensation leads it.
     feed_mode : ndarray of int8, shape (n,)
         :class:`FeedMode`.
     spindle : ndarray, shape (n,)
@@ -256,6 +301,8 @@ class Moves(Struct, frozen=True):
         Warnings about the text.
     stock : Stock or None
         The stock that the program defines.
+    arc_feeds : tuple of ArcFeedUse
+        Arcs beside the contour whose feed rate is not F, by the word that says so.
     splines : Splines
         Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
         move before it ends, and each ends at its ``end``.
@@ -284,6 +331,7 @@ class Moves(Struct, frozen=True):
     findings: tuple[Finding, ...] = ()
     splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))
     stock: Stock | None = None
+    arc_feeds: tuple[ArcFeedUse, ...] = ()
 
     def __len__(self) -> int:
         return len(self.line)

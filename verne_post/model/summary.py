@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, Frame, Stock
+from verne_post.model.moves import ArcFeedUse, Event, Frame, Stock
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.verification import Verification
@@ -90,6 +90,8 @@ class Summary:
         for a nominal machine.
     stock : Stock or None
         The stock that the program defines.
+    arc_feeds : tuple of ArcFeedUse
+        Arcs beside the contour whose feed rate is not F.
     shaped : Shaped or None
         What the input shaper does; None without one.
     timed : tuple of TimedEvent
@@ -125,4 +127,5 @@ class Summary:
     stock: Stock | None = None
     shaped: Shaped | None = None
     placed_systems: frozenset[int] = frozenset()
+    arc_feeds: tuple[ArcFeedUse, ...] = ()
     timed: tuple[TimedEvent, ...] = ()

@@ -68,6 +68,8 @@ def side_car_text(summary: Summary) -> str:
             "rest_s": summary.shaped.rest,
             "modes": [{"frequency_hz": frequency, "left": left} for frequency, left in summary.shaped.left],
         }
+    if summary.arc_feeds:
+        data["feed_on_arcs"] = [use.record() for use in summary.arc_feeds]
     if summary.stock is not None:
         data["stock"] = summary.stock.record()
     if summary.free_turn is not None:

@@ -273,6 +273,7 @@ def _setup(summary: Summary) -> Facts:
         *source,
         ("tool length", _tools(summary)),
         ("work offset", _offsets(summary)),
+        *_arc_feeds(summary),
         *_stock(summary),
         *_keep_out(summary),
     ]
@@ -305,6 +306,19 @@ def _offsets(summary: Summary) -> str:
             place += " (the program sets it with G10: --wcs does not hold)"
         places[place] = None
     return "; ".join(places)
+
+
+def _arc_feeds(summary: Summary) -> Facts:
+    """Where F holds on arcs beside the contour, and what says so."""
+    texts = []
+    for use in summary.arc_feeds:
+        rule = use.rule
+        where = "on the contour" if rule.most > 1 else "on the contour of inside arcs"
+        why = f"{rule.name}, assumed: neither the program nor the settings file says so" if rule.assumed else rule.name
+        shares = " to ".join(dict.fromkeys(f"{share:.4g}" for share in (use.slowest, use.fastest)))
+        arcs = f"{use.arcs} arc{'s' if use.arcs > 1 else ''}"
+        texts.append(f"F holds {where} ({why}): the tool's centre goes at {shares} times F on {arcs}")
+    return [("feed on arcs", "; ".join(texts))] if texts else []
 
 
 def _keep_out(summary: Summary) -> Facts:

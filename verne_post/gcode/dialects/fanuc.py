@@ -33,7 +33,8 @@ from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.nurbs_codes import NurbsCodes
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
-from verne_post.model.moves import AXES, ZERO9, Feature, MoveKind, PathControl, PathMode
+from verne_post.model.control_keys import FanucKeys, read_keys
+from verne_post.model.moves import AXES, ZERO9, ArcFeed, Feature, MoveKind, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, Vector9
 
 _SECONDS_PER_P: Final = 1e-3
@@ -381,9 +382,12 @@ def _recognise(source: Text) -> bool:
 
 
 def _initial_state(setup: Setup) -> State:
-    """As RS274/NGC, but G98."""
+    """As RS274/NGC, but G98, and F on inside arcs is that on the contour, regardless of G62."""
     state = initial_state(setup)
     state.initial_level = True
+    given = setup.control.get("fanuc", {})
+    least = 0.01 * read_keys(FanucKeys, given).inside_arc_percent
+    state.arc_feed = ArcFeed("[fanuc] inside_arc_percent", least, 1.0, assumed=not given)
     return state
 
 

@@ -87,12 +87,13 @@ class KlartextContour(KlartextPaths):
         """Record one element."""
         state = self.state
         if element.kind == MoveKind.FEED:
-            kept, state.feed = state.feed, element.feed
+            kept = state.feed, state.arc_feed
+            state.feed, state.arc_feed = element.feed, element.arc_feed
             try:
                 self._check_feed(self.block, 10 if element.arc is None else 20)
                 self._record_element(element)
             finally:
-                state.feed = kept
+                state.feed, state.arc_feed = kept
         else:
             self._record_element(element)
         self.last_rapid = element.kind == MoveKind.RAPID

@@ -9,8 +9,9 @@ from verne_post.gcode.cycle_codes import MAX_PECKS
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
-from verne_post.gcode.klartext.elements import make_arc
+from verne_post.gcode.klartext.elements import Point, make_arc
 from verne_post.gcode.klartext.planes import KlartextPlanes
+from verne_post.gcode.lengths import helix_length
 from verne_post.model.moves import MoveKind
 
 _Q = dict[int, float]
@@ -281,7 +282,8 @@ class KlartextCycles(KlartextPlanes):
         """208: a helix to the depth, one full circle there, back to the centre."""
         if q[351] not in (1.0, -1.0):
             raise BlockError("VP007", f"Q351={q[351]:g}: 1 for climb milling, -1 for up-cut")
-        radius = 0.5 * q[335] * self.unit - self.tool_radius()
+        bore = 0.5 * q[335] * self.unit
+        radius = bore - self.tool_radius()
         if radius <= ZERO_LENGTH_MM or q[334] <= 0 or q[370]:
             raise BlockError(
                 "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
@@ -295,20 +297,24 @@ class KlartextCycles(KlartextPlanes):
         depth, bottom = clear, surface + q[201]
         turns = math.ceil((depth - bottom) / q[334] - 1e-9)
         for turn in range(turns):
-            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[206])
-        self._arc(wall, hole, sense * 360.0, bottom, q[206])
+            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[206], bore)
+        self._arc(wall, hole, sense * 360.0, bottom, q[206], bore)
         self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[206])
         self._to(clear, 0.0)
         self._leave(q, clear)
 
     def _arc(
-        self, place: tuple[float, float], center: tuple[float, float], sweep: float, height: float, feed: float
+        self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
+        """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
         self.state.feed = self.feed_of_word(feed)
         self._change_feed_mode_to_minutes()
         self._check_feed(self.block, 20)
         start = list(self.state.position)
         end = [place[0], place[1], self._z(height), *start[3:]]
+        if bore is not None:
+            lengths = [helix_length(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
+            self.state.feed *= self._arc_feed_share(lengths[0] / lengths[1])
         self._record_arc(self.block.line, start, end, make_arc(start, 0, center, sweep), [0, 1, 2], absolute=True)
 
     def _center(self, q: _Q) -> None:

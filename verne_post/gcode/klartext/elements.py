@@ -10,7 +10,7 @@ from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM, ZERO_LENGT
 from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.gcode.compensation import line_and_circle, two_circles
 from verne_post.gcode.expressions import BlockError
-from verne_post.model.moves import MoveKind
+from verne_post.model.moves import ArcFeed, MoveKind
 
 Point = tuple[float, float]
 _FULL_TURN: Final = 360.0
@@ -32,6 +32,8 @@ class Element(Struct, frozen=True):
         Axes that the block names.
     arc : Arc or None
         None for a line.
+    arc_feed : ArcFeed
+        M109, M110, M111 as they were in its block.
     """
 
     line: int
@@ -41,6 +43,7 @@ class Element(Struct, frozen=True):
     feed: float
     axes: tuple[int, ...] = (0, 1, 2)
     arc: Arc | None = field(default=None)
+    arc_feed: ArcFeed = field(default_factory=ArcFeed)
 
     def direction(self, *, at_end: bool) -> Point | None:
         """Direction of travel in the plane at one end; None for a line without length there."""

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from verne_post.gcode.block import Block
 from verne_post.gcode.expressions import MAX_NUMBER, BlockError
 from verne_post.gcode.klartext.approach import KlartextApproach
-from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
+from verne_post.gcode.klartext.m_functions import ARC_FEEDS, AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
@@ -23,6 +23,8 @@ _TOOL_AXIS: Final = re.compile(r"[ \t]+([XYZUVW])(?=[ \t]|$)")
 _FULL_TURN: Final = 360.0
 #: Functions that say in which system the coordinates of their block are.
 _PLACES: Final = {91, 92, 130}
+#: Functions of which one may stand in a block.
+_ALIKE: Final = (_PLACES, set(ARC_FEEDS))
 
 
 class KlartextFunctions(KlartextApproach):
@@ -146,7 +148,7 @@ class KlartextFunctions(KlartextApproach):
         numbers = [word.number for word in words.functions]
         for at, word in enumerate(words.functions):
             number = word.number
-            if number in numbers[:at] or (number in _PLACES and _PLACES & set(numbers[:at])):
+            if number in numbers[:at] or any(number in alike and alike & {*numbers[:at]} for alike in _ALIKE):
                 raise BlockError("VP004", f"M{number} after M{numbers[at - 1]}: one of them is enough", word.column)
             if number in _PLACES and beside != "coordinates":
                 raise BlockError("VP006", f"M{number} needs L and coordinates in its block", word.column)
@@ -188,6 +190,8 @@ class KlartextFunctions(KlartextApproach):
             if self.per_turn != (number == 136):  # the number in force is one of the other kind: F is to be given again
                 self.state.feed = self.state.feed_angular = 0.0
             self.per_turn = number == 136
+        elif number in (109, 110):
+            self.state.arc_feed = ARC_FEEDS[number]
         elif number == 19:
             self._run(Block(self.block.line, [("M", 19.0, 1)], {"R": self.spindle_angle}, {"R": 1}))
         elif number == 128:
@@ -205,6 +209,8 @@ class KlartextFunctions(KlartextApproach):
                 self._retract(word)
             elif number == 129:
                 self.set_tcp(on=False)
+            elif number == 111:
+                self.state.arc_feed = ARC_FEEDS[number]
             elif number in (127, 117):
                 setattr(self, {127: "shortest", 117: "metres"}[number], False)
         codes = [code for word in words.functions for code in AT_END.get(word.number, ())]

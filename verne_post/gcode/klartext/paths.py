@@ -268,7 +268,9 @@ class KlartextPaths(KlartextFrames):
 
     def element(self, target: Target, arc: Arc | None, kind: MoveKind) -> Element:
         """The element that leads to a target at the feed rate in force."""
-        return Element(self.block.line, target.start, target.end, kind, self.state.feed, tuple(target.axes), arc)
+        state = self.state
+        axes = tuple(target.axes)
+        return Element(self.block.line, target.start, target.end, kind, state.feed, axes, arc, state.arc_feed)
 
 
 #: What makes the element of a path function.

@@ -143,7 +143,7 @@ class Executor:
         self.interpreter._refuse_compensation("the end of a subprogram with SAVE")
         self.interpreter.modes = modes
         state = self.interpreter.state
-        state.plane = modes.plane
+        state.plane, state.arc_feed = modes.plane, modes.arc_feed
         if state.feed_mode != modes.feed_mode:  # as after G93, G94 and G95: F is to be given again
             state.feed_mode, state.feed, state.feed_angular = modes.feed_mode, 0.0, 0.0
         self.interpreter.set_chain()

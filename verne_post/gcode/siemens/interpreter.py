@@ -10,6 +10,7 @@ from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
 from verne_post.gcode.missing_setup import number_of_tool
+from verne_post.gcode.siemens.modes import ARC_FEEDS
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
@@ -104,6 +105,8 @@ class SiemensInterpreter(SiemensSplines):
         for group, name in (("orientation reference", "reference"), ("orientation path", "path")):
             if (word := words.code(group)) is not None:
                 setattr(modes, name, word)
+        if (arc_feed := words.code("feed on arcs")) is not None:
+            modes.arc_feed = state.arc_feed = ARC_FEEDS[arc_feed]
         if (motion := words.code("motion")) is not None:
             modes.motion = motion
             state.motion = MOTIONS.get(motion)

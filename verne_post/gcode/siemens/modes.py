@@ -1,11 +1,22 @@
 """What holds from block to block in a Siemens program, beside what the interpreter of all dialects keeps."""
 
+import math
+from collections.abc import Mapping
+from typing import Final
+
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.siemens.frames import Frames
-from verne_post.model.moves import FeedMode, Frame
+from verne_post.model.moves import ArcFeed, FeedMode, Frame
+
+#: Group 16: on the contour, at the tool's centre, on the contour of inside arcs alone.
+ARC_FEEDS: Final[Mapping[str, ArcFeed]] = {
+    "CFC": ArcFeed("CFC", 0.0, math.inf),
+    "CFTCP": ArcFeed("CFTCP"),
+    "CFIN": ArcFeed("CFIN", 0.0, 1.0),
+}
 
 
 class Modes(Struct):
@@ -41,6 +52,8 @@ class Modes(Struct):
         The work offset as it was when its G54 was executed; None before the first change of an offset.
     feed_mode : FeedMode
         Likewise.
+    arc_feed : ArcFeed
+        CFC, CFTCP, CFIN; likewise.
     """
 
     motion: str = "G1"
@@ -62,6 +75,7 @@ class Modes(Struct):
     edge: bool = True
     plane: int = 0
     feed_mode: FeedMode = FeedMode.PER_MINUTE
+    arc_feed: ArcFeed = ArcFeed("CFC", 0.0, math.inf, assumed=True)
 
     @property
     def length(self) -> float:

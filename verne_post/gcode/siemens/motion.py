@@ -57,6 +57,7 @@ class SiemensMotion(Interpreter):
         super().__init__(setup, state, recorder)
         self.keys: SiemensKeys = read_keys(SiemensKeys, setup.control.get("siemens", {}))
         self.modes = Modes()
+        state.arc_feed = self.modes.arc_feed
         self._split = Split(None)
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
