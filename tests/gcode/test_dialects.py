@@ -544,6 +544,61 @@ def test_rotabl_says_on_which_side_the_table_stands(machine):
     assert raised.value.findings[0].code == "VP017"
 
 
+@pytest.mark.parametrize("decimals", [6, 10])
+@pytest.mark.parametrize("begin", [0.0, 20.0])
+def test_points_after_rotabl_tilt_as_they_say(machine, begin, decimals):
+    """Twelve points of 0.02 degrees each, less than a table that snaps to ROTABL would show."""
+    tilts = [begin + 0.02 * k for k in range(13)]
+    points = [
+        f"GOTO/{5 + k},5,30,0,{np.sin(np.radians(a)):.{decimals}f},{np.cos(np.radians(a)):.{decimals}f}"
+        for k, a in enumerate(tilts)
+    ]
+    angles = table_angles(machine, f"ROTABL/{begin},AAXIS,0,CAXIS\n" + "\n".join(points))[-13:]
+    # half the last decimal of an axis, seen from 20 degrees: 1.5 times as much in the angle
+    assert angles == pytest.approx(np.stack([tilts, np.zeros(13)], axis=1), abs=np.degrees(0.8 * 10.0**-decimals))
+    assert angles[0] == [begin, 0.0]
+
+
+@pytest.mark.parametrize(("axis", "turns"), [
+    ("0,0.342020,0.939693", False),  # 20 degrees with six decimals
+    ("0,0.342021,0.939693", True),  # one more in the last: 0.00006 degrees
+    ("0,0.342,0.94", False), ("0,0.3420201433,0.9396926208", False), ("0,0.3420202,0.9396926", True),
+])  # fmt: skip
+def test_the_table_of_rotabl_stays_while_the_axis_is_that_one_as_printed(machine, axis, turns):
+    angles = table_angles(machine, f"ROTABL/20,AAXIS,0,CAXIS\nGOTO/5,5,30,{axis}")[-1]
+    assert (angles != [20.0, 0.0]) == turns
+    assert angles == pytest.approx([20.0, 0.0], abs=1e-4)
+
+
+@pytest.mark.parametrize("axis", ["", ",0,0,1", ",0.000000,0.000000,1.000000"])
+def test_upright_points_after_the_smallest_tilt_are_refused(machine, axis):
+    with pytest.raises(InputError) as raised:
+        table_angles(machine, f"ROTABL/0.05,AAXIS,0,CAXIS\nGOTO/5,5,30{axis}")
+    assert [item.code for item in raised.value.findings] == ["VP017"]
+
+
+@pytest.mark.parametrize(("units", "radius", "allowed", "refused"), [
+    ("MM", 100.0, 100.09, 100.11), ("MM", 5.0, 5.028, 5.029), ("INCHES", 1.0, 1.0028, 1.0029), ("MM", 100.0, 99.91, 99.89),
+])  # fmt: skip
+def test_the_radius_of_circle_is_that_of_its_points(view, units, radius, allowed, refused):
+    """As start and end of an arc: 0.1 %, and 0.028 mm or 0.0028 inches where that is more. The radius moves nothing."""
+    text = f"UNITS/{units}\nFEDRAT/900\nGOTO/{radius},0,0\nCIRCLE/0,0,0,0,0,1,{{}}\nGOTO/0,{radius},0\nFINI"
+    assert view(text.format(allowed), dialect="aptcl")[1] == ()
+    assert [item.code for item in view(text.format(refused), dialect="aptcl")[1]] == ["VP008"]
+
+
+@pytest.mark.parametrize(("axis", "code"), [
+    ("0,0.342020,0.939693", None), ("0,0.342021,0.939692", None),  # one in the last decimal is rounding
+    ("0,0.342022,0.939692", "VP002"), ("0,0.343,0.94", "VP002"),
+])  # fmt: skip
+def test_the_point_after_circle_has_the_same_axis_as_printed(view, axis, code):
+    found = view(
+        f"LOADTL/1\nMULTAX/ON\nFEDRAT/900\nGOTO/5,0,0,0,0.342020,0.939693\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,0,{axis}\nFINI",
+        dialect="aptcl",
+    )[1]
+    assert [item.code for item in found] == ([] if code is None else [code])
+
+
 @pytest.mark.parametrize(("text", "code", "line"), [
     ("TRACUT/1,2,3", "VP005", 1), ("TRACUT/2,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1), ("TRACUT/-1,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1),
     ("TRACUT/M1", "VP001", 1), ("CIRCLE/0,0,0,0,0,1,5\nTRACUT/NOMORE", "VP017", 2), ("CALSUB/1", "VP017", 1), ("ENDSUB", "VP017", 1),

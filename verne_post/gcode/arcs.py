@@ -67,7 +67,7 @@ def center_arc(
     if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
         raise BlockError("VP008", "the radius of the arc is zero")
     gap = abs(r1 - r2)
-    allowed = min(max(tolerance, ARC_RADIUS_SHARE * max(r1, r2)), 100 * tolerance)
+    allowed = allowed_mismatch(max(r1, r2), tolerance)
     if gap > allowed:
         raise BlockError(
             "VP008",
@@ -79,6 +79,11 @@ def center_arc(
     if swept * r1 < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
         swept = 2 * math.pi
     return _make_arc(start, plane, (c1, c2), swept, clockwise, extra_turns)
+
+
+def allowed_mismatch(radius: float, tolerance: float) -> float:
+    """How much two radii of one arc may differ, mm; ``tolerance``: as of :func:`center_arc`."""
+    return min(max(tolerance, ARC_RADIUS_SHARE * radius), 100 * tolerance)
 
 
 def radius_arc(

@@ -1,17 +1,19 @@
 """Statements of cutter location text -> blocks of the interpreter, with the tool axis as I J K (G43.5)."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Final
 
 import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import DRILL_TILT, VECTOR_LENGTH, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, DRILL_TILT, VECTOR_LENGTH, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.apt.coordinates import IDENTITY, apply, read_matrix
 from verne_post.gcode.apt.cycles import FEED_UNITS, Cycle, read_cycle
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
+from verne_post.gcode.apt.tool_axes import differ, half_step
+from verne_post.gcode.arcs import allowed_mismatch
 from verne_post.gcode.block import Block
 from verne_post.gcode.cycle_codes import PECK_CLEARANCE_MM
 from verne_post.gcode.expressions import BlockError
@@ -27,8 +29,6 @@ _PLANES: Final = {0: 19, 1: 18, 2: 17}
 _CIRCLE_NUMBERS: Final = (7, 11)
 #: How far the axis of a circle may be off X, Y or Z: the last of six printed decimals.
 _CIRCLE_AXIS: Final = 1e-6
-#: How far a start point may be off a circle: points are printed with few decimals, and CAM systems round the radius.
-_CIRCLE_SHARE, _CIRCLE_MM = 0.01, 0.03
 
 
 class Translator(Struct):
@@ -83,7 +83,7 @@ class Translator(Struct):
         held = self.axis
         self._take_axis(s, numbers[3:])
         self._check_table(s)
-        if self.circle is not None and _differ(self.axis, held):
+        if self.circle is not None and differ(self.axis, held, half_step(self.axis) + half_step(held)):
             raise BlockError(
                 "VP002",
                 f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
@@ -110,7 +110,7 @@ class Translator(Struct):
     def _take_axis(self, s: Statement, axis: list[float]) -> None:
         if not axis:
             return
-        if not self.multax and _differ(axis, self.axis):
+        if not self.multax and differ(axis, self.axis, VECTOR_LENGTH):
             raise BlockError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
         self.axis = tuple(axis)
 
@@ -123,18 +123,21 @@ class Translator(Struct):
         return dict(zip("IJK", self._tool, strict=True)) if self.state.vectors else {}
 
     def _check_table(self, s: Statement) -> None:
-        """After ROTABL the table stands as programmed while the tool axis is that one; another axis turns it.
+        """After ROTABL the table stands as programmed while the tool axis is that one, as printed; another axis turns it.
 
-        Points in the coordinates of a turned table would have the axis 0, 0, 1: the first point after a tilt shows it.
+        Points in the coordinates of a turned table would have the axis 0, 0, 1: the first point after a tilt shows it,
+        however small the tilt.
         """
         if self.state.vectors:
             return
         stands = self.coordinates.tool_axis(self.state.position, self.state.frame)
-        same = stands is not None and not _differ([float(value) for value in stands], self._tool)
-        if self.turned and not same:
+        held = None if stands is None else [float(value) for value in stands]
+        near = VECTOR_LENGTH if any(self.axis[:2]) else half_step(self.axis)
+        if self.turned and (held is None or differ(held, self._tool, near)):
             shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
             raise BlockError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
                 "give the axis in the coordinates of the part")  # fmt: skip
+        same = held is not None and not differ(held, self._tool, half_step(self.axis))
         self.turned, self.state.vectors = False, not same
 
     @property
@@ -170,10 +173,14 @@ class Translator(Struct):
                 "VP008",
                 "CIRCLE about an axis that is not X, Y or Z; let the CAM system write points in place of such arcs",
             )
-        start = np.delete(np.array(self.state.position[:3]) / self._unit - center, along)
-        distance = float(np.linalg.norm(start))
-        if abs(distance - radius) > _CIRCLE_SHARE * max(radius, 0.0) + _CIRCLE_MM:
-            raise BlockError("VP008", f"CIRCLE: the tool is {distance:.4f} from the centre, the radius is {radius:g}")
+        start = np.delete(np.array(self.state.position[:3]) - self._unit * center, along)
+        distance, radius = float(np.linalg.norm(start)), self._unit * radius
+        allowed = allowed_mismatch(radius, ARC_RADIUS_INCH_MM if self.state.inch else ARC_RADIUS_MM)
+        if abs(distance - radius) > allowed:
+            raise BlockError(
+                "VP008", f"CIRCLE: the tool is {distance:.4f} mm from the centre, and the radius is {radius:.4f} mm; allowed are "
+                f"{allowed:.4f} mm between them",
+            )  # fmt: skip
         words = dict(zip("XYZ", point, strict=True))
         words |= {letter: float(center[axis]) for axis, letter in enumerate("IJK") if axis != along}
         yield _block(s, ("G", float(_PLANES[along])), ("G", 90.1), g=3.0 if normal[along] > 0 else 2.0, **words)
@@ -393,11 +400,6 @@ _STATEMENTS: Final[dict[str, _Method]] = {
     "OPSTOP": Translator._stop, "FINI": Translator._stop, "END": Translator._stop, "PPRINT": Translator._pprint,
     "TRACUT": Translator._tracut, "ROTABL": Translator._rotabl, "AUXFUN": Translator._auxfun, "GOHOME": Translator._gohome, "CUTCOM": Translator._cutcom,
 }  # fmt: skip
-
-
-def _differ(axis: Sequence[float], other: Sequence[float]) -> bool:
-    """Two tool axes are not the same one, printed with few decimals."""
-    return any(abs(a - b) > VECTOR_LENGTH for a, b in zip(axis, other, strict=True))
 
 
 def _block(statement: Statement, *codes: tuple[str, float], g: float | None = None, **words: float) -> Block:
