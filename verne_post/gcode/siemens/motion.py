@@ -19,6 +19,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
+from verne_post.gcode.siemens.vocabulary import REFUSED
 from verne_post.gcode.spatial_arc import SpatialArc, arc_through, plane_of_arc
 from verne_post.gcode.standing_table import standing_table
 from verne_post.gcode.state import State
@@ -48,9 +49,15 @@ class SiemensMotion(Interpreter):
     table: ClassVar[CodeTable] = replace(
         RS274,
         g_groups={},
-        m_groups={"stopping": (0, 1, 2, 30), "tool change": (6,), "spindle": (3, 4, 5, 19), "coolant": (7, 8, 9)},
+        m_groups={
+            "stopping": (0, 1, 2, 30),
+            "tool change": (6,),
+            "spindle": (3, 4, 5, 19),
+            "coolant": (7, 8, 9),
+            "gear": (40,),
+        },
         refused_g={},
-        refused_m={},
+        refused_m={int(word[1:]): why for word, why in REFUSED.items() if word[0] == "M" and word[1:].isdigit()},
     )
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:

@@ -34,6 +34,8 @@ _SWIVEL: Final = (
     "_DMODE",
 )
 _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
+#: _TOLM has seven digits. Those before the last two choose functions of the control, or are kept for what older ones chose.
+_BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
 _BY_AXIS, _SOLID, _PROJECTED, _DIRECT = range(4)
 #: The first two turns of projected angles: about X then Y, or Y then X.
@@ -238,11 +240,12 @@ class Swivel:
         given = read_cycle(call, _TOLERANCE, self.variables)
         modes = self.to.modes
         kind = given.whole("_TOLM")
-        ones, tens, hundreds = kind % 10, kind // 10 % 10, kind // 100
-        if ones > 4 or tens > 1 or hundreds > 1 or kind < 0:
+        ones, tens = kind % 10, kind // 10 % 10
+        if ones > 4 or tens > 1 or not 0 <= kind < _BEYOND_TOLM:
             raise given.error(
                 "VP002",
-                f"_TOLM {kind} is not executed; 0 off, 1 finishing, 2, 3 roughing, 4 precision, 10 more: with a tolerance of the axis",
+                f"_TOLM {kind} is not executed; its last digit is 0 off, 1 finishing, 2, 3 roughing or 4 precision, the one before it 0, or 1 "
+                "with a tolerance of the axis",
                 "_TOLM",
             )
         tolerance, axis = given.number("_TOL") * modes.length, given.number("_OTOL")
