@@ -183,6 +183,9 @@ class MotionCodes(MachineCodes):
             raise BlockError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
         if state.feed == 0.0:
             raise BlockError("VP009", f"{name} with feed rate zero; give F")
+        if state.feed_mode == FeedMode.PER_REVOLUTION and state.surface_speed and self.setup.machine:
+            raise BlockError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would follow the spindle, and that the distance "
+                             "of the tool from X0; write G94, or G97 with S")  # fmt: skip
         turning = state.spindle_on and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")

@@ -39,6 +39,7 @@ class Modes(Protocol):
     control: PathControl
     spindle_speed: float
     spindle_on: bool
+    surface_speed: bool
     tool_axis: tuple[float, float, float] | None
 
 
@@ -154,7 +155,12 @@ class Recorder(Struct):
             frame_at = self.frame_index(modes.frame)
             control_at = self.controls.setdefault(modes.control, len(self.controls))
             self._last = modes.frame, frame_at, modes.control, control_at
-        return modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, frame_at, control_at
+        return (
+            modes.feed_mode,
+            modes.spindle_speed if modes.spindle_on and not modes.surface_speed else 0.0,
+            frame_at,
+            control_at,
+        )
 
     def keep_pieces(self, pieces: Splines) -> int:
         """Keep pieces of B-splines, and return the number of the first; :meth:`add` records the motion along each."""

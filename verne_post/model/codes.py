@@ -261,6 +261,13 @@ CODES: Final[dict[str, Code]] = _table(
         "The program cuts before it names A or C, and names them later with another angle than 0: the table is taken to stand there from the start.",
         "Name A and C in a G0 before the first cut: G0 A0 C0 where the table is to be level. Where it really stands at the angle of the message, name that one.",
     ),
+    (
+        "VP045",
+        "spindle speed is not known",
+        "warning",
+        "G96 asks for a speed of the surface, as on a lathe: a control turns the spindle by the distance of the tool from X0. Setpoints have no spindle speed; the events have S and D.",
+        "Write G97 and S, the turns a minute, where the program is for a mill.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -231,7 +231,7 @@ class Moves(Struct, frozen=True):
     feed_mode : ndarray of int8, shape (n,)
         :class:`FeedMode`.
     spindle : ndarray, shape (n,)
-        Spindle speed (1/min) in force, 0 when it stands.
+        Spindle speed (1/min) in force, 0 when it stands, or is not known (G96).
     frame : ndarray of int32, shape (n,)
         Index into ``frames``.
     control : ndarray of int32, shape (n,)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import tool_names, tool_of_event
+from verne_post.model.moves import Event, tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, tool_text
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
@@ -133,13 +133,18 @@ def _restart(summary: Summary) -> Facts:
     """Where a restart begins, and what must be as the skipped blocks would have left it."""
     if summary.options.from_line is None:
         return []
-    forms = {"spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
+    forms = {"spindle": "spindle {direction} at {speed:g}{per}", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, **event.data)
+    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_per(event), **event.data)
               for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
+
+
+def _per(event: Event) -> str:
+    """The unit of a spindle speed."""
+    return f" {event.data['unit']}" if "unit" in event.data else "/min"
 
 
 def _dry_run(summary: Summary) -> Facts:
