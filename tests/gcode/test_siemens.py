@@ -1,5 +1,7 @@
 """Siemens programs: every word against its RS274 twin, or against numbers worked out by hand from the rules of the control."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -320,3 +322,13 @@ def test_d0_leaves_the_radius_out(view):
     assert abs(beside.end[1, 1] - 15.0) < 1e-9
     for edge, radius in ((0, 0.0), (1, 5.0)):
         assert view(f"T2 M6\nD{edge}\nG0 X=$P_TOOLR", dialect="siemens", tools=tools)[0].end[-1, 0] == radius
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("G41 G1 X5", "no tool is in the spindle; load one"), ("T7 M6\nG41 G1 X5", "--tool-table"),
+    ("TRAORI\nA3=0.1 C3=1\nG41 G1 X5", "A3= B3= C3="), ("TRAORI\nA3=0.1 C3=1\nBSPLINE X5 A5\nX6\nX7\nG1", "A3= B3= C3="),
+])  # fmt: skip
+def test_messages_name_words_of_the_language(view, text, said):
+    found = view(f"{HEAD}{text}\nM30", dialect="siemens", tools=None)[1]
+    assert said in found[0].message
+    assert not re.search(r"I J K|G41\.1|G42\.1|G43|G49|G10|G53", found[0].message)

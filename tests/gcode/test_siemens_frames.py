@@ -396,7 +396,6 @@ def test_an_empty_spindle_has_no_length(machine):
 
 @pytest.mark.parametrize(("text", "code", "part"), [
     ("CYCLE800(0,\"\",0,57,0,0,0,20,0,0,0,0,0,1)\nA0", "VP017", "CYCLE800()"), ("TRAORI\nA5\nSUPA Z5", "VP017", "TRAFOOF"),
-    ("TRAORI\nA3=1 C3=5\nTRAFOOF\nX1", "VP013", "name A and C"), ("TRAORI\nA3=1 C3=5\nTRAFOOF\nA0", "VP013", "name A and C"),
     ("TRAORI\nORIMKS\nROT Z10\nA3=1 C3=5", "VP017", "ORIWKS"), ("CYCLE800(0,\"\",10,57,0,0,0,20,0,0,0,0,0,1)", "VP017", "TRAORI"),
     ("TRAORI\nA20\nCYCLE82(70,0,2,-5)", "VP017", "CYCLE82"), ("G1 A5 F100", "VP017", "TRAORI"),
 ])  # fmt: skip

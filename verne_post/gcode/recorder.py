@@ -15,7 +15,19 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
-from verne_post.model.moves import AXES, MOVE_COLUMNS, Arcs, Event, FeedMode, Frame, MoveKind, Moves, PathControl, Stock
+from verne_post.model.moves import (
+    AXES,
+    MOVE_COLUMNS,
+    Arcs,
+    Event,
+    FeedMode,
+    Frame,
+    MoveKind,
+    Moves,
+    PathControl,
+    Stock,
+    TablePlace,
+)
 from verne_post.model.splines import GrowingSplines, Splines
 
 #: In place of a tool axis where A and C words hold.
@@ -122,6 +134,8 @@ class Recorder(Struct):
     fixes_c: int | None = None
     #: Work systems to which the program has given an origin.
     placed: set[int] = field(default_factory=set)
+    #: Where tool axes gave way to places of the table.
+    table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
     count: int = 0
     #: Rows and arcs that no longer change, and their numbers.
@@ -324,6 +338,6 @@ class Recorder(Struct):
         return Moves(
             arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
-            placed_systems=frozenset(self.placed),
+            placed_systems=frozenset(self.placed), table_places=tuple(self.table_places),
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

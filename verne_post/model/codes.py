@@ -99,7 +99,7 @@ CODES: Final[dict[str, Code]] = _table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (INPUT.toml); the program may say it too (G10 L1, TOOL DEF).",
+        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (INPUT.toml); the program may say it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -244,8 +244,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP034",
         "no tool length",
         "warning",
-        "The program cuts with a tool of no length: G49 is in force, and no --tool-length was given.",
-        "Write G43 with a tool table, or give --tool-length; where the gauge line is meant, --tool-length 0.",
+        "The program cuts with a tool of no length: none is in force (after G49 or D0), and no --tool-length was given.",
+        "Put the length of a tool table in force (G43 H; M6 and D1; TOOL CALL), or give --tool-length; where the gauge line is meant, --tool-length 0.",
     ),
     (
         "VP035",

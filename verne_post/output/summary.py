@@ -291,7 +291,7 @@ def _tools(summary: Summary) -> str:
     ]
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
-        source = " (no length is in force: G49, or none was given)"
+        source = " (no length is in force, or none was given)"
     return f"{', '.join(lengths)}{source}"
 
 
@@ -307,7 +307,7 @@ def _offsets(summary: Summary) -> str:
         if who == "nobody":
             place = f"{name} at the rotary centre on the table face (no offset was given)"
         elif who == "program" and frame.system in summary.options.wcs:
-            place += " (the program sets it with G10: --wcs does not hold)"
+            place += " (the program sets it: --wcs does not hold)"
         places[place] = None
     return "; ".join(places)
 

@@ -84,7 +84,7 @@ class _Hole:
             raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
         to._check_feed(self.block, 10)
         if to.state.tool_axis is not None and not to.follows_part:
-            to._refuse_open_table(self.block)
+            to._settle_table(self.block.line)
         if (tool := to.tilted_tool(self.normal)) is not None:
             raise BlockError(
                 "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,

@@ -26,6 +26,8 @@ class SiemensInterpreter(SiemensAuxiliary):
     """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
 
     perpendicular_entry: ClassVar[bool] = True  # NORM
+    diameter_codes: ClassVar[bool] = False
+    axis_words: ClassVar[str] = "A3= B3= C3="
     length_words: ClassVar[str] = "T and M6 with --tool-table, or --tool-length MM"
 
     def run(self, words: Words) -> bool:

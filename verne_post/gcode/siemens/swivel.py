@@ -111,7 +111,7 @@ class Swivel:
                 given.call.column,
             )
         for axes in ([2], [0, 1])[:kind]:
-            to._end_vector_for_machine(block, axes, f"CYCLE800 with _FR {kind}") if axes == [2] else None
+            to._end_vector_for_machine(block.line, axes)
             to._move_to_machine(block.line, MoveKind.RAPID, {number: home[number] for number in axes})
 
     # --- the plane ----------------------------------------------------------------------------------------
@@ -211,6 +211,8 @@ class Swivel:
         tcp = to.modes.tcp
         if tcp:
             to._require_known(block, [0, 1, 2], "CYCLE800")
+        elif state.tool_axis is not None:  # the linear axes stand still, wherever on the part that is
+            to._settle_table(block.line)
         state.tool_axis = None
         if to.setup.machine and not to.follows_part:
             a, _b, c = to.modes.frames.rotary
